@@ -1,0 +1,38 @@
+# Warnings and code generation that every target of ours shares.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+option(ENFILADE_WERROR "Warnings are errors" OFF)
+set(ENFILADE_SANITIZE "" CACHE STRING "-fsanitize= list, e.g. address,undefined")
+
+add_library(enfilade_warnings INTERFACE)
+target_compile_options(
+  enfilade_warnings
+  INTERFACE -Wall
+            -Wextra
+            -Wpedantic
+            -Wshadow
+            -Wconversion
+            -Wsign-conversion
+            -Wold-style-cast
+            -Wnon-virtual-dtor
+            -Woverloaded-virtual
+            -Wduplicated-cond
+            -Wlogical-op
+            -Wformat=2)
+if(ENFILADE_WERROR)
+  target_compile_options(
+    enfilade_warnings
+    INTERFACE -Werror -Wno-error=restrict -Wno-error=null-dereference
+              -Wno-error=maybe-uninitialized)
+endif()
+
+# Multiply-adds are never fused: it would break equal bits between builds.
+add_compile_options(-ffp-contract=off)
+if(ENFILADE_SANITIZE)
+  add_compile_options(-fsanitize=${ENFILADE_SANITIZE} -fno-omit-frame-pointer
+                      -fno-sanitize-recover=undefined)
+  add_link_options(-fsanitize=${ENFILADE_SANITIZE})
+endif()

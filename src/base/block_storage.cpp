@@ -1,0 +1,47 @@
+#include "base/block_storage.h"
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+std::string_view KindName(BlockKind kind) {
+  switch (kind) {
+    case BlockKind::kFaces:
+      return "faces";
+    case BlockKind::kCellPatches:
+      return "patches";
+    case BlockKind::kPortals:
+      return "portals";
+    case BlockKind::kVisibleSet:
+      return "visible set";
+    case BlockKind::kCellTree:
+      return "element tree";
+    case BlockKind::kLinks:
+      return "links";
+    case BlockKind::kTrace:
+      return "trace chunk";
+    case BlockKind::kScratch:
+      return "scratch";
+  }
+  return "unknown kind";
+}
+
+}  // namespace
+
+std::string ToString(const BlockKey& key) {
+  return fmt::format("{} {} {} {}", KindName(key.kind), key.a, key.b, key.c);
+}
+
+Bytes BlockStorage::GetOrThrow(const BlockKey& key) const {
+  auto content = Get(key);
+  if (!content) {
+    throw DamagedStoreError(
+        fmt::format("the store has lost its block '{}'; restore the store "
+                    "from a copy or solve the scene again",
+                    ToString(key)));
+  }
+  return std::move(*content);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,98 @@
+// The seam between the layers that have data and the store that keeps it:
+// blocks of bytes by key, in transactions. The layers below the solver know
+// only this interface; src/store implements it on disk (sqlite_store.h).
+
+#pragma once
+
+#include "base/bytes.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace enfilade {
+
+// What a block holds. Values are part of the file format: never renumber.
+enum class BlockKind : uint8_t {
+  kFaces = 1,        // cleaned polygons of the scene, in chunks; a = chunk
+  kCellPatches = 2,  // a = cell
+  kPortals = 3,      // a = chunk
+  kVisibleSet = 4,   // a = receiver cell
+  kCellTree = 5,     // element tree and coefficients; a = cell
+  kLinks = 6,        // a = receiver cell, b = source cell, c = chunk
+  kTrace = 7,        // triangles in spatial chunks for tracing; a = chunk
+  kScratch = 8,      // temporary data of import; deleted before it ends
+};
+
+struct BlockKey {
+  BlockKind kind{};
+  uint32_t a = 0;
+  uint32_t b = 0;
+  uint32_t c = 0;
+
+  friend auto operator<=>(const BlockKey&, const BlockKey&) = default;
+};
+
+// "links 3 4 0", for messages.
+std::string ToString(const BlockKey& key);
+
+struct StoreStats {
+  uint64_t bytes_read = 0;     // compressed bytes of blocks fetched
+  uint64_t bytes_written = 0;  // compressed bytes of blocks put
+};
+
+// All members throw DiskError (open, full disk, I/O) or DamagedStoreError.
+// Thread-safe: calls are serialised, but (de)compression runs outside the lock.
+class BlockStorage {
+ public:
+  virtual ~BlockStorage() = default;
+
+  // Small named values: settings, schedule state, JSON. Part of transactions.
+  virtual void SetMeta(std::string_view name, std::string_view value) = 0;
+  [[nodiscard]] virtual std::optional<std::string> Meta(
+      std::string_view name) const = 0;
+
+  // Replaces the block. At most 64 MiB of content.
+  virtual void Put(const BlockKey& key, std::span<const std::byte> content) = 0;
+
+  // The content, verified; nullopt when there is no such block.
+  [[nodiscard]] virtual std::optional<Bytes> Get(const BlockKey& key) const = 0;
+
+  // Get, but absence is a DamagedStoreError that names the key.
+  [[nodiscard]] Bytes GetOrThrow(const BlockKey& key) const;
+
+  virtual void Erase(const BlockKey& key) = 0;
+
+  // Erases every block of a kind, or of a kind and its first component(s).
+  virtual void EraseAll(BlockKind kind) = 0;
+  virtual void EraseAll(BlockKind kind, uint32_t a) = 0;
+  virtual void EraseAll(BlockKind kind, uint32_t a, uint32_t b) = 0;
+
+  // Number of blocks, and their compressed bytes, of a kind.
+  [[nodiscard]] virtual uint64_t Count(BlockKind kind) const = 0;
+  [[nodiscard]] virtual uint64_t StoredBytes(BlockKind kind) const = 0;
+
+  // Number of blocks of kind with these first components (chunks of a pair).
+  [[nodiscard]] virtual uint64_t Count(BlockKind kind,
+                                       uint32_t a,
+                                       uint32_t b) const = 0;
+
+  // Visits the keys of a kind in ascending order, without reading contents.
+  virtual void ForEachKey(
+      BlockKind kind,
+      const std::function<void(const BlockKey&)>& visit) const = 0;
+
+  // Makes everything since the last commit durable, at once.
+  virtual void Commit() = 0;
+
+  // Checks every block's checksum; throws at the first damaged one.
+  virtual void VerifyAll() const = 0;
+
+  [[nodiscard]] virtual StoreStats Stats() const = 0;
+  [[nodiscard]] virtual uint64_t FileBytes() const = 0;
+};
+
+}  // namespace enfilade

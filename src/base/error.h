@@ -1,0 +1,77 @@
+// Errors of the world: what a user can meet and mend. Each carries the exit
+// code of the command line and is caught once, in main. Bugs are CHECKs
+// (check.h); a solve that does not converge is a result, not an error.
+
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace enfilade {
+
+enum class ExitCode : int {
+  kSuccess = 0,
+  kBug = 1,
+  kUsage = 2,
+  kBadInput = 3,
+  kDoesNotFit = 4,
+  kDamagedStore = 5,
+  kDisk = 6,
+  kInterrupted = 130,
+};
+
+// `what` names the file and line or the object, says what is wrong, and what
+// to do about it.
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& what)
+      : std::runtime_error(what), code_(code) {}
+
+  [[nodiscard]] ExitCode Code() const { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+// The command line cannot be carried out as written.
+class UsageError : public Error {
+ public:
+  explicit UsageError(const std::string& what)
+      : Error(ExitCode::kUsage, what) {}
+};
+
+// A scene, material, override or point file is wrong.
+class InputError : public Error {
+ public:
+  explicit InputError(const std::string& what)
+      : Error(ExitCode::kBadInput, what) {}
+};
+
+// The memory cap is too small; names the least one that would do.
+class DoesNotFitError : public Error {
+ public:
+  explicit DoesNotFitError(const std::string& what)
+      : Error(ExitCode::kDoesNotFit, what) {}
+};
+
+// A store's content contradicts its checksums or itself.
+class DamagedStoreError : public Error {
+ public:
+  explicit DamagedStoreError(const std::string& what)
+      : Error(ExitCode::kDamagedStore, what) {}
+};
+
+// A file cannot be opened, read or written; the disk is full.
+class DiskError : public Error {
+ public:
+  explicit DiskError(const std::string& what) : Error(ExitCode::kDisk, what) {}
+};
+
+// The user asked to stop; everything committed is kept.
+class InterruptedError : public Error {
+ public:
+  explicit InterruptedError(const std::string& what)
+      : Error(ExitCode::kInterrupted, what) {}
+};
+
+}  // namespace enfilade

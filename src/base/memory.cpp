@@ -1,0 +1,80 @@
+#include "base/memory.h"
+
+#include "base/error.h"
+
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+// Resident size of the program before it has read any model: measured at
+// 20 MiB with Embree, oneTBB and SQLite loaded, plus room for stacks, the
+// catalogue's page cache and the allocator's slack.
+constexpr uint64_t kFixedBytes = 34ULL << 20;
+constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
+
+}  // namespace
+
+uint64_t ResidentBytes() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (file == nullptr) {
+    return 0;
+  }
+  unsigned long long size_pages = 0;
+  unsigned long long resident_pages = 0;
+  const int fields =
+      std::fscanf(file, "%llu %llu", &size_pages, &resident_pages);
+  std::fclose(file);
+  return fields == 2
+             ? resident_pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE))
+             : 0;
+}
+
+uint64_t PeakResidentBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+uint64_t MemoryBudget::BudgetUnderCap(uint64_t cap_bytes) {
+  if (cap_bytes < kFixedBytes + kLeastBudgetBytes) {
+    throw DoesNotFitError(
+        fmt::format("--memory {}M is less than the program itself needs; the "
+                    "least cap for any scene is {}M",
+                    cap_bytes >> 20,
+                    (kFixedBytes + kLeastBudgetBytes) >> 20));
+  }
+  return cap_bytes - kFixedBytes;
+}
+
+bool MemoryBudget::TryCharge(uint64_t bytes) {
+  uint64_t used = used_bytes_.load();
+  do {
+    if (bytes > limit_bytes_ || used > limit_bytes_ - bytes) {
+      return false;
+    }
+  } while (!used_bytes_.compare_exchange_weak(used, used + bytes));
+  uint64_t peak = peak_bytes_.load();
+  while (peak < used + bytes &&
+         !peak_bytes_.compare_exchange_weak(peak, used + bytes)) {
+  }
+  return true;
+}
+
+void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
+  if (!TryCharge(bytes)) {
+    const uint64_t least = UsedBytes() + bytes + kFixedBytes;
+    throw DoesNotFitError(
+        fmt::format("{} needs {:.1f} MiB more than the memory cap leaves; run "
+                    "again with --memory {}M",
+                    what,
+                    static_cast<double>(bytes - FreeBytes()) / (1 << 20),
+                    (least >> 20) + 1));
+  }
+}
+
+}  // namespace enfilade

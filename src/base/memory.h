@@ -1,0 +1,100 @@
+// The memory cap of the process, and the count of what grows with the model.
+//
+// The cap bounds the peak resident size of the whole process. A fixed part of
+// it (code, libraries, thread stacks, the catalogue's page cache) does not grow
+// with the model; the rest is the budget, out of which every owner of growing
+// memory charges its bytes before it allocates them.
+
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+namespace enfilade {
+
+// Current and peak resident size of this process in bytes.
+uint64_t ResidentBytes();
+uint64_t PeakResidentBytes();
+
+// A byte count with a limit. Thread-safe.
+class MemoryBudget {
+ public:
+  // `limit_bytes` is what may be charged in all.
+  explicit MemoryBudget(uint64_t limit_bytes) : limit_bytes_(limit_bytes) {}
+
+  // The budget under a cap: the cap less the fixed part of the process.
+  // Throws DoesNotFitError, naming the least cap, if nothing would be left.
+  static uint64_t BudgetUnderCap(uint64_t cap_bytes);
+
+  [[nodiscard]] uint64_t LimitBytes() const { return limit_bytes_; }
+
+  [[nodiscard]] uint64_t UsedBytes() const { return used_bytes_.load(); }
+
+  [[nodiscard]] uint64_t PeakBytes() const { return peak_bytes_.load(); }
+
+  [[nodiscard]] uint64_t FreeBytes() const {
+    const uint64_t used = UsedBytes();
+    return used < limit_bytes_ ? limit_bytes_ - used : 0;
+  }
+
+  // Charges if it fits; false and unchanged otherwise.
+  [[nodiscard]] bool TryCharge(uint64_t bytes);
+
+  // Charges, or throws DoesNotFitError that names `what` needs how much.
+  void Charge(uint64_t bytes, std::string_view what);
+
+  void Release(uint64_t bytes) { used_bytes_.fetch_sub(bytes); }
+
+ private:
+  uint64_t limit_bytes_;
+  std::atomic<uint64_t> used_bytes_{0};
+  std::atomic<uint64_t> peak_bytes_{0};
+};
+
+// A charge that is released with its owner. The budget must outlive it.
+class MemoryCharge {
+ public:
+  MemoryCharge() = default;
+
+  MemoryCharge(MemoryBudget& budget, uint64_t bytes, std::string_view what)
+      : budget_(&budget), bytes_(bytes) {
+    budget.Charge(bytes, what);
+  }
+
+  MemoryCharge(MemoryCharge&& other) noexcept
+      : budget_(std::exchange(other.budget_, nullptr)),
+        bytes_(std::exchange(other.bytes_, 0)) {}
+
+  MemoryCharge& operator=(MemoryCharge&& other) noexcept {
+    if (this != &other) {
+      Reset();
+      budget_ = std::exchange(other.budget_, nullptr);
+      bytes_ = std::exchange(other.bytes_, 0);
+    }
+    return *this;
+  }
+
+  MemoryCharge(const MemoryCharge&) = delete;
+  MemoryCharge& operator=(const MemoryCharge&) = delete;
+
+  ~MemoryCharge() { Reset(); }
+
+  void Reset() {
+    if (budget_ != nullptr) {
+      budget_->Release(bytes_);
+    }
+    budget_ = nullptr;
+    bytes_ = 0;
+  }
+
+  [[nodiscard]] uint64_t Bytes() const { return bytes_; }
+
+ private:
+  MemoryBudget* budget_ = nullptr;
+  uint64_t bytes_ = 0;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,45 @@
+// Counter-based random numbers: a value is a pure function of what it samples
+// (a key such as a link or a path, and a counter), never of a thread, the time
+// or the order of the work. Mixing: the finaliser of MurmurHash3 in Stafford's
+// variant 13, applied twice over key and counter.
+
+#pragma once
+
+#include <cstdint>
+
+namespace enfilade {
+
+constexpr uint64_t MixBits(uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+// Folds another word into a key.
+constexpr uint64_t MixKey(uint64_t key, uint64_t word) {
+  return MixBits(key + 0x9e3779b97f4a7c15ULL + MixBits(word));
+}
+
+// The stream of random numbers that belongs to one key.
+class Random {
+ public:
+  explicit constexpr Random(uint64_t key) : key_(key) {}
+
+  constexpr uint64_t NextBits() { return MixKey(key_, counter_++); }
+
+  // Uniform in [0, 1), 53 bits.
+  constexpr double Next() {
+    return static_cast<double>(NextBits() >> 11) * 0x1.0p-53;
+  }
+
+  // Uniform in {0, ..., count - 1}; requires 0 < count < 2^32.
+  constexpr uint32_t NextBelow(uint32_t count) {
+    return static_cast<uint32_t>(((NextBits() >> 32) * count) >> 32);
+  }
+
+ private:
+  uint64_t key_;
+  uint64_t counter_ = 0;
+};
+
+}  // namespace enfilade

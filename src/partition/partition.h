@@ -1,0 +1,63 @@
+// Partition: the building into cells and portals, its faces clipped to cells
+// and cut into patches.
+//
+// A cell is a region of space, convex or not, bounded by opaque faces and
+// portals. Every point of the scene's bounding box (a little enlarged) that is
+// off every boundary lies in exactly one cell. The outdoors is one cell or
+// more of them; beyond the box is black void. Portals are the open part of the
+// boundary between two cells, and may be too large but never too small.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/vec.h"
+#include "partition/patch.h"
+#include "scene/scene_store.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace enfilade {
+
+// A convex planar opening between two cells, counter-clockwise seen from
+// `front`.
+struct Portal {
+  CellId front;
+  CellId back;
+  std::vector<Point3> vertices;
+};
+
+struct PartitionOptions {
+  // A cell with more patches is cut by artificial walls that are all portal.
+  // A setting of the store, never derived from the memory cap.
+  uint32_t max_cell_patches = 20000;
+  std::function<void(double fraction)> progress;  // may be empty
+};
+
+// What stays in memory of a partition: a few bytes per cell and portal.
+struct CellInfo {
+  Box3 bounds;
+  uint32_t patches = 0;
+  double area_m2 = 0;  // of its patches
+  // The Space it was made of (gbXML), if any.
+  std::optional<SpaceId> space;
+};
+
+struct Partition {
+  std::vector<CellInfo> cells;  // indexed by CellId
+  std::vector<Portal> portals;  // indexed by PortalId
+  std::vector<std::string> notes;
+};
+
+// Reads the store's scene; writes kCellPatches blocks, kPortals chunks and a
+// meta entry. Deterministic: depends on scene and options only.
+Partition BuildPartition(BlockStorage& store,
+                         const PartitionOptions& options,
+                         MemoryBudget& budget);
+
+Partition LoadPartition(const BlockStorage& store);
+
+}  // namespace enfilade

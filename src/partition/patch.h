@@ -1,0 +1,56 @@
+// Patches: the parallelograms and triangles, one-sided, that the solver works
+// on. Each belongs to exactly one cell, the one its normal points into, and is
+// the root of an element tree.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/bytes.h"
+#include "base/ids.h"
+#include "base/vec.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace enfilade {
+
+enum class PatchShape : uint8_t { kParallelogram = 0, kTriangle = 1 };
+
+// The points origin + a u + b v with a, b in [0,1] (parallelogram) or
+// a, b >= 0, a + b <= 1 (triangle). The normal is u x v.
+struct Patch {
+  Point3 origin;
+  Vec3 u, v;
+  PatchShape shape{};
+  MaterialId material;
+  FaceId face;
+  // Emits the material's exitance: true on the front of an emitting face only.
+  bool emits = false;
+  // Reflects. False: a black back, which only blocks rays (and may emit).
+  bool reflects = true;
+  // The other side of a patch of the same cell with a smaller id: the two are
+  // one blocker to rays.
+  bool is_twin = false;
+};
+
+inline double PatchArea(const Patch& p) {
+  return Length(Cross(p.u, p.v)) *
+         (p.shape == PatchShape::kTriangle ? 0.5 : 1.0);
+}
+
+inline Vec3 PatchNormal(const Patch& p) {
+  return Normalize(Cross(p.u, p.v));
+}
+
+// One cell's share of the building.
+struct CellPatches {
+  Box3 bounds;  // of the cell's region (not only of its patches)
+  std::vector<Patch> patches;
+};
+
+Bytes EncodeCellPatches(const CellPatches& cell);
+CellPatches DecodeCellPatches(std::span<const std::byte> bytes);
+
+CellPatches LoadCellPatches(const BlockStorage& store, CellId cell);
+
+}  // namespace enfilade

@@ -1,0 +1,61 @@
+// What every reader delivers and every later stage reads: materials and convex
+// planar faces, streamed.
+
+#pragma once
+
+#include "base/ids.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace enfilade {
+
+// How light leaves a face. Reflects alike on all its `sides`; emits from the
+// front (right-hand rule) only.
+struct Material {
+  std::string name;
+  Rgb reflectance{};   // in [0, 1) per channel
+  Rgb exitance{};      // W/m2, or lm/m2 when the scene is photometric
+  int sides = 2;       // 2: both sides reflect; 1: the back is black
+  bool clear = false;  // ignored by light; never reaches a face
+};
+
+inline bool Emits(const Material& m) {
+  return MaxChannel(m.exitance) > 0;
+}
+
+// A convex planar polygon of one material, counter-clockwise seen from its
+// front. At least three vertices, no zero area, no duplicate or NaN vertices.
+// The faces of a scene may share edges, T-junctions included.
+struct Face {
+  MaterialId material;
+  ObjectId object;  // names are in SceneSummary::object count only; see reader
+  std::vector<Point3> vertices;
+  // gbXML only: the Spaces in front of and behind the face; nullopt: outside.
+  std::optional<SpaceId> front_space;
+  std::optional<SpaceId> back_space;
+};
+
+using FaceVisitor = std::function<void(const Face&)>;
+
+// An opening that the input names (gbXML doors, windows and Air surfaces):
+// a convex polygon between two Spaces or a Space and the outside.
+struct Opening {
+  std::vector<Point3> vertices;
+  std::optional<SpaceId> front_space;
+  std::optional<SpaceId> back_space;
+};
+
+// A Space that the input names.
+struct Space {
+  std::string name;
+  Box3 bounds;
+  bool closed = true;  // its faces and openings bound a volume without gaps
+};
+
+}  // namespace enfilade

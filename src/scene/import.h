@@ -1,0 +1,42 @@
+// Import: a scene file to cleaned faces in a store.
+//
+//   .obj (+ .mtl), .obj.gz   polygons; Kd, Ke, d/Tr
+//   .xml, .gbxml, .xml.gz    gbXML; Spaces and Openings
+//
+// Streams: memory is bounded by the budget and not by the file.
+
+#pragma once
+
+#include "base/memory.h"
+#include "scene/scene_store.h"
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+namespace enfilade {
+
+struct ImportOptions {
+  // JSON: {"materials": {glob: props}, "objects": {...}, "surfaces": {...}},
+  // props: reflectance (number or [r,g,b]), exitance, sides, clear.
+  std::optional<std::filesystem::path> overrides;
+  bool default_luminaires = false;  // emitting panels on ceilings
+  bool photometric = false;         // Ke and exitance are lm/m2
+  std::optional<int> sides;         // 1 or 2 for every material
+  bool strip_spaces = false;        // gbXML: forget Spaces, keep bare polygons
+  std::function<void(double fraction)> progress;  // may be empty
+};
+
+// Reads `scene` into `store`, which must hold no scene. Throws InputError with
+// file and line for anything wrong: no light at all, reflectance >= 1 or < 0,
+// NaN, missing or unknown files, indices out of range.
+SceneInfo ImportScene(const std::filesystem::path& scene,
+                      const ImportOptions& options,
+                      MemoryBudget& budget,
+                      BlockStorage& store);
+
+// The hash that SceneInfo::source_hash would have: to notice a changed scene.
+uint64_t HashSceneFiles(const std::filesystem::path& scene,
+                        const ImportOptions& options);
+
+}  // namespace enfilade

@@ -1,0 +1,70 @@
+// The stored solution, to be read: radiosity and irradiance anywhere on the
+// scene's patches. Pages one cell's element tree in at a time (or as many as
+// the budget holds).
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+#include "partition/patch.h"
+#include "scene/scene_store.h"
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// A point on a patch, in patch coordinates (partition/patch.h).
+struct PatchPoint {
+  CellId cell;
+  PatchId patch;
+  double a = 0;
+  double b = 0;
+};
+
+// A leaf of an element tree: three or four corners in the order of
+// AreaVector (counter-clockwise seen from the front), and the radiosity and
+// irradiance that the solution has there.
+struct LeafElement {
+  PatchId patch;
+  std::vector<Point3> corners;
+  std::vector<Rgb> radiosity;   // W/m2 at the corners
+  std::vector<Rgb> irradiance;  // W/m2 at the corners
+};
+
+class Solution {
+ public:
+  // Throws InputError if the store holds no solution yet.
+  Solution(const BlockStorage& store, MemoryBudget& budget);
+  ~Solution();
+  Solution(const Solution&) = delete;
+  Solution& operator=(const Solution&) = delete;
+
+  [[nodiscard]] const SceneInfo& Scene() const;
+  [[nodiscard]] size_t CellCount() const;
+
+  // One value per point, in the order of the points; reads every cell's tree
+  // at most once per call. Thread-safe.
+  [[nodiscard]] std::vector<Rgb> Irradiance(
+      std::span<const PatchPoint> points) const;
+  [[nodiscard]] std::vector<Rgb> Radiosity(
+      std::span<const PatchPoint> points) const;
+
+  // Visits the leaves of a cell in a fixed order.
+  void ForEachLeaf(CellId cell,
+                   const std::function<void(const LeafElement&)>& visit) const;
+
+  // Hash over the coefficients of all cells: equal for equal bits.
+  [[nodiscard]] std::string Digest() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,60 @@
+// Wavelet radiosity on the cells of a partition, out of core: from the visible
+// sets to a stored solution.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace enfilade {
+
+struct SolveOptions {
+  double error = 0.05;       // requested relative error (docs/error-measure.md)
+  std::string basis = "m2";  // haar or m2
+  uint64_t seed = 1;         // of the visibility samples
+  double commit_seconds = 5;  // how often work is committed, at least
+  // Called now and then from the solving thread; fraction in [0,1] of the
+  // work as estimated so far, and a few words on what is being done.
+  std::function<void(double fraction, const std::string& phase)> progress;
+  // Set by a signal handler: Solve commits and throws InterruptedError.
+  const std::atomic<bool>* stop = nullptr;
+
+  // Throws UsageError with what is wrong.
+  void Validate() const;
+};
+
+// What a solve did, over all its runs (resumes included).
+struct SolveSummary {
+  bool converged = false;
+  uint64_t patches = 0;
+  uint64_t elements = 0;
+  uint64_t links = 0;
+  uint64_t rays = 0;           // traced while links were refined
+  uint64_t sweeps = 0;         // over all receiver cells
+  double residual = 0;         // of the linear system, relative
+  double estimated_error = 0;  // same measure as requested_error
+  double refine_seconds = 0;
+  double gather_seconds = 0;
+  double push_pull_seconds = 0;
+  double store_seconds = 0;
+  double link_bytes_per_link = 0;
+  uint64_t bytes_belady = 0;
+  uint64_t bytes_compulsory = 0;
+};
+
+// Continues from the last commit in the store, or starts. The store must hold
+// scene, partition and visible sets. A stored solution with a larger error is
+// refined further; one that already meets the error is left as it is.
+SolveSummary Solve(BlockStorage& store,
+                   const SolveOptions& options,
+                   MemoryBudget& budget);
+
+// The summary as last committed; all zero when the solve has not begun.
+SolveSummary LoadSolveSummary(const BlockStorage& store);
+
+}  // namespace enfilade

@@ -1,0 +1,49 @@
+// Cell-to-cell visibility: which cells a cell can see through sequences of
+// portals that one line can stab (Teller & Sequin 1991). Conservative: never
+// leaves out a cell that a ray can reach. Bounded in steps: a pair whose budget
+// of steps is spent counts as visible.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "partition/partition.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace enfilade {
+
+// A cell that the receiver cell can see.
+struct VisibleCell {
+  CellId source;
+  // The cells that a ray between receiver and source can pass, both ends
+  // included, ascending: where its blockers are.
+  std::vector<CellId> between;
+};
+
+// Of one receiver cell: ascending by source, itself included. Symmetric: if A
+// sees B then B sees A, with the same `between`.
+using VisibleSet = std::vector<VisibleCell>;
+
+struct VisibilityOptions {
+  uint32_t max_steps_per_cell = 200000;  // portal sequences tried per cell
+  std::function<void(double fraction)> progress;  // may be empty
+};
+
+struct VisibilitySummary {
+  uint64_t visible_pairs = 0;  // ordered pairs, a cell with itself included
+  uint64_t budget_spent_cells = 0;
+};
+
+// Writes a kVisibleSet block per cell and a meta entry.
+VisibilitySummary BuildVisibleSets(const Partition& partition,
+                                   const VisibilityOptions& options,
+                                   BlockStorage& store);
+
+VisibilitySummary LoadVisibilitySummary(const BlockStorage& store);
+VisibleSet LoadVisibleSet(const BlockStorage& store, CellId receiver);
+
+}  // namespace enfilade
