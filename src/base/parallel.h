@@ -8,6 +8,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace enfilade {
 
@@ -33,6 +34,14 @@ void ParallelFor(size_t count, const Body& body) {
         }
       },
       tbb::simple_partitioner());
+}
+
+// Runs body on the calling thread alone: parallel algorithms inside it (those of
+// a library, say) use no other thread, and take up no task from outside.
+template <typename Body>
+void RunAlone(const Body& body) {
+  tbb::task_arena arena(1, 1);
+  arena.execute(body);
 }
 
 }  // namespace enfilade

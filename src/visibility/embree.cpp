@@ -1,0 +1,137 @@
+#include "visibility/embree.h"
+
+#include "base/check.h"
+#include "base/error.h"
+#include "base/parallel.h"
+
+#include <algorithm>
+#include <exception>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+// Bytes that Embree allocated less those it freed on this thread: a scene is
+// built on one thread, so the difference over a build is what the scene holds.
+thread_local int64_t thread_bytes = 0;
+
+static_assert(sizeof(LocalPoint) == 12, "vertices are packed for Embree");
+
+template <size_t kCorners>
+void Attach(RTCDevice device,
+            RTCScene scene,
+            RTCGeometryType type,
+            unsigned id,
+            std::span<const std::array<LocalPoint, kCorners>> primitives) {
+  if (primitives.empty()) {
+    return;
+  }
+  RTCGeometry geometry = rtcNewGeometry(device, type);
+  const size_t count = primitives.size();
+  auto* vertices =
+      static_cast<LocalPoint*>(rtcSetNewGeometryBuffer(geometry,
+                                                       RTC_BUFFER_TYPE_VERTEX,
+                                                       0,
+                                                       RTC_FORMAT_FLOAT3,
+                                                       sizeof(LocalPoint),
+                                                       count * kCorners));
+  auto* indices = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry,
+      RTC_BUFFER_TYPE_INDEX,
+      0,
+      kCorners == 4 ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3,
+      kCorners * sizeof(uint32_t),
+      count));
+  if (vertices != nullptr &&
+      indices != nullptr) {  // else the memory is refused
+    for (size_t i = 0; i < count; ++i) {
+      for (size_t k = 0; k < kCorners; ++k) {
+        vertices[i * kCorners + k] = primitives[i][k];
+        indices[i * kCorners + k] = static_cast<uint32_t>(i * kCorners + k);
+      }
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+  }
+  rtcReleaseGeometry(geometry);
+}
+
+}  // namespace
+
+std::shared_ptr<EmbreeDevice> EmbreeDevice::Create(MemoryBudget& budget) {
+  return std::shared_ptr<EmbreeDevice>(new EmbreeDevice(budget));
+}
+
+// max_isa=avx2: with AVX-512, rtcOccluded16 of Embree 3.13.5 can hang in a
+// compact robust scene. No thread count is given, because Embree would impose
+// it on the whole process.
+EmbreeDevice::EmbreeDevice(MemoryBudget& budget)
+    : budget_(&budget), device_(rtcNewDevice("max_isa=avx2")) {
+  ENFILADE_CHECK(device_ != nullptr,
+                 "Embree error {} on opening its device",
+                 static_cast<int>(rtcGetDeviceError(nullptr)));
+  rtcSetDeviceMemoryMonitorFunction(device_, &EmbreeDevice::OnMemory, this);
+}
+
+EmbreeDevice::~EmbreeDevice() {
+  rtcReleaseDevice(device_);
+}
+
+// A refusal (false) makes Embree give the build up; it then frees what it had
+// been granted.
+bool EmbreeDevice::OnMemory(void* self, ssize_t bytes, bool /*post*/) {
+  MemoryBudget& budget = *static_cast<EmbreeDevice*>(self)->budget_;
+  if (bytes > 0 && !budget.TryCharge(static_cast<uint64_t>(bytes))) {
+    return false;
+  }
+  if (bytes < 0) {
+    budget.Release(static_cast<uint64_t>(-bytes));
+  }
+  thread_bytes += bytes;
+  return true;
+}
+
+std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
+    std::span<const LocalQuad> quads,
+    std::span<const LocalTriangle> triangles,
+    const char* what) {
+  const int64_t bytes_before = thread_bytes;
+  rtcGetDeviceError(device_);  // forgets an earlier one
+  auto scene =
+      std::make_unique<EmbreeScene>(shared_from_this(), rtcNewScene(device_));
+  RTCScene handle = scene->Handle();
+  rtcSetSceneFlags(handle, RTC_SCENE_FLAG_COMPACT | RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(handle, RTC_BUILD_QUALITY_MEDIUM);
+  RTCError error = RTC_ERROR_NONE;
+  RunAlone([&] {
+    Attach(device_, handle, RTC_GEOMETRY_TYPE_QUAD, 0, quads);
+    Attach(device_, handle, RTC_GEOMETRY_TYPE_TRIANGLE, 1, triangles);
+    error = rtcGetDeviceError(device_);
+    if (error == RTC_ERROR_NONE) {
+      rtcCommitScene(handle);
+      error = rtcGetDeviceError(device_);
+    }
+  });
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    const uint64_t need = 200 * (quads.size() + triangles.size());
+    throw DoesNotFitError(fmt::format(
+        "{} needs about {:.1f} MiB for its ray-tracing structure, which the "
+        "memory cap does not leave; run again with a larger --memory",
+        what,
+        static_cast<double>(need) / (1 << 20)));
+  }
+  ENFILADE_CHECK(error == RTC_ERROR_NONE,
+                 "Embree error {} while building {}",
+                 static_cast<int>(error),
+                 what);
+  scene->bytes_ =
+      static_cast<uint64_t>(std::max<int64_t>(0, thread_bytes - bytes_before));
+  return scene;
+}
+
+EmbreeScene::~EmbreeScene() {
+  rtcReleaseScene(scene_);
+}
+
+}  // namespace enfilade
