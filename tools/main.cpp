@@ -1,3 +1,5 @@
-int main() {
-  return 2;
+#include "tools/cli.h"
+
+int main(int argc, char** argv) {
+  return enfilade::RunCommandLine(argc, argv);
 }

@@ -1,0 +1,94 @@
+#include "tools/cli.h"
+
+#include "base/error.h"
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "tools/command.h"
+#include "tools/pipeline_limits.h"
+#include "tools/report.h"
+#include "tools/scene_command.h"
+#include "tools/signal.h"
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace enfilade {
+namespace {
+
+void ConfigureLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_st("enfilade"));
+  spdlog::set_pattern("enfilade: %l: %v");
+  spdlog::set_level(spdlog::level::warn);
+}
+
+int Fail(ExitCode code, const std::string& what) {
+  std::fflush(stdout);
+  fmt::print(stderr, "enfilade: error: {}\n", what);
+  return static_cast<int>(code);
+}
+
+void AddCommands(CLI::App& app) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "enfilade " + ProgramVersion());
+  app.footer(
+      "Example:\n"
+      "  enfilade scene chairs --count 36 chairs.obj\n"
+      "  enfilade solve chairs.obj -o chairs.enf --memory 64M\n"
+      "  enfilade verify chairs.enf\n"
+      "Each verb has --help with an example.\n"
+      "Exit codes: 0 done, 1 error not reached or a bug, 2 usage, 3 bad "
+      "input,\n"
+      "4 does not fit the memory, 5 damaged store, 6 disk, 130 interrupted.");
+  AddSolveCommand(app);
+  AddResumeCommand(app);
+  AddInfoCommand(app);
+  AddVerifyCommand(app);
+  AddProbeCommand(app);
+  AddCompareCommand(app);
+  AddExportCommand(app);
+  AddSceneCommand(app);
+}
+
+int ParseAndRun(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+    return static_cast<int>(ExitCode::kSuccess);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      return app.exit(error);  // --help and --version
+    }
+    return Fail(ExitCode::kUsage,
+                std::string(error.what()) + " (see 'enfilade --help')");
+  }
+}
+
+}  // namespace
+
+int RunCommandLine(int argc, char** argv) {
+  try {
+    ConfigureAllocator();
+    ConfigureLog();
+    InstallStopHandlers();
+    CLI::App app("Light in whole buildings: wavelet radiosity out of core.",
+                 "enfilade");
+    AddCommands(app);
+    const int code = ParseAndRun(app, argc, argv);
+    if (std::fflush(stdout) != 0) {
+      throw DiskError("cannot write to standard output");
+    }
+    return code;
+  } catch (const Error& error) {
+    return Fail(error.Code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return Fail(ExitCode::kDoesNotFit, "the system has no memory left");
+  } catch (const std::exception& error) {
+    return Fail(ExitCode::kBug,
+                fmt::format("{} (a bug: please report it with the command)",
+                            error.what()));
+  }
+}
+
+}  // namespace enfilade

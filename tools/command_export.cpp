@@ -1,0 +1,249 @@
+// The verbs `probe` and `export`: what a solution says elsewhere.
+
+#include "base/error.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <system_error>
+#include <vector>
+
+#include "tools/command.h"
+#include "tools/command_options.h"
+#include "tools/export.h"
+#include "tools/probe.h"
+#include "tools/progress.h"
+#include "tools/signal.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ProbeCommand {
+  CommonOptions common;
+  std::string store;
+  std::string points;
+  std::string output;  // empty: standard output
+  ProbeOptions options;
+
+  void Run();
+};
+
+struct ExportCommand {
+  CommonOptions common;
+  std::string store;
+  std::string output;
+  std::vector<double> eye;
+  std::vector<double> target;
+  std::vector<uint32_t> size;
+  ExportOptions options;
+
+  void Run();
+};
+
+// Calls write(stream) on a file that appears under `path` only if complete.
+void WriteFileInOneStep(const fs::path& path,
+                        const std::function<void(std::ostream&)>& write) {
+  const fs::path part = path.string() + ".part";
+  try {
+    std::ofstream file(part, std::ios::binary | std::ios::trunc);
+    if (!file) {
+      throw DiskError(fmt::format(
+          "cannot write '{}': {}", part.string(), std::strerror(errno)));
+    }
+    write(file);
+    file.close();
+    if (!file) {
+      throw DiskError(fmt::format(
+          "cannot write '{}': {}", part.string(), std::strerror(errno)));
+    }
+    std::error_code failed;
+    fs::rename(part, path, failed);
+    if (failed) {
+      throw DiskError(fmt::format(
+          "cannot write '{}': {}", path.string(), failed.message()));
+    }
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    throw;
+  }
+}
+
+void ProbeCommand::Run() {
+  ApplyVerbosity(common);
+  options.Validate();
+  LimitsInForce limits(common.limits);
+  const auto storage = OpenSolvedStore(store);
+  std::ifstream input(points);
+  if (!input || fs::is_directory(points)) {
+    throw InputError(fmt::format("cannot read the points '{}'", points));
+  }
+  options.progress = [](uint64_t) { ThrowIfStopRequested(); };
+  ProbeSummary summary;
+  const auto probe = [&](std::ostream& out) {
+    summary = Probe(*storage, input, points, out, options, limits.Budget());
+  };
+  if (output.empty()) {
+    probe(std::cout);
+    std::cout.flush();
+  } else {
+    WriteFileInOneStep(output, probe);
+  }
+  WriteReportIfAsked(common,
+                     Json{{"points", summary.points},
+                          {"on_patches", summary.on_patches},
+                          {"gathered", summary.gathered},
+                          {"seconds", summary.seconds},
+                          {"peak_rss_bytes", PeakResidentBytes()},
+                          {"version", ProgramVersion()}});
+}
+
+Point3 PointOf(const std::vector<double>& xyz) {
+  return Point3{xyz.at(0), xyz.at(1), xyz.at(2)};
+}
+
+void ExportCommand::Run() {
+  ApplyVerbosity(common);
+  if (!eye.empty()) {
+    options.camera.eye = PointOf(eye);
+  }
+  if (!target.empty()) {
+    options.camera.target = PointOf(target);
+  }
+  if (!size.empty()) {
+    options.width = size.at(0);
+    options.height = size.at(1);
+  }
+  options.Validate();
+  LimitsInForce limits(common.limits);
+  const auto storage = OpenSolvedStore(store);
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("export");
+  options.progress = [&](double fraction) {
+    ThrowIfStopRequested();
+    progress.Update(fraction);
+  };
+  const ExportSummary summary =
+      Export(*storage, output, options, limits.Budget());
+  progress.End();
+  WriteReportIfAsked(common,
+                     Json{{"elements", summary.elements},
+                          {"rays", summary.rays},
+                          {"bytes", summary.bytes},
+                          {"seconds", summary.seconds},
+                          {"peak_rss_bytes", PeakResidentBytes()},
+                          {"version", ProgramVersion()}});
+}
+
+void AddCameraOptions(CLI::App& command, ExportCommand& options) {
+  command.add_option("--eye", options.eye, "Where the camera stands, metres")
+      ->expected(3)
+      ->delimiter(',')
+      ->type_name("X,Y,Z");
+  command.add_option("--target", options.target, "What it looks at")
+      ->expected(3)
+      ->delimiter(',')
+      ->type_name("X,Y,Z");
+  command
+      .add_option("--fov",
+                  options.options.camera.vertical_fov_degrees,
+                  "Vertical field of view, degrees")
+      ->type_name("DEGREES")
+      ->capture_default_str();
+  command
+      .add_option("--view",
+                  options.options.camera.view,
+                  "perspective, or plan: from above, cut open")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, CameraView>{
+              {"perspective", CameraView::kPerspective},
+              {"plan", CameraView::kPlan}},
+          CLI::ignore_case))
+      ->type_name("VIEW");
+  command
+      .add_option("--cut",
+                  options.options.camera.plan_cut_m,
+                  "Height of the plan's cut, metres")
+      ->type_name("HEIGHT");
+  command.add_option("--up", options.options.camera.up, "auto, y or z")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, UpAxis>{{"auto", UpAxis::kAutomatic},
+                                        {"y", UpAxis::kY},
+                                        {"z", UpAxis::kZ}},
+          CLI::ignore_case))
+      ->type_name("AXIS");
+  command.add_option("--size", options.size, "Of a picture, pixels")
+      ->expected(2)
+      ->delimiter(',')
+      ->type_name("WIDTH,HEIGHT");
+  command
+      .add_option("--samples",
+                  options.options.samples,
+                  "Samples per pixel and direction")
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      .add_option("--exposure",
+                  options.options.exposure_stops,
+                  "Stops of brightness to add")
+      ->type_name("STOPS")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void AddProbeCommand(CLI::App& app) {
+  auto options = std::make_shared<ProbeCommand>();
+  CLI::App* command =
+      app.add_subcommand("probe", "Irradiance at points x,y,z,nx,ny,nz");
+  command->add_option("store", options->store, "The store to read")
+      ->required()
+      ->type_name("STORE");
+  command->add_option("points", options->points, "The points")
+      ->required()
+      ->type_name("POINTS.csv");
+  command
+      ->add_option("-o,--output",
+                   options->output,
+                   "Where to write; standard output otherwise")
+      ->type_name("OUT.csv");
+  command
+      ->add_option("--rays",
+                   options->options.gather_rays,
+                   "Rays over the hemisphere of a point in free space")
+      ->type_name("N")
+      ->capture_default_str();
+  AddCommonOptions(*command, options->common);
+  SetExample(*command, "enfilade probe office.enf points.csv -o lux.csv");
+  command->callback([options] { options->Run(); });
+}
+
+void AddExportCommand(CLI::App& app) {
+  auto options = std::make_shared<ExportCommand>();
+  CLI::App* command =
+      app.add_subcommand("export", "Write a solution for others, by extension");
+  command->add_option("store", options->store, "The store to read")
+      ->required()
+      ->type_name("STORE");
+  command
+      ->add_option("out",
+                   options->output,
+                   "File to write: .ply .gltf .glb .vtu .csv .png .exr")
+      ->required()
+      ->type_name("OUT");
+  AddCameraOptions(*command, *options);
+  AddCommonOptions(*command, options->common);
+  SetExample(*command,
+             "enfilade export office.enf office.png --eye 1,1,1.6 --target "
+             "5,4,1 --size 1280,720");
+  command->callback([options] { options->Run(); });
+}
+
+}  // namespace enfilade

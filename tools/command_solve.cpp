@@ -1,0 +1,244 @@
+// The verbs `solve` and `resume`.
+
+#include "base/error.h"
+
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "tools/command.h"
+#include "tools/command_options.h"
+#include "tools/pipeline.h"
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+namespace enfilade {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SolveCommand {
+  CommonOptions common;
+  std::string scene;
+  std::string store;
+  std::string overrides;
+  int sides = 0;  // 0: as the scene says
+  SolveSettings settings;
+
+  void Run();
+};
+
+struct ResumeCommand {
+  CommonOptions common;
+  std::string store;
+  std::optional<double> error;
+
+  void Run();
+};
+
+// Refuses to write over what is there, and says what to do instead.
+[[noreturn]] void RefuseExistingStore(const fs::path& path,
+                                      const SolveSettings& settings) {
+  std::unique_ptr<BlockStorage> store;
+  std::optional<SolveSettings> held;
+  bool converged = false;
+  try {
+    store = OpenStore(path, StoreAccess::kRead);
+    held = LoadSettings(*store);
+    converged = LoadSolveSummary(*store).converged;
+  } catch (const Error&) {
+    throw UsageError(
+        fmt::format("'{}' exists and is not a readable store; remove it, or "
+                    "give another name with -o",
+                    path.string()));
+  }
+  held->error = settings.error;
+  const bool same = *held == settings;
+  throw UsageError(fmt::format(
+      "'{}' exists: it holds {} {} of {}; {}",
+      path.string(),
+      converged ? "a" : "an unfinished",
+      same ? "solution" : "solution with other settings or",
+      same ? "this scene" : "another scene",
+      same ? fmt::format("go on with 'enfilade resume {}', or remove it",
+                         path.string())
+           : "remove it, or give another name with -o"));
+}
+
+// Runs the stages and reports. Throws if the requested error was not met.
+void SolveAndReport(BlockStorage& store,
+                    const fs::path& path,
+                    const SolveSettings& settings,
+                    const CommonOptions& common,
+                    MemoryBudget& budget) {
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  SolveSummary summary;
+  try {
+    summary = RunPipeline(store, settings, common.limits, budget, progress);
+  } catch (const InterruptedError&) {
+    throw InterruptedError(fmt::format(
+        "stopped; the work so far is kept: go on with 'enfilade resume {}'",
+        path.string()));
+  }
+  progress.End();
+  RunRecord record = LoadRunRecord(store);
+  Json report = SolveReport(store, settings, record, budget);
+  report["peak_rss_bytes"] = PeakResidentBytes();
+  WriteReportIfAsked(common, report);
+  fmt::print("{}", SummaryText(report));
+  if (!summary.converged) {
+    throw Error(ExitCode::kBug,
+                fmt::format("the requested error {} was not reached; {:.4f} "
+                            "is estimated. The solution is kept in '{}'",
+                            settings.error,
+                            summary.estimated_error,
+                            path.string()));
+  }
+}
+
+void RemoveStore(const fs::path& path) {
+  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
+    std::error_code ignored;
+    fs::remove(path.string() + suffix, ignored);
+  }
+}
+
+void RequireSceneFile(const fs::path& scene) {
+  if (!fs::exists(scene)) {
+    throw InputError(
+        fmt::format("there is no scene file '{}'", scene.string()));
+  }
+}
+
+void SolveCommand::Run() {
+  ApplyVerbosity(common);
+  RequireSceneFile(scene);
+  settings.scene = fs::absolute(scene).lexically_normal();
+  if (!overrides.empty()) {
+    RequireSceneFile(overrides);
+    settings.overrides = fs::absolute(overrides).lexically_normal();
+  }
+  if (sides != 0) {
+    settings.sides = sides;
+  }
+  SolveOptionsOf(settings).Validate();
+  if (fs::exists(store)) {
+    RefuseExistingStore(store, settings);
+  }
+  LimitsInForce limits(common.limits);
+  auto storage = CreateStore(store);
+  try {
+    SaveSettings(*storage, settings);
+    SaveStage(*storage, Stage::kCreated);
+    storage->Commit();
+    SolveAndReport(*storage, store, settings, common, limits.Budget());
+  } catch (const InterruptedError&) {
+    throw;
+  } catch (const Error&) {
+    // Nothing worth keeping before the scene is in: the mended scene can be
+    // solved into the same file.
+    const bool worthless = LoadStage(*storage) < Stage::kImported;
+    storage.reset();
+    if (worthless) {
+      RemoveStore(store);
+    }
+    throw;
+  }
+}
+
+void ResumeCommand::Run() {
+  ApplyVerbosity(common);
+  auto storage = OpenExistingStore(store, StoreAccess::kWrite);
+  SolveSettings settings = LoadSettings(*storage);
+  if (LoadStage(*storage) < Stage::kImported) {
+    RequireSceneFile(settings.scene);
+  } else if (!CheckSceneUnchanged(*storage, settings)) {
+    spdlog::info("'{}' is no longer there; the store holds all that is needed",
+                 settings.scene.string());
+  }
+  if (error) {
+    settings.error = *error;
+    SolveOptionsOf(settings).Validate();
+    SaveSettings(*storage, settings);
+  }
+  LimitsInForce limits(common.limits);
+  SolveAndReport(*storage, store, settings, common, limits.Budget());
+}
+
+void AddSceneOptions(CLI::App& command, SolveCommand& options) {
+  command
+      .add_option("--overrides",
+                  options.overrides,
+                  "JSON file that sets reflectance and exitance by name "
+                  "(docs/overrides.md)")
+      ->type_name("FILE");
+  command.add_flag("--default-luminaires",
+                   options.settings.default_luminaires,
+                   "Lay emitting panels on the ceilings of a model without "
+                   "any light");
+  command.add_flag("--photometric",
+                   options.settings.photometric,
+                   "Ke and exitance are lm/m2, results lux");
+  command
+      .add_option("--sides",
+                  options.sides,
+                  "Sides of a face that reflect: 1 makes every back black")
+      ->check(CLI::IsMember({1, 2}))
+      ->type_name("1|2");
+  command.add_flag("--strip-spaces",
+                   options.settings.strip_spaces,
+                   "gbXML: forget the Spaces and find the cells");
+}
+
+}  // namespace
+
+void AddSolveCommand(CLI::App& app) {
+  auto options = std::make_shared<SolveCommand>();
+  CLI::App* command =
+      app.add_subcommand("solve", "Compute the light in a scene into a store");
+  command
+      ->add_option(
+          "scene", options->scene, "Scene file: .obj, .obj.gz, gbXML .xml")
+      ->required()
+      ->type_name("SCENE");
+  command->add_option("-o,--output", options->store, "The store to make")
+      ->required()
+      ->type_name("STORE");
+  command
+      ->add_option("--error",
+                   options->settings.error,
+                   "Relative error of the solution to reach")
+      ->type_name("E")
+      ->capture_default_str();
+  command->add_option("--basis", options->settings.basis, "haar or m2")
+      ->check(CLI::IsMember({"haar", "m2"}))
+      ->type_name("BASIS")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--seed", options->settings.seed, "Of the visibility samples")
+      ->type_name("N")
+      ->capture_default_str();
+  AddSceneOptions(*command, *options);
+  AddCommonOptions(*command, options->common);
+  SetExample(*command,
+             "enfilade solve office.obj -o office.enf --error 0.05 --memory "
+             "256M --report office.json");
+  command->callback([options] { options->Run(); });
+}
+
+void AddResumeCommand(CLI::App& app) {
+  auto options = std::make_shared<ResumeCommand>();
+  CLI::App* command = app.add_subcommand(
+      "resume", "Continue after a stop, or with a smaller error");
+  command->add_option("store", options->store, "The store to continue")
+      ->required()
+      ->type_name("STORE");
+  command->add_option("--error", options->error, "New relative error to reach")
+      ->type_name("E");
+  AddCommonOptions(*command, options->common);
+  SetExample(*command, "enfilade resume office.enf --error 0.02 --memory 256M");
+  command->callback([options] { options->Run(); });
+}
+
+}  // namespace enfilade

@@ -1,0 +1,164 @@
+// The verbs `verify` and `compare`: how good a solution is.
+
+#include <memory>
+
+#include "tools/command.h"
+#include "tools/command_options.h"
+#include "tools/compare.h"
+#include "tools/progress.h"
+#include "tools/signal.h"
+#include "tools/verify.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+struct VerifyCommand {
+  CommonOptions common;
+  std::string store;
+  VerifyOptions options;
+
+  void Run();
+};
+
+struct CompareCommand {
+  CommonOptions common;
+  std::string a;
+  std::string b;
+  CompareOptions options;
+
+  void Run();
+};
+
+Json VerifyReport(const VerifySummary& summary) {
+  Json report;
+  report["error"] = summary.error;
+  report["error_low"] = summary.error_low;
+  report["error_high"] = summary.error_high;
+  report["points"] = summary.points;
+  report["seconds"] = summary.seconds;
+  report["mean_deviation"] = summary.mean_deviation;
+  report["mean_deviation_low"] = summary.mean_deviation_low;
+  report["mean_deviation_high"] = summary.mean_deviation_high;
+  report["mean_reflected"] = summary.mean_reflected;
+  report["area_m2"] = summary.area_m2;
+  report["paths"] = summary.paths;
+  report["rays"] = summary.rays;
+  report["tight"] = summary.tight;
+  report["peak_rss_bytes"] = PeakResidentBytes();
+  report["version"] = ProgramVersion();
+  return report;
+}
+
+Json CompareReport(const CompareSummary& summary) {
+  Json report;
+  report["rms_error"] = summary.rms_error;
+  report["l1_error"] = summary.l1_error;
+  report["max_error"] = summary.max_error;
+  report["mean_deviation"] = summary.mean_deviation;
+  report["mean_reflected"] = summary.mean_reflected;
+  report["points"] = summary.points;
+  report["peak_rss_bytes"] = PeakResidentBytes();
+  report["version"] = ProgramVersion();
+  return report;
+}
+
+void VerifyCommand::Run() {
+  ApplyVerbosity(common);
+  options.Validate();
+  LimitsInForce limits(common.limits);
+  const auto storage = OpenSolvedStore(store);
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("verify");
+  options.progress = [&](double fraction) {
+    ThrowIfStopRequested();
+    progress.Update(fraction);
+  };
+  const VerifySummary summary = Verify(*storage, options, limits.Budget());
+  progress.End();
+  WriteReportIfAsked(common, VerifyReport(summary));
+  fmt::print(
+      "error {:.4f}, 95 % interval {:.4f} to {:.4f} ({} points, {} paths, "
+      "{})\nmean deviation {:+.4f}, 95 % interval {:+.4f} to {:+.4f}\n",
+      summary.error,
+      summary.error_low,
+      summary.error_high,
+      summary.points,
+      summary.paths,
+      FormatDuration(summary.seconds),
+      summary.mean_deviation,
+      summary.mean_deviation_low,
+      summary.mean_deviation_high);
+}
+
+void CompareCommand::Run() {
+  ApplyVerbosity(common);
+  options.Validate();
+  LimitsInForce limits(common.limits);
+  const auto store_a = OpenSolvedStore(a);
+  const auto store_b = OpenSolvedStore(b);
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("compare");
+  options.progress = [&](double fraction) {
+    ThrowIfStopRequested();
+    progress.Update(fraction);
+  };
+  const CompareSummary summary =
+      Compare(*store_a, *store_b, options, limits.Budget());
+  progress.End();
+  WriteReportIfAsked(common, CompareReport(summary));
+  fmt::print(
+      "rms error {:.6f}, L1 error {:.6f}, largest {:.6f}, mean deviation "
+      "{:+.6f} ({} points)\n",
+      summary.rms_error,
+      summary.l1_error,
+      summary.max_error,
+      summary.mean_deviation,
+      summary.points);
+}
+
+}  // namespace
+
+void AddVerifyCommand(CLI::App& app) {
+  auto options = std::make_shared<VerifyCommand>();
+  CLI::App* command = app.add_subcommand(
+      "verify", "Measure the delivered error against Monte Carlo");
+  command->add_option("store", options->store, "The store to verify")
+      ->required()
+      ->type_name("STORE");
+  command
+      ->add_option("--seconds",
+                   options->options.max_seconds,
+                   "Stop after this time, with a wider interval")
+      ->type_name("S")
+      ->capture_default_str();
+  command
+      ->add_option("--tightness",
+                   options->options.target_relative_half_width,
+                   "Half-width of the interval to reach, relative to the error")
+      ->type_name("R")
+      ->capture_default_str();
+  command->add_option("--seed", options->options.seed, "Of the paths")
+      ->type_name("N")
+      ->capture_default_str();
+  AddCommonOptions(*command, options->common);
+  SetExample(*command, "enfilade verify office.enf --report verify.json");
+  command->callback([options] { options->Run(); });
+}
+
+void AddCompareCommand(CLI::App& app) {
+  auto options = std::make_shared<CompareCommand>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "Error of solution A against solution B of the same scene");
+  command->add_option("a", options->a, "The store to judge")
+      ->required()
+      ->type_name("A");
+  command->add_option("b", options->b, "The reference")
+      ->required()
+      ->type_name("B");
+  AddCommonOptions(*command, options->common);
+  SetExample(*command, "enfilade compare coarse.enf fine.enf");
+  command->callback([options] { options->Run(); });
+}
+
+}  // namespace enfilade

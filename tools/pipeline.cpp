@@ -1,0 +1,254 @@
+#include "tools/pipeline.h"
+
+#include "base/error.h"
+#include "partition/partition.h"
+#include "visibility/ray_tracer.h"
+#include "visibility/visible_set.h"
+
+#include <algorithm>
+#include <chrono>
+#include <initializer_list>
+
+#include "tools/signal.h"
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+namespace enfilade {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kSecondsBetweenRecords = 1.0;
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// One run of the stages. Keeps the run record up to date in the store, so that
+// every commit carries the time and the bytes that led to it.
+class PipelineRun {
+ public:
+  PipelineRun(BlockStorage& store,
+              const SolveSettings& settings,
+              const RunLimits& limits,
+              MemoryBudget& budget,
+              Progress& progress);
+
+  void Import();
+  void Partition();
+  void Visibility();
+  void TraceChunks();
+  SolveSummary Solve();
+
+ private:
+  // Runs `work` unless the store has reached `stage`; erases what an
+  // interrupted attempt left of `kinds`, adds the time to `seconds`, commits.
+  template <typename Work>
+  void RunStage(Stage stage,
+                std::string_view name,
+                std::initializer_list<BlockKind> kinds,
+                double& seconds,
+                const Work& work);
+  void UpdateRecord();
+  void WarnIfCapExceeded(std::string_view stage) const;
+  // For the stages before the solve: shows progress, or leaves by
+  // InterruptedError when a stop was requested.
+  std::function<void(double)> ProgressOrStop();
+
+  BlockStorage& store_;
+  const SolveSettings& settings_;
+  const RunLimits& limits_;
+  MemoryBudget& budget_;
+  Progress& progress_;
+  Clock::time_point begin_ = Clock::now();
+  Clock::time_point recorded_ = begin_;
+  RunRecord before_;  // of the runs before this one
+  RunRecord record_;
+};
+
+PipelineRun::PipelineRun(BlockStorage& store,
+                         const SolveSettings& settings,
+                         const RunLimits& limits,
+                         MemoryBudget& budget,
+                         Progress& progress)
+    : store_(store),
+      settings_(settings),
+      limits_(limits),
+      budget_(budget),
+      progress_(progress),
+      before_(LoadRunRecord(store)),
+      record_(before_) {
+  ++record_.runs;
+  record_.memory_cap_bytes = limits.memory_cap_bytes;
+  record_.threads = limits.threads;
+  record_.version = ENFILADE_VERSION;
+}
+
+void PipelineRun::Import() {
+  RunStage(Stage::kImported,
+           "import",
+           {BlockKind::kFaces, BlockKind::kScratch},
+           record_.import_seconds,
+           [&] {
+             ImportOptions options = ImportOptionsOf(settings_);
+             options.progress = ProgressOrStop();
+             const SceneInfo info =
+                 ImportScene(settings_.scene, options, budget_, store_);
+             for (const std::string& note : info.notes) {
+               spdlog::info("import: {}", note);
+             }
+           });
+}
+
+void PipelineRun::Partition() {
+  RunStage(Stage::kPartitioned,
+           "partition",
+           {BlockKind::kCellPatches, BlockKind::kPortals, BlockKind::kScratch},
+           record_.partition_seconds,
+           [&] {
+             PartitionOptions options;
+             options.progress = ProgressOrStop();
+             const enfilade::Partition partition =
+                 BuildPartition(store_, options, budget_);
+             for (const std::string& note : partition.notes) {
+               spdlog::info("partition: {}", note);
+             }
+           });
+}
+
+void PipelineRun::Visibility() {
+  RunStage(Stage::kVisible,
+           "visibility",
+           {BlockKind::kVisibleSet, BlockKind::kScratch},
+           record_.visibility_seconds,
+           [&] {
+             VisibilityOptions options;
+             options.progress = ProgressOrStop();
+             BuildVisibleSets(LoadPartition(store_), options, store_);
+           });
+}
+
+void PipelineRun::TraceChunks() {
+  RunStage(Stage::kTraceable,
+           "trace chunks",
+           {BlockKind::kTrace, BlockKind::kScratch},
+           record_.visibility_seconds,
+           [&] { BuildTraceChunks(store_, budget_); });
+}
+
+SolveSummary PipelineRun::Solve() {
+  ThrowIfStopRequested();
+  progress_.Begin("solve");
+  SolveOptions options = SolveOptionsOf(settings_);
+  options.stop = &StopRequested();
+  options.progress = [&](double fraction, const std::string& phase) {
+    progress_.Update(fraction, phase);
+    if (SecondsSince(recorded_) > kSecondsBetweenRecords) {
+      UpdateRecord();
+    }
+  };
+  UpdateRecord();
+  const SolveSummary summary = enfilade::Solve(store_, options, budget_);
+  UpdateRecord();
+  store_.Commit();
+  progress_.End();
+  WarnIfCapExceeded("solve");
+  return summary;
+}
+
+template <typename Work>
+void PipelineRun::RunStage(Stage stage,
+                           std::string_view name,
+                           std::initializer_list<BlockKind> kinds,
+                           double& seconds,
+                           const Work& work) {
+  if (LoadStage(store_) >= stage) {
+    return;
+  }
+  ThrowIfStopRequested();
+  progress_.Begin(name);
+  const auto begin = Clock::now();
+  for (const BlockKind kind : kinds) {
+    store_.EraseAll(kind);
+  }
+  work();
+  seconds += SecondsSince(begin);
+  SaveStage(store_, stage);
+  UpdateRecord();
+  store_.Commit();
+  ReleaseFreedMemory();
+  progress_.End();
+  WarnIfCapExceeded(name);
+}
+
+void PipelineRun::UpdateRecord() {
+  recorded_ = Clock::now();
+  const StoreStats stats = store_.Stats();
+  record_.wall_seconds = before_.wall_seconds + SecondsSince(begin_);
+  record_.bytes_read = before_.bytes_read + stats.bytes_read;
+  record_.bytes_written = before_.bytes_written + stats.bytes_written;
+  record_.peak_rss_bytes =
+      std::max(before_.peak_rss_bytes, PeakResidentBytes());
+  SaveRunRecord(store_, record_);
+}
+
+void PipelineRun::WarnIfCapExceeded(std::string_view stage) const {
+  const uint64_t peak = PeakResidentBytes();
+  spdlog::info("{}: peak resident size {:.1f} MiB, peak of the budget {:.1f}",
+               stage,
+               static_cast<double>(peak) / (1 << 20),
+               static_cast<double>(budget_.PeakBytes()) / (1 << 20));
+  if (limits_.memory_cap_bytes != 0 && peak > limits_.memory_cap_bytes) {
+    spdlog::warn(
+        "internal error: {} took {:.1f} MiB, more than the cap of {:.1f} MiB; "
+        "please report this",
+        stage,
+        static_cast<double>(peak) / (1 << 20),
+        static_cast<double>(limits_.memory_cap_bytes) / (1 << 20));
+  }
+}
+
+std::function<void(double)> PipelineRun::ProgressOrStop() {
+  return [this](double fraction) {
+    progress_.Update(fraction);
+    ThrowIfStopRequested();
+  };
+}
+
+}  // namespace
+
+SolveSummary RunPipeline(BlockStorage& store,
+                         const SolveSettings& settings,
+                         const RunLimits& limits,
+                         MemoryBudget& budget,
+                         Progress& progress) {
+  PipelineRun run(store, settings, limits, budget, progress);
+  run.Import();
+  run.Partition();
+  run.Visibility();
+  run.TraceChunks();
+  return run.Solve();
+}
+
+bool CheckSceneUnchanged(const BlockStorage& store,
+                         const SolveSettings& settings) {
+  if (LoadStage(store) < Stage::kImported) {
+    return true;  // the scene is still to be read
+  }
+  if (!std::filesystem::exists(settings.scene) ||
+      (settings.overrides && !std::filesystem::exists(*settings.overrides))) {
+    return false;
+  }
+  const uint64_t hash =
+      HashSceneFiles(settings.scene, ImportOptionsOf(settings));
+  if (hash != LoadSceneInfo(store).source_hash) {
+    throw InputError(
+        fmt::format("'{}' (or a file it uses) has changed since this store "
+                    "was made; solve it into a new store, or put the old "
+                    "scene back",
+                    settings.scene.string()));
+  }
+  return true;
+}
+
+}  // namespace enfilade

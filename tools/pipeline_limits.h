@@ -1,0 +1,41 @@
+// The bounds of one run of the program: memory and threads. No result depends
+// on them.
+
+#pragma once
+
+#include "base/memory.h"
+#include "base/parallel.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+struct RunLimits {
+  uint64_t memory_cap_bytes = 1ULL << 30;  // of the whole process; 0: none
+  uint64_t threads = 1;
+};
+
+// Number of the machine's hardware threads; at least 1.
+uint64_t HardwareThreads();
+
+// Makes the allocator give freed memory back to the system soon, so that the
+// resident size follows what is in use. Once, before threads start.
+void ConfigureAllocator();
+
+// Gives all freed memory back; between stages.
+void ReleaseFreedMemory();
+
+// The limits in force while it lives. Throws DoesNotFitError if the cap leaves
+// no budget.
+class LimitsInForce {
+ public:
+  explicit LimitsInForce(const RunLimits& limits);
+
+  [[nodiscard]] MemoryBudget& Budget() { return budget_; }
+
+ private:
+  MemoryBudget budget_;
+  ThreadLimit thread_limit_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,69 @@
+// What a store remembers of the run that makes it: the settings that decide
+// the solution, the stage that it has reached, and what its runs took. Kept in
+// the store's meta entries "settings", "stage" and "runs".
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "scene/import.h"
+#include "solver/solve.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace enfilade {
+
+// Everything the solution depends on, and nothing else: neither the memory cap
+// nor the number of threads.
+struct SolveSettings {
+  std::filesystem::path scene;  // absolute
+  std::optional<std::filesystem::path> overrides;
+  bool default_luminaires = false;
+  bool photometric = false;
+  bool strip_spaces = false;
+  std::optional<int> sides;
+  double error = 0.05;
+  std::string basis = "m2";
+  uint64_t seed = 1;
+
+  friend bool operator==(const SolveSettings&, const SolveSettings&) = default;
+};
+
+ImportOptions ImportOptionsOf(const SolveSettings& settings);
+SolveOptions SolveOptionsOf(const SolveSettings& settings);
+
+void SaveSettings(BlockStorage& store, const SolveSettings& settings);
+// Throws DamagedStoreError if the store holds none, or not readable ones.
+SolveSettings LoadSettings(const BlockStorage& store);
+
+// The stages that a store can have completed, in their order.
+enum class Stage { kCreated, kImported, kPartitioned, kVisible, kTraceable };
+
+std::string_view StageName(Stage stage);
+void SaveStage(BlockStorage& store, Stage stage);
+Stage LoadStage(const BlockStorage& store);
+
+// What the runs on a store took so far, all runs added up.
+struct RunRecord {
+  double import_seconds = 0;
+  double partition_seconds = 0;
+  double visibility_seconds = 0;  // trace chunks included
+  double wall_seconds = 0;
+  uint64_t bytes_read = 0;
+  uint64_t bytes_written = 0;
+  uint64_t peak_rss_bytes = 0;  // the largest
+  uint64_t runs = 0;
+  // Of the last run; a cap of 0 is none.
+  uint64_t memory_cap_bytes = 0;
+  uint64_t threads = 0;
+  std::string version;
+};
+
+void SaveRunRecord(BlockStorage& store, const RunRecord& record);
+// A default record if there is none.
+RunRecord LoadRunRecord(const BlockStorage& store);
+
+}  // namespace enfilade

@@ -1,0 +1,127 @@
+#include "tools/progress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kLeastFractionToExtrapolate = 0.02;
+constexpr double kSecondsBeforeFirstLine = 1.0;
+constexpr double kSecondsBetweenLines = 0.2;
+constexpr double kSecondsBetweenLogLines = 10.0;
+
+double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+size_t TerminalColumns() {
+  winsize size{};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) {
+    return size.ws_col;
+  }
+  return 80;
+}
+
+}  // namespace
+
+std::string FormatDuration(double seconds) {
+  const auto whole = static_cast<int64_t>(std::llround(std::max(0.0, seconds)));
+  if (whole < 60) {
+    return fmt::format("{} s", whole);
+  }
+  if (whole < 3600) {
+    return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  }
+  return fmt::format("{} h {:02} min", whole / 3600, whole % 3600 / 60);
+}
+
+std::string ProgressText(std::string_view stage,
+                         double fraction,
+                         double elapsed_seconds,
+                         std::string_view detail) {
+  const double share = std::clamp(fraction, 0.0, 1.0);
+  // Rounded down: 100 % is shown only when it is done.
+  std::string text =
+      fmt::format("{} {} %", stage, static_cast<int>(share * 100));
+  if (share >= kLeastFractionToExtrapolate && share < 1) {
+    const double left = elapsed_seconds * (1 - share) / share;
+    text += fmt::format(", {} left", FormatDuration(left));
+  }
+  if (!detail.empty()) {
+    text += fmt::format(": {}", detail);
+  }
+  return text;
+}
+
+Progress::Progress(Output output) : output_(output) {}
+
+Progress::~Progress() {
+  const std::scoped_lock lock(mutex_);
+  ClearLine();
+}
+
+Progress::Output Progress::ChooseOutput(bool verbose) {
+  if (isatty(STDERR_FILENO) == 1) {
+    return Output::kTerminal;
+  }
+  return verbose ? Output::kLog : Output::kNone;
+}
+
+void Progress::Begin(std::string_view stage) {
+  const std::scoped_lock lock(mutex_);
+  ClearLine();
+  stage_ = stage;
+  begin_ = Clock::now();
+  shown_ = begin_;
+  if (output_ == Output::kLog) {
+    spdlog::info("{}", stage_);
+  }
+}
+
+void Progress::Update(double fraction, std::string_view detail) {
+  const std::scoped_lock lock(mutex_);
+  const double elapsed = SecondsSince(begin_);
+  const double interval =
+      output_ == Output::kLog ? kSecondsBetweenLogLines : kSecondsBetweenLines;
+  if (output_ == Output::kNone || elapsed < kSecondsBeforeFirstLine ||
+      SecondsSince(shown_) < interval) {
+    return;
+  }
+  shown_ = Clock::now();
+  std::string text = ProgressText(stage_, fraction, elapsed, detail);
+  if (output_ == Output::kLog) {
+    spdlog::info("{}", text);
+    return;
+  }
+  text.resize(std::min(text.size(), TerminalColumns() - 1));
+  fmt::print(stderr, "\r\033[K{}", text);
+  std::fflush(stderr);
+  line_visible_ = true;
+}
+
+void Progress::End() {
+  const std::scoped_lock lock(mutex_);
+  ClearLine();
+  if (output_ == Output::kLog && !stage_.empty()) {
+    spdlog::info("{} done in {:.2f} s", stage_, SecondsSince(begin_));
+  }
+  stage_.clear();
+}
+
+void Progress::ClearLine() {
+  if (line_visible_) {
+    fmt::print(stderr, "\r\033[K");
+    std::fflush(stderr);
+    line_visible_ = false;
+  }
+}
+
+}  // namespace enfilade

@@ -1,0 +1,59 @@
+// Progress of long work, for people: one line on a terminal with the stage,
+// the percentage and the time left, once the work has taken a second. Without
+// a terminal nothing, or sparse log lines when they were asked for.
+
+#pragma once
+
+#include <chrono>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace enfilade {
+
+// "42 s", "3 min 20 s", "2 h 05 min".
+std::string FormatDuration(double seconds);
+
+// "refine 43 %, 12 s left: detail". No time is given before the fraction says
+// enough (2 %) to extrapolate from.
+std::string ProgressText(std::string_view stage,
+                         double fraction,
+                         double elapsed_seconds,
+                         std::string_view detail);
+
+// Thread-safe. Writes to stderr only.
+class Progress {
+ public:
+  enum class Output { kNone, kTerminal, kLog };
+
+  explicit Progress(Output output);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // kTerminal if stderr is one, else kLog if `verbose`, else kNone.
+  static Output ChooseOutput(bool verbose);
+
+  // Starts the clock of a stage; ends the one before.
+  void Begin(std::string_view stage);
+
+  // `fraction` in [0, 1] of the stage.
+  void Update(double fraction, std::string_view detail = {});
+
+  // Ends the stage and clears the line.
+  void End();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void ClearLine();
+
+  Output output_;
+  std::mutex mutex_;
+  std::string stage_;
+  Clock::time_point begin_;
+  Clock::time_point shown_;
+  bool line_visible_ = false;
+};
+
+}  // namespace enfilade

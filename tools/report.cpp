@@ -1,0 +1,178 @@
+#include "tools/report.h"
+
+#include "base/error.h"
+#include "partition/partition.h"
+#include "scene/scene_store.h"
+#include "solver/solution.h"
+#include "solver/solve.h"
+#include "visibility/visible_set.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include "tools/progress.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+double PerSecond(uint64_t count, double seconds) {
+  return seconds > 0 ? static_cast<double>(count) / seconds : 0;
+}
+
+Json Digest(const BlockStorage& store, MemoryBudget& budget) {
+  if (store.Count(BlockKind::kCellTree) == 0) {
+    return nullptr;
+  }
+  return Solution(store, budget).Digest();
+}
+
+void AddSceneKeys(const BlockStorage& store, Stage stage, Json& report) {
+  const bool imported = stage >= Stage::kImported;
+  const SceneInfo scene = imported ? LoadSceneInfo(store) : SceneInfo{};
+  const bool partitioned = stage >= Stage::kPartitioned;
+  const Partition partition = partitioned ? LoadPartition(store) : Partition{};
+  uint64_t patches = 0;
+  for (const CellInfo& cell : partition.cells) {
+    patches += cell.patches;
+  }
+  report["scene"] = scene.source_path;
+  report["polygons"] = scene.input_polygons;
+  report["faces"] = scene.faces;
+  report["spaces"] = scene.spaces.size();
+  report["cells"] = partition.cells.size();
+  report["portals"] = partition.portals.size();
+  report["visible_pairs"] =
+      stage >= Stage::kVisible ? LoadVisibilitySummary(store).visible_pairs : 0;
+  report["patches"] = patches;
+}
+
+void AddSolveKeys(const SolveSummary& summary,
+                  const SolveSettings& settings,
+                  Json& report) {
+  report["elements"] = summary.elements;
+  report["links"] = summary.links;
+  report["links_per_second"] = PerSecond(summary.links, summary.refine_seconds);
+  report["rays"] = summary.rays;
+  report["rays_per_second"] = PerSecond(summary.rays, summary.refine_seconds);
+  report["sweeps"] = summary.sweeps;
+  report["residual"] = summary.residual;
+  report["requested_error"] = settings.error;
+  report["estimated_error"] = summary.estimated_error;
+  report["converged"] = summary.converged;
+}
+
+void AddCostKeys(const BlockStorage& store,
+                 const SolveSummary& summary,
+                 const RunRecord& record,
+                 Json& report) {
+  report["wall_seconds"] = record.wall_seconds;
+  report["stage_seconds"] = {{"import", record.import_seconds},
+                             {"partition", record.partition_seconds},
+                             {"visibility", record.visibility_seconds},
+                             {"refine", summary.refine_seconds},
+                             {"gather", summary.gather_seconds},
+                             {"push_pull", summary.push_pull_seconds},
+                             {"store", summary.store_seconds}};
+  report["peak_rss_bytes"] = record.peak_rss_bytes;
+  report["memory_cap_bytes"] = record.memory_cap_bytes;
+  report["store_bytes"] = store.FileBytes();
+  report["link_bytes_per_link"] = summary.link_bytes_per_link;
+  report["bytes_read"] = record.bytes_read;
+  report["bytes_written"] = record.bytes_written;
+  report["bytes_belady"] = summary.bytes_belady;
+  report["bytes_compulsory"] = summary.bytes_compulsory;
+  report["threads"] = record.threads;
+}
+
+}  // namespace
+
+std::string ProgramVersion() {
+  return ENFILADE_VERSION;
+}
+
+Json SolveReport(const BlockStorage& store,
+                 const SolveSettings& settings,
+                 const RunRecord& record,
+                 MemoryBudget& budget) {
+  const Stage stage = LoadStage(store);
+  const SolveSummary summary = LoadSolveSummary(store);
+  Json report;
+  report["stage"] = summary.converged ? "solved" : StageName(stage);
+  AddSceneKeys(store, stage, report);
+  AddSolveKeys(summary, settings, report);
+  AddCostKeys(store, summary, record, report);
+  report["runs"] = record.runs;
+  report["seed"] = settings.seed;
+  report["basis"] = settings.basis;
+  report["version"] = record.version;
+  report["digest"] = Digest(store, budget);
+  return report;
+}
+
+void WriteReport(const std::filesystem::path& path, const Json& report) {
+  const std::filesystem::path part = path.string() + ".part";
+  std::ofstream file(part, std::ios::binary | std::ios::trunc);
+  file << report.dump(2) << '\n';
+  file.close();
+  std::error_code renamed;
+  if (file) {
+    std::filesystem::rename(part, path, renamed);
+  }
+  if (!file || renamed) {
+    const std::string reason =
+        renamed ? renamed.message() : std::strerror(errno);
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw DiskError(
+        fmt::format("cannot write the report '{}': {}", path.string(), reason));
+  }
+}
+
+std::string FormatBytes(double bytes) {
+  if (bytes < 1024.0 * 1024.0) {
+    return fmt::format("{:.1f} KiB", bytes / 1024.0);
+  }
+  if (bytes < 1024.0 * 1024.0 * 1024.0) {
+    return fmt::format("{:.1f} MiB", bytes / (1024.0 * 1024.0));
+  }
+  return fmt::format("{:.2f} GiB", bytes / (1024.0 * 1024.0 * 1024.0));
+}
+
+std::string SummaryText(const Json& report) {
+  const auto number = [&](const char* key) {
+    return report.at(key).get<double>();
+  };
+  const auto bytes = [&](const char* key) { return FormatBytes(number(key)); };
+  const double cap = number("memory_cap_bytes");
+  std::string text;
+  text += fmt::format("scene     {}\n", report.at("scene").get<std::string>());
+  text += fmt::format(
+      "building  {} polygons, {} cells, {} portals, {} visible "
+      "pairs\n",
+      number("polygons"),
+      number("cells"),
+      number("portals"),
+      number("visible_pairs"));
+  text += fmt::format(
+      "solution  {} patches, {} elements, {} links, {} sweeps, "
+      "basis {}\n",
+      number("patches"),
+      number("elements"),
+      number("links"),
+      number("sweeps"),
+      report.at("basis").get<std::string>());
+  text += fmt::format("error     {:.4f} estimated, {:.4f} requested\n",
+                      number("estimated_error"),
+                      number("requested_error"));
+  text += fmt::format("cost      {}, peak {} (cap {}), store {}\n",
+                      FormatDuration(number("wall_seconds")),
+                      bytes("peak_rss_bytes"),
+                      cap > 0 ? FormatBytes(cap) : "none",
+                      bytes("store_bytes"));
+  return text;
+}
+
+}  // namespace enfilade
