@@ -1,0 +1,70 @@
+#include "partition/patch.h"
+
+namespace enfilade {
+namespace {
+
+// Flag bits of a stored patch.
+constexpr uint8_t kTriangleBit = 1;
+constexpr uint8_t kEmitsBit = 2;
+constexpr uint8_t kReflectsBit = 4;
+constexpr uint8_t kTwinBit = 8;
+
+uint8_t FlagsOf(const Patch& p) {
+  return static_cast<uint8_t>(
+      (p.shape == PatchShape::kTriangle ? kTriangleBit : 0) |
+      (p.emits ? kEmitsBit : 0) | (p.reflects ? kReflectsBit : 0) |
+      (p.is_twin ? kTwinBit : 0));
+}
+
+void SetFlags(uint8_t flags, Patch& p) {
+  p.shape = (flags & kTriangleBit) != 0 ? PatchShape::kTriangle
+                                        : PatchShape::kParallelogram;
+  p.emits = (flags & kEmitsBit) != 0;
+  p.reflects = (flags & kReflectsBit) != 0;
+  p.is_twin = (flags & kTwinBit) != 0;
+}
+
+}  // namespace
+
+Bytes EncodeCellPatches(const CellPatches& cell) {
+  ByteWriter writer;
+  writer.Put(cell.bounds);
+  writer.PutVarint(cell.patches.size());
+  for (const Patch& p : cell.patches) {
+    writer.Put(p.origin);
+    writer.Put(p.u);
+    writer.Put(p.v);
+    writer.PutVarint(p.material.value);
+    writer.PutVarint(p.face.value);
+    writer.Put(FlagsOf(p));
+  }
+  return writer.Take();
+}
+
+CellPatches DecodeCellPatches(std::span<const std::byte> bytes) {
+  ByteReader reader(bytes);
+  CellPatches cell;
+  cell.bounds = reader.Get<Box3>();
+  const uint64_t count = reader.GetVarint();
+  constexpr size_t kLeastPatchBytes = 9 * sizeof(double) + 3;
+  if (count > reader.Remaining() / kLeastPatchBytes) {
+    throw DamagedStoreError("a stored cell ends before its last patch");
+  }
+  cell.patches.resize(count);
+  for (Patch& p : cell.patches) {
+    p.origin = reader.Get<Point3>();
+    p.u = reader.Get<Vec3>();
+    p.v = reader.Get<Vec3>();
+    p.material = MaterialId(static_cast<uint32_t>(reader.GetVarint()));
+    p.face = FaceId(static_cast<uint32_t>(reader.GetVarint()));
+    SetFlags(reader.Get<uint8_t>(), p);
+  }
+  return cell;
+}
+
+CellPatches LoadCellPatches(const BlockStorage& store, CellId cell) {
+  return DecodeCellPatches(
+      store.GetOrThrow({BlockKind::kCellPatches, cell.value}));
+}
+
+}  // namespace enfilade
