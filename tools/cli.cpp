@@ -52,6 +52,22 @@ void AddCommands(CLI::App& app) {
   AddSceneCommand(app);
 }
 
+// What is wrong with a command line that CLI11 refuses, and where to look.
+std::string UsageText(const CLI::App& app,
+                      const CLI::ParseError& error,
+                      const std::string& first_word) {
+  const auto verbs = app.get_subcommands();
+  if (!verbs.empty()) {
+    return fmt::format(
+        "{} (see 'enfilade {} --help')", error.what(), verbs[0]->get_name());
+  }
+  if (first_word.empty() || first_word.front() == '-') {
+    return fmt::format("{} (see 'enfilade --help')", error.what());
+  }
+  return fmt::format("there is no verb '{}' (see 'enfilade --help')",
+                     first_word);
+}
+
 int ParseAndRun(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
@@ -60,8 +76,8 @@ int ParseAndRun(CLI::App& app, int argc, char** argv) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
       return app.exit(error);  // --help and --version
     }
-    return Fail(ExitCode::kUsage,
-                std::string(error.what()) + " (see 'enfilade --help')");
+    const std::string first_word = argc > 1 ? argv[1] : "";
+    return Fail(ExitCode::kUsage, UsageText(app, error, first_word));
   }
 }
 

@@ -142,6 +142,12 @@ void ExportCommand::Run() {
                           {"version", ProgramVersion()}});
 }
 
+// Reads one of a few names.
+template <typename Enum>
+CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
+  return CLI::CheckedTransformer(names, CLI::ignore_case).description("");
+}
+
 void AddCameraOptions(CLI::App& command, ExportCommand& options) {
   command.add_option("--eye", options.eye, "Where the camera stands, metres")
       ->expected(3)
@@ -161,11 +167,8 @@ void AddCameraOptions(CLI::App& command, ExportCommand& options) {
       .add_option("--view",
                   options.options.camera.view,
                   "perspective, or plan: from above, cut open")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, CameraView>{
-              {"perspective", CameraView::kPerspective},
-              {"plan", CameraView::kPlan}},
-          CLI::ignore_case))
+      ->transform(OneOf<CameraView>({{"perspective", CameraView::kPerspective},
+                                     {"plan", CameraView::kPlan}}))
       ->type_name("VIEW");
   command
       .add_option("--cut",
@@ -173,11 +176,8 @@ void AddCameraOptions(CLI::App& command, ExportCommand& options) {
                   "Height of the plan's cut, metres")
       ->type_name("HEIGHT");
   command.add_option("--up", options.options.camera.up, "auto, y or z")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, UpAxis>{{"auto", UpAxis::kAutomatic},
-                                        {"y", UpAxis::kY},
-                                        {"z", UpAxis::kZ}},
-          CLI::ignore_case))
+      ->transform(OneOf<UpAxis>(
+          {{"auto", UpAxis::kAutomatic}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}}))
       ->type_name("AXIS");
   command.add_option("--size", options.size, "Of a picture, pixels")
       ->expected(2)

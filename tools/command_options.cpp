@@ -7,24 +7,42 @@
 #include <spdlog/spdlog.h>
 
 namespace enfilade {
+namespace {
+
+// 256M or 1G, in binary multiples, to a number of bytes; none to 0. Returns
+// what is wrong, or nothing.
+std::string ReadMemorySize(std::string& text) {
+  const std::string given = text;
+  if (given == "none") {
+    text = "0";
+    return {};
+  }
+  bool is_size = true;
+  try {
+    is_size = CLI::AsSizeValue(false)(text).empty() && text != "0";
+  } catch (const CLI::Error&) {
+    is_size = false;
+  }
+  return is_size
+             ? std::string()
+             : fmt::format("'{}' is no size such as 256M, 1G, or none", given);
+}
+
+}  // namespace
 
 void AddCommonOptions(CLI::App& command, CommonOptions& options) {
   options.limits.threads = HardwareThreads();
-  // The transformation added last is applied first.
   command
       .add_option("--memory",
                   options.limits.memory_cap_bytes,
                   "Cap on the memory of the whole process: 256M, 1G, or none")
-      ->transform(CLI::AsSizeValue(false))
-      ->transform([](const std::string& text) {
-        return text == "none" ? std::string("0") : text;
-      })
+      ->transform(CLI::Validator(ReadMemorySize, ""))
       ->type_name("SIZE")
       ->default_str("1G");
   command
       .add_option(
           "--threads", options.limits.threads, "Threads that compute at once")
-      ->check(CLI::Range(1, 4096))
+      ->check(CLI::Range(1, 4096).description(""))
       ->type_name("N")
       ->capture_default_str();
   command

@@ -183,7 +183,7 @@ void AddSceneOptions(CLI::App& command, SolveCommand& options) {
       .add_option("--sides",
                   options.sides,
                   "Sides of a face that reflect: 1 makes every back black")
-      ->check(CLI::IsMember({1, 2}))
+      ->check(CLI::IsMember({1, 2}).description(""))
       ->type_name("1|2");
   command.add_flag("--strip-spaces",
                    options.settings.strip_spaces,
@@ -211,7 +211,7 @@ void AddSolveCommand(CLI::App& app) {
       ->type_name("E")
       ->capture_default_str();
   command->add_option("--basis", options->settings.basis, "haar or m2")
-      ->check(CLI::IsMember({"haar", "m2"}))
+      ->check(CLI::IsMember({"haar", "m2"}).description(""))
       ->type_name("BASIS")
       ->capture_default_str();
   command
