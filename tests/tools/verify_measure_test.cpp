@@ -1,0 +1,241 @@
+#include "tools/verify_measure.h"
+
+#include "base/error.h"
+#include "base/random.h"
+
+#include <cmath>
+
+#include "tests/tools/verify_fake_building.h"
+#include "tools/verify_estimate.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kBudget = 64ULL << 20;
+constexpr int kSeeds = 40;
+
+// Of 40 intervals that hold the truth with probability 0.95 each, fewer than
+// this many do with probability 0.003.
+constexpr int kLeastCovered = 34;
+
+VerifyOptions QuickOptions(uint64_t seed) {
+  VerifyOptions options;
+  options.seed = seed;
+  options.points_per_round = 256;
+  options.max_rounds = 1;
+  return options;
+}
+
+// A unit square under a lamp of the same size at distance 1. The lamp is
+// black, so that the square's radiosity has a closed form.
+class UnderALamp {
+ public:
+  // The solution is the truth times 1 + deviation(position).
+  explicit UnderALamp(std::function<double(Point3)> deviation) {
+    const MaterialId grey = building_.AddMaterial({.8, .5, .2}, {});
+    const MaterialId light = building_.AddMaterial({}, {1, 1, 1});
+    building_.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, grey);
+    building_.Add({0, 0, 1}, {0, 1, 0}, {1, 0, 0}, light);
+    building_.SetRadiosity([deviation](const Patch&, Point3 x) {
+      const double b = Exact(x) * (1 + deviation(x));
+      return Rgb{.8 * b, .5 * b, .2 * b};
+    });
+  }
+
+  [[nodiscard]] VerifySummary Measure(const VerifyOptions& options) const {
+    MemoryBudget budget(kBudget);
+    return MeasureError(building_.View(), options, budget);
+  }
+
+  // The error by a fine midpoint rule.
+  static double ExactError(const std::function<double(Point3)>& deviation) {
+    constexpr int kGrid = 200;
+    double squares = 0;
+    double mean = 0;
+    for (int i = 0; i < kGrid * kGrid; ++i) {
+      const Point3 x{(i % kGrid + .5) / kGrid, (i / kGrid + .5) / kGrid, 0};
+      const double b = Exact(x);
+      const double d = b * deviation(x);
+      squares += d * d * (.64 + .25 + .04) / 3 / (kGrid * kGrid);
+      mean += b * .5 / (kGrid * kGrid);
+    }
+    return std::sqrt(squares) / mean;
+  }
+
+ private:
+  static double Exact(Point3 x) {
+    return PolygonIrradiance(
+        x, {0, 0, 1}, {{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}});
+  }
+
+  FakeBuilding building_;
+};
+
+void ExpectCovered(const std::function<double(Point3)>& deviation) {
+  const UnderALamp scene(deviation);
+  const double exact = UnderALamp::ExactError(deviation);
+  int covered = 0;
+  double mean_square = 0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const VerifySummary s = scene.Measure(QuickOptions(seed));
+    covered += s.error_low <= exact && exact <= s.error_high ? 1 : 0;
+    mean_square += s.error * s.error / kSeeds;
+  }
+  EXPECT_GE(covered, kLeastCovered);
+  EXPECT_NEAR(std::sqrt(mean_square), exact, 0.05 * exact);
+}
+
+TEST(VerifyTest, ASquareWaveOfFivePercentIsMeasuredAsSuch) {
+  ExpectCovered([](Point3 x) {
+    return std::fmod(std::floor(x.x * 8) + std::floor(x.y * 8), 2) == 0 ? .05
+                                                                        : -.05;
+  });
+}
+
+TEST(VerifyTest, AnErrorInAnEighthOfTheAreaIsMeasuredAsSuch) {
+  ExpectCovered([](Point3 x) { return x.x < .5 && x.y < .25 ? .2 : 0; });
+}
+
+TEST(VerifyTest, ASolutionOfFivePercentTooDarkHasThatDeviation) {
+  const UnderALamp scene([](Point3) { return -.05; });
+  int covered = 0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const VerifySummary s = scene.Measure(QuickOptions(seed));
+    covered +=
+        s.mean_deviation_low <= -.05 && -.05 <= s.mean_deviation_high ? 1 : 0;
+  }
+  EXPECT_GE(covered, kLeastCovered);
+}
+
+// The noise of the reference must not be taken for error of the solution: one
+// path more or less is off by about 100 %.
+TEST(VerifyTest, TheExactSolutionHasNoError) {
+  const UnderALamp scene([](Point3) { return 0; });
+  int covered = 0;
+  double mean_square = 0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const VerifySummary s = scene.Measure(QuickOptions(seed));
+    covered += s.error_low == 0 ? 1 : 0;
+    EXPECT_LT(s.error_high, 0.05);
+    mean_square += s.error * s.error / kSeeds;
+  }
+  EXPECT_GE(covered, kLeastCovered);
+  EXPECT_LT(std::sqrt(mean_square), 0.01);
+}
+
+TEST(VerifyTest, FurnaceIsMeasuredAgainstItsClosedForm) {
+  FakeBuilding building;
+  building.AddRoom({4, 3, 2}, building.AddMaterial({.5, .5, .5}, {1, 1, 1}));
+  // B = 2 exactly, 1 of it reflected; off by sqrt(2) * 0.05 on half the area.
+  building.SetRadiosity([](const Patch&, Point3 x) {
+    const double b = x.x < 2 ? 2 + .05 * std::sqrt(2.0) : 2;
+    return Rgb{b, b, b};
+  });
+  MemoryBudget budget(kBudget);
+  VerifyOptions options;
+  options.points_per_round = 1024;
+  const VerifySummary s = MeasureError(building.View(), options, budget);
+  EXPECT_TRUE(s.tight);
+  EXPECT_NEAR(s.error, .05, .0025 * 2);
+  EXPECT_NEAR(s.mean_reflected, 1, .02);
+  EXPECT_DOUBLE_EQ(s.area_m2, 52);
+}
+
+TEST(VerifyTest, ATighterTargetGivesATighterInterval) {
+  const UnderALamp scene([](Point3 x) { return x.x < .1 ? .2 : 0; });
+  VerifyOptions options = QuickOptions(1);
+  options.max_rounds = 64;
+  options.target_half_width = 0;
+  for (const double target : {0.2, 0.05}) {
+    options.target_relative_half_width = target;
+    const VerifySummary s = scene.Measure(options);
+    EXPECT_TRUE(s.tight);
+    EXPECT_LE((s.error_high - s.error_low) / 2, target * s.error);
+  }
+}
+
+TEST(VerifyTest, SameSeedSameBits) {
+  const UnderALamp scene([](Point3 x) { return .1 * x.x; });
+  const VerifySummary a = scene.Measure(QuickOptions(3));
+  const VerifySummary b = scene.Measure(QuickOptions(3));
+  EXPECT_EQ(a.error, b.error);
+  EXPECT_EQ(a.error_high, b.error_high);
+  EXPECT_NE(a.error, scene.Measure(QuickOptions(4)).error);
+}
+
+TEST(VerifyTest, ASceneWithoutLightIsRefused) {
+  FakeBuilding building;
+  building.AddRoom({1, 1, 1}, building.AddMaterial({.5, .5, .5}, {}));
+  building.SetRadiosity([](const Patch&, Point3) { return Rgb{}; });
+  MemoryBudget budget(kBudget);
+  EXPECT_THROW(MeasureError(building.View(), VerifyOptions{}, budget),
+               InputError);
+}
+
+TEST(VerifyTest, ABlackSceneIsRefused) {
+  FakeBuilding building;
+  building.AddRoom({1, 1, 1}, building.AddMaterial({}, {1, 1, 1}));
+  MemoryBudget budget(kBudget);
+  EXPECT_THROW(MeasureError(building.View(), VerifyOptions{}, budget),
+               InputError);
+}
+
+TEST(VerifyTest, NothingIsLeftChargedAfterwards) {
+  const UnderALamp scene([](Point3) { return 0; });
+  MemoryBudget budget(kBudget);
+  FakeBuilding building;
+  building.AddRoom({1, 1, 1}, building.AddMaterial({.5, .5, .5}, {1, 1, 1}));
+  building.SetRadiosity([](const Patch&, Point3) { return Rgb{2, 2, 2}; });
+  MeasureError(building.View(), QuickOptions(1), budget);
+  EXPECT_EQ(budget.UsedBytes(), 0U);
+  EXPECT_GT(budget.PeakBytes(), 0U);
+}
+
+TEST(ErrorEstimateTest, NoiselessSamplesGiveTheExactValues) {
+  std::vector<ErrorSample> samples(10);
+  for (ErrorSample& s : samples) {
+    s.reflectance = {.5, .5, .5};
+    s.exitance = {3, 3, 3};
+    s.irradiance1 = s.irradiance2 = {2, 2, 2};
+    s.radiosity = {4.1, 4.1, 4.1};
+  }
+  ErrorEstimate estimate;
+  estimate.AddRound(samples);
+  EXPECT_NEAR(estimate.Error().value, .1, 1e-12);
+  EXPECT_NEAR(estimate.Error().low, .1, 1e-9);
+  EXPECT_NEAR(estimate.Error().high, .1, 1e-9);
+  EXPECT_NEAR(estimate.Deviation().value, .1, 1e-12);
+}
+
+// With noise of variance s^2 per path, and squared differences of variance
+// V_b, the best number of paths is s^2 / sqrt(V_b).
+TEST(ErrorEstimateTest, BestPathsBalanceNoiseAndPoints) {
+  std::vector<ErrorSample> samples(20000);
+  enfilade::Random random(1);
+  const auto normal = [&] {
+    return std::sqrt(-2 * std::log(1 - random.Next())) *
+           std::cos(2 * kPi * random.Next());
+  };
+  constexpr double kPaths = 16;
+  constexpr double kNoise2 = 4;  // of one path
+  for (ErrorSample& s : samples) {
+    const double d = random.Next() < .5 ? .3 : .5;
+    s.reflectance = {1, 1, 1};
+    const double a = 1 + normal() * std::sqrt(kNoise2 / kPaths);
+    const double b = 1 + normal() * std::sqrt(kNoise2 / kPaths);
+    s.irradiance1 = {a, a, a};
+    s.irradiance2 = {b, b, b};
+    s.radiosity = {1 + d, 1 + d, 1 + d};
+  }
+  ErrorEstimate estimate;
+  estimate.AddRound(samples);
+  // What counts as variance between points holds the cross term 2 d^2 s^2/k.
+  const double between = .08 * .08 + 2 * .17 * kNoise2 / kPaths;
+  EXPECT_NEAR(estimate.BestPaths(kPaths),
+              kNoise2 / std::sqrt(between),
+              .1 * kNoise2 / std::sqrt(between));
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,46 @@
+// What the outputs know of a solved building: its tables, its patches by cell,
+// closest hits, and the solution as a function of points. A seam, so that the
+// estimators can be tested against fields and scenes that are known exactly.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/photometry.h"
+#include "partition/partition.h"
+#include "partition/patch.h"
+#include "scene/scene_store.h"
+#include "solver/solution.h"
+#include "visibility/ray_tracer.h"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+struct BuildingView {
+  const SceneInfo* scene = nullptr;
+  const Partition* partition = nullptr;
+  // The patches of a cell, read again at every call.
+  std::function<CellPatches(CellId)> load_cell;
+  // As RayTracer::Trace.
+  std::function<void(std::span<const TraceRay>, std::span<TraceHit>)> trace;
+  // As Solution::Radiosity and Solution::Irradiance.
+  std::function<std::vector<Rgb>(std::span<const PatchPoint>)> radiosity;
+  std::function<std::vector<Rgb>(std::span<const PatchPoint>)> irradiance;
+};
+
+// The point of a patch with patch coordinates (a, b).
+inline Point3 PointOn(const Patch& patch, double a, double b) {
+  return patch.origin + patch.u * a + patch.v * b;
+}
+
+// The patch coordinates of a point uniform over the patch's area, from two
+// numbers uniform in [0, 1).
+PatchPoint UniformPointOn(const Patch& patch, double s, double t);
+
+// How far rays start above the surface they leave: well above the rounding of
+// single-precision coordinates in a scene of this size, in metres.
+double RayOffset(const Box3& scene_bounds);
+
+}  // namespace enfilade

@@ -1,0 +1,115 @@
+#include "tools/verify_estimate.h"
+
+#include "base/check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+// 97.5 % quantile of the normal distribution.
+constexpr double kQuantile = 1.959963984540054;
+
+struct Quantities {
+  std::array<double, 3> values{};
+  double noise2 = 0;  // estimated variance of one X, mean over channels
+};
+
+Quantities Evaluate(const ErrorSample& s) {
+  Quantities q;
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    const double r1 = s.reflectance[c] * s.irradiance1[c];
+    const double r2 = s.reflectance[c] * s.irradiance2[c];
+    const double reflected = s.radiosity[c] - s.exitance[c];
+    q.values[0] += (r1 - reflected) * (r2 - reflected) / kRgbChannels;
+    q.values[1] += (r1 + r2) / 2 / kRgbChannels;
+    q.values[2] += (reflected - (r1 + r2) / 2) / kRgbChannels;
+    q.noise2 += (r1 - r2) * (r1 - r2) / 2 / kRgbChannels;
+  }
+  return q;
+}
+
+}  // namespace
+
+void ErrorEstimate::AddRound(std::span<const ErrorSample> samples) {
+  ENFILADE_CHECK(samples.size() >= 2, "{} samples", samples.size());
+  // An odd one out is paired with its neighbour, which counts twice; a third
+  // of the sum of its two squares too many at most.
+  std::vector<Quantities> all;
+  all.reserve(samples.size());
+  for (const ErrorSample& s : samples) {
+    all.push_back(Evaluate(s));
+  }
+  for (const Quantities& q : all) {
+    for (size_t i = 0; i < kQuantities; ++i) {
+      sums_[i] += q.values[i];
+    }
+    noise4_sum_ += q.noise2 * q.noise2;
+  }
+  for (size_t k = 0; k < all.size(); k += 2) {
+    const size_t partner = k + 1 < all.size() ? k + 1 : k - 1;
+    for (size_t i = 0; i < kQuantities; ++i) {
+      for (size_t j = 0; j < kQuantities; ++j) {
+        pairs_[i][j] += (all[k].values[i] - all[partner].values[i]) *
+                        (all[k].values[j] - all[partner].values[j]);
+      }
+    }
+  }
+  count_ += all.size();
+}
+
+double ErrorEstimate::Mean(Quantity q) const {
+  return count_ > 0 ? sums_[q] / static_cast<double>(count_) : 0;
+}
+
+// A pair of strata of equal area: E (a - b)^2 is the sum of their variances
+// plus the square of the difference of their means, so this is too large
+// rather than too small.
+double ErrorEstimate::Covariance(Quantity p, Quantity q) const {
+  const auto n = static_cast<double>(count_);
+  return pairs_[p][q] / (n * n);
+}
+
+double ErrorEstimate::MeanReflected() const {
+  return Mean(kReflected);
+}
+
+Interval ErrorEstimate::Error() const {
+  const double y = Mean(kSquare);
+  const double z = Mean(kReflected);
+  const double ratio = y / (z * z);
+  // Of y/z^2, linearised: dy / z^2 - 2 y dz / z^3.
+  const double variance =
+      (Covariance(kSquare, kSquare) -
+       4 * ratio * z * Covariance(kSquare, kReflected) +
+       4 * ratio * ratio * z * z * Covariance(kReflected, kReflected)) /
+      (z * z * z * z);
+  const double half = kQuantile * std::sqrt(std::max(0.0, variance));
+  const auto root = [](double x) { return std::sqrt(std::max(0.0, x)); };
+  return {root(ratio), root(ratio - half), root(ratio + half)};
+}
+
+Interval ErrorEstimate::Deviation() const {
+  const double z = Mean(kReflected);
+  const double ratio = Mean(kSigned) / z;
+  const double variance = (Covariance(kSigned, kSigned) -
+                           2 * ratio * Covariance(kSigned, kReflected) +
+                           ratio * ratio * Covariance(kReflected, kReflected)) /
+                          (z * z);
+  const double half = kQuantile * std::sqrt(std::max(0.0, variance));
+  return {ratio, ratio - half, ratio + half};
+}
+
+// With k paths per estimate, the variance of y is V_b + O(1/k) + s^4 / k^2 and
+// the work k: the product is least at k^2 = s^4 / V_b. D^2, D = (X1 - X2)^2/2,
+// has the expectation 3 s^4 / k^2 for normal noise.
+double ErrorEstimate::BestPaths(double paths) const {
+  const auto n = static_cast<double>(count_);
+  const double noise = noise4_sum_ / n / 3;
+  const double total = Covariance(kSquare, kSquare) * n;
+  const double between = std::max(total - noise, total / 64);
+  return between > 0 ? paths * std::sqrt(noise / between) : paths;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,99 @@
+// Emitters and their choice by importance, for sampling direct light.
+//
+// Notation
+//   P(e | x)   probability of choosing emitter e from the receiver x
+//   A_e        area of emitter e; a point on it has density P / A_e
+//
+// The tree is the light hierarchy of Conty Estevez & Kulla, "Importance
+// Sampling of Many Lights with Adaptive Tree Splitting" (2018), without the
+// splitting: a binary tree over the emitting patches, each node with its
+// bounding sphere, power and cone of normals; a walk from the root picks a
+// child in proportion to a bound of what it sends to the receiver.
+//
+// Estimators stay unbiased whatever P is, zero included, as long as they weigh
+// their strategies with the same P: so the tree may leave emitters out when
+// memory is short, and then keeps those with the largest exitance.
+
+#pragma once
+
+#include "base/memory.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "tools/building_view.h"
+
+namespace enfilade {
+
+struct Emitter {
+  CellId cell;
+  PatchId patch;
+  PatchShape shape{};
+  MaterialId material;
+  Point3 origin;
+  Vec3 u, v;
+  Vec3 normal;      // unit length
+  double area = 0;  // m2
+};
+
+class EmitterTree {
+ public:
+  struct Choice {
+    const Emitter* emitter = nullptr;
+    double probability = 0;  // P > 0
+  };
+
+  // Reads all cells once. Keeps at most the emitters that `max_bytes` hold,
+  // charged to the budget.
+  EmitterTree(const BuildingView& view,
+              MemoryBudget& budget,
+              uint64_t max_bytes);
+
+  // Chooses by `s`, uniform in [0, 1); nothing if the tree finds that no
+  // emitter can reach the point on the side of the normal.
+  [[nodiscard]] std::optional<Choice> Choose(Point3 x,
+                                             Vec3 normal,
+                                             double s) const;
+
+  // P / A of this patch from the point, in 1/m2; 0 if it is not in the tree.
+  [[nodiscard]] double Density(Point3 x,
+                               Vec3 normal,
+                               CellId cell,
+                               PatchId patch) const;
+
+  [[nodiscard]] const std::vector<Emitter>& Emitters() const {
+    return emitters_;
+  }
+
+ private:
+  struct Node {
+    Point3 center;
+    Vec3 axis;           // of the cone of normals
+    float radius = 0;    // of the bounding sphere
+    float cos_cone = 1;  // half-angle of the cone
+    float power = 0;
+  };
+
+  void Gather(const BuildingView& view, size_t max_count);
+  void Sort(size_t first, size_t last);
+  Node Build(size_t node, size_t first, size_t last);
+  [[nodiscard]] static Node LeafNode(const Emitter& emitter, double exitance);
+  [[nodiscard]] static Node Merge(const Node& left, const Node& right);
+  [[nodiscard]] static double Importance(const Node& node,
+                                         Point3 x,
+                                         Vec3 normal);
+  [[nodiscard]] double Probability(size_t leaf, Point3 x, Vec3 normal) const;
+  [[nodiscard]] double LeftShare(size_t node,
+                                 size_t left_count,
+                                 Point3 x,
+                                 Vec3 normal) const;
+
+  const SceneInfo* scene_;
+  MemoryCharge charge_;
+  std::vector<Emitter> emitters_;  // leaves from left to right
+  std::vector<Node> nodes_;        // in preorder
+  std::vector<uint32_t> by_id_;    // indices of emitters_, by cell and patch
+};
+
+}  // namespace enfilade

@@ -1,0 +1,205 @@
+#include "tools/verify_measure.h"
+
+#include "base/error.h"
+#include "base/random.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "tools/verify_estimate.h"
+#include "tools/verify_paths.h"
+#include "tools/verify_points.h"
+
+namespace enfilade {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Keeps the samples apart from those of every other part of the program.
+constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
+
+constexpr uint64_t kPointBytes = 768;  // of a point in all arrays of a round
+constexpr uint32_t kPilotPoints = 1024;
+constexpr uint32_t kPilotStrata = 4;
+constexpr uint32_t kMostStrata = 32;
+
+class Measurement {
+ public:
+  Measurement(const BuildingView& view,
+              const VerifyOptions& options,
+              MemoryBudget& budget)
+      : view_(view),
+        options_(options),
+        points_(view),
+        charge_(budget,
+                options.points_per_round * kPointBytes,
+                "the points of a round"),
+        tracer_(view, budget) {}
+
+  VerifySummary Run() {
+    if (points_.Area() <= 0) {
+      throw InputError("no side of the scene reflects any light");
+    }
+    ChooseStrata();
+    while (!Done()) {
+      const double start = Seconds();
+      AddRound(estimate_, options_.points_per_round, strata_);
+      ++rounds_;
+      round_seconds_ = Seconds() - start;
+    }
+    return Summary();
+  }
+
+ private:
+  [[nodiscard]] double Seconds() const {
+    return std::chrono::duration<double>(Clock::now() - start_).count();
+  }
+
+  // Pilot rounds, which don't count, find how many paths a point deserves.
+  void ChooseStrata() {
+    strata_ = kPilotStrata;
+    for (bool settled = false; !settled;) {
+      ErrorEstimate pilot;
+      const double start = Seconds();
+      AddRound(
+          pilot, std::min(kPilotPoints, options_.points_per_round), strata_);
+      if (!(pilot.MeanReflected() > 0)) {
+        throw InputError(
+            "no light reaches a reflecting side of the scene, so that an "
+            "error relative to it is undefined; check where the emitting "
+            "faces look");
+      }
+      const double paths = strata_ * strata_;
+      const double best = pilot.BestPaths(paths);
+      const auto next = static_cast<uint32_t>(
+          std::clamp(std::ceil(std::sqrt(best)), 4.0, kMostStrata * 1.0));
+      const double next_seconds = (Seconds() - start) * 4 * next * next / paths;
+      settled = next <= 2 * strata_ || next_seconds > options_.max_seconds / 8;
+      strata_ = next;
+    }
+  }
+
+  void AddRound(ErrorEstimate& estimate, uint32_t count, uint32_t strata) {
+    const uint64_t key =
+        MixKey(MixKey(kSeedDomain, options_.seed), round_key_++);
+    const std::vector<SidePoint> points = points_.Choose(count, MixKey(key, 0));
+    std::vector<Receiver> receivers;
+    std::vector<PatchPoint> on_patches;
+    for (const SidePoint& p : points) {
+      receivers.push_back(p.receiver);
+      on_patches.push_back(p.point);
+    }
+    const auto trace = [&](uint64_t half) {
+      paths_ += static_cast<uint64_t>(count) * strata * strata;
+      return tracer_.Irradiance(
+          receivers,
+          MixKey(key, half),
+          strata,
+          GatherMode::kPaths,
+          [&](double fraction) {
+            Report((static_cast<double>(half - 1) + fraction) / 2);
+          });
+    };
+    const std::vector<Rgb> first = trace(1);
+    const std::vector<Rgb> second = trace(2);
+    const std::vector<Rgb> radiosity = view_.radiosity(on_patches);
+    std::vector<ErrorSample> samples(points.size());
+    for (size_t i = 0; i < points.size(); ++i) {
+      const Material& material =
+          view_.scene->materials[points[i].material.Index()];
+      samples[i].reflectance = material.reflectance;
+      if (points[i].emits) {
+        samples[i].exitance = material.exitance;
+      }
+      samples[i].irradiance1 = first[i];
+      samples[i].irradiance2 = second[i];
+      samples[i].radiosity = radiosity[i];
+    }
+    estimate.AddRound(samples);
+  }
+
+  [[nodiscard]] bool Tight() const {
+    if (rounds_ == 0) {
+      return false;
+    }
+    const Interval error = estimate_.Error();
+    const double half = (error.high - error.low) / 2;
+    return half <= options_.target_half_width ||
+           half <= options_.target_relative_half_width * error.value;
+  }
+
+  [[nodiscard]] bool Done() const {
+    return Tight() || rounds_ >= options_.max_rounds ||
+           (rounds_ > 0 && Seconds() + round_seconds_ > options_.max_seconds);
+  }
+
+  // Rounds go on until the half-width, which falls with the root of their
+  // number, meets the target.
+  void Report(double fraction_of_round) const {
+    if (!options_.progress) {
+      return;
+    }
+    double rounds = 2;
+    if (rounds_ > 0) {
+      const Interval error = estimate_.Error();
+      const double target =
+          std::max({options_.target_half_width,
+                    options_.target_relative_half_width * error.value,
+                    1e-12});
+      const double excess = (error.high - error.low) / 2 / target;
+      rounds = std::clamp(rounds_ * excess * excess,
+                          rounds_ + 1.0,
+                          static_cast<double>(options_.max_rounds));
+    }
+    const double by_rounds = rounds_ == 0 && strata_ == 0
+                                 ? 0
+                                 : (rounds_ + fraction_of_round) / rounds;
+    const double by_time = Seconds() / options_.max_seconds;
+    options_.progress(std::clamp(std::max(by_rounds, by_time), 0.0, 1.0));
+  }
+
+  [[nodiscard]] VerifySummary Summary() const {
+    VerifySummary s;
+    const Interval error = estimate_.Error();
+    s.error = error.value;
+    s.error_low = error.low;
+    s.error_high = error.high;
+    const Interval deviation = estimate_.Deviation();
+    s.mean_deviation = deviation.value;
+    s.mean_deviation_low = deviation.low;
+    s.mean_deviation_high = deviation.high;
+    s.mean_reflected = estimate_.MeanReflected();
+    s.area_m2 = points_.Area();
+    s.points = estimate_.Points();
+    s.paths = paths_;
+    s.rays = tracer_.Rays();
+    s.rounds = rounds_;
+    s.tight = Tight();
+    s.seconds = Seconds();
+    return s;
+  }
+
+  const BuildingView& view_;
+  const VerifyOptions& options_;
+  Clock::time_point start_ = Clock::now();
+  SidePoints points_;
+  MemoryCharge charge_;
+  PathTracer tracer_;
+  ErrorEstimate estimate_;
+  uint32_t strata_ = 0;
+  uint32_t rounds_ = 0;
+  uint64_t round_key_ = 0;
+  uint64_t paths_ = 0;
+  double round_seconds_ = 0;
+};
+
+}  // namespace
+
+VerifySummary MeasureError(const BuildingView& view,
+                           const VerifyOptions& options,
+                           MemoryBudget& budget) {
+  return Measurement(view, options, budget).Run();
+}
+
+}  // namespace enfilade

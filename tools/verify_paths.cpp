@@ -1,0 +1,300 @@
+#include "tools/verify_paths.h"
+
+#include "base/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kPathBytes = 768;  // of a path in all arrays of a batch
+constexpr uint64_t kMostBytes = 64ULL << 20;  // of emitters, of surfaces
+constexpr size_t kLeastBatch = 1024;
+constexpr size_t kMostBatch = 65536;
+constexpr size_t kBlock = 1024;  // paths of one parallel task
+
+// Calls body(i) for all i < count, in blocks.
+template <typename Body>
+void ForEachInBlocks(size_t count, const Body& body) {
+  ParallelFor((count + kBlock - 1) / kBlock, [&](size_t block) {
+    const size_t end = std::min(count, (block + 1) * kBlock);
+    for (size_t i = block * kBlock; i < end; ++i) {
+      body(i);
+    }
+  });
+}
+
+// Two unit vectors that complete a unit vector to a right-handed frame (Duff
+// et al., "Building an Orthonormal Basis, Revisited", 2017).
+void MakeFrame(Vec3 n, Vec3* s, Vec3* t) {
+  const double sign = std::copysign(1.0, n.z);
+  const double a = -1.0 / (sign + n.z);
+  const double b = n.x * n.y * a;
+  *s = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
+  *t = {b, sign + n.y * n.y * a, -n.y};
+}
+
+Vec3 CosineDirection(Vec3 normal, double u, double v) {
+  Vec3 s;
+  Vec3 t;
+  MakeFrame(normal, &s, &t);
+  const double radius = std::sqrt(u);
+  const double angle = 2 * kPi * v;
+  const double height = std::sqrt(std::max(1e-12, 1 - u));
+  return s * (radius * std::cos(angle)) + t * (radius * std::sin(angle)) +
+         normal * height;
+}
+
+// cos_x cos_y / (pi r^2); negative or zero if either faces away.
+double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y) {
+  const Vec3 d = y - x;
+  const double r2 = Dot(d, d);
+  const double cos_x = Dot(normal_x, d);
+  const double cos_y = -Dot(normal_y, d);
+  if (cos_x <= 0 || cos_y <= 0 || r2 <= 0) {
+    return 0;
+  }
+  return cos_x * cos_y / (kPi * r2 * r2);
+}
+
+void AddProduct(Rgb& sum, const Rgb& a, const Rgb& b, double factor) {
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    sum[c] += a[c] * b[c] * factor;
+  }
+}
+
+size_t BatchPaths(const MemoryBudget& budget) {
+  const uint64_t count = budget.FreeBytes() / 6 / kPathBytes;
+  return std::clamp(static_cast<size_t>(count), kLeastBatch, kMostBatch);
+}
+
+}  // namespace
+
+PathTracer::PathTracer(const BuildingView& view,
+                       MemoryBudget& budget,
+                       uint64_t emitter_bytes)
+    : view_(&view),
+      offset_(RayOffset(view.scene->bounds)),
+      emitters_(view, budget, emitter_bytes),
+      surfaces_(view, budget, std::min(budget.FreeBytes() / 8, kMostBytes)),
+      batch_paths_(BatchPaths(budget)),
+      batch_charge_(budget, batch_paths_ * kPathBytes, "a batch of paths") {}
+
+PathTracer::PathTracer(const BuildingView& view, MemoryBudget& budget)
+    : PathTracer(view, budget, std::min(budget.FreeBytes() / 12, kMostBytes)) {}
+
+std::vector<Rgb> PathTracer::Irradiance(
+    std::span<const Receiver> receivers,
+    uint64_t key,
+    uint32_t strata,
+    GatherMode mode,
+    const std::function<void(double)>& progress) {
+  const uint64_t paths_each = static_cast<uint64_t>(strata) * strata;
+  const uint64_t all = paths_each * receivers.size();
+  std::vector<Rgb> result(receivers.size());
+  for (uint64_t first = 0; first < all; first += batch_paths_) {
+    const auto count =
+        static_cast<size_t>(std::min<uint64_t>(batch_paths_, all - first));
+    Start(receivers, key, strata, first, count);
+    for (bool first_vertex = true; !active_.empty(); first_vertex = false) {
+      MakeRays(strata, first_vertex);
+      TraceRays();
+      AddLight();
+      if (mode == GatherMode::kField) {
+        AddField();
+      }
+      Advance(mode);
+      Compact();
+    }
+    for (size_t i = 0; i < count; ++i) {
+      Rgb& sum = result[(first + i) / paths_each];
+      AddProduct(sum, paths_[i].sum, {1, 1, 1}, 1);
+    }
+    if (progress) {
+      progress(static_cast<double>(first + count) / static_cast<double>(all));
+    }
+  }
+  for (Rgb& sum : result) {
+    for (double& channel : sum) {
+      channel /= static_cast<double>(paths_each);
+    }
+  }
+  return result;
+}
+
+void PathTracer::Start(std::span<const Receiver> receivers,
+                       uint64_t key,
+                       uint32_t strata,
+                       uint64_t first_path,
+                       size_t count) {
+  const uint64_t paths_each = static_cast<uint64_t>(strata) * strata;
+  paths_.resize(count);
+  active_.resize(count);
+  ForEachInBlocks(count, [&](size_t i) {
+    const uint64_t receiver = (first_path + i) / paths_each;
+    const uint64_t stratum = (first_path + i) % paths_each;
+    const Receiver& r = receivers[receiver];
+    Path path;
+    path.position = r.position + r.normal * offset_;
+    path.normal = r.normal;
+    path.stratum = static_cast<uint32_t>(stratum);
+    path.random = Random(MixKey(MixKey(key, receiver), stratum));
+    paths_[i] = path;
+    active_[i] = static_cast<uint32_t>(i);
+  });
+}
+
+void PathTracer::MakeRays(uint32_t strata, bool first) {
+  rays_.resize(active_.size());
+  lights_.resize(active_.size());
+  ForEachInBlocks(active_.size(), [&](size_t i) {
+    Path& path = paths_[active_[i]];
+    rays_[i] = ScatteredRay(path, strata, first);
+    lights_[i] = SampleLight(path, strata, first);
+  });
+  light_owner_.clear();
+  for (size_t i = 0; i < active_.size(); ++i) {
+    if (lights_[i].valid) {
+      light_owner_.push_back(static_cast<uint32_t>(i));
+      rays_.push_back(lights_[i].ray);
+    }
+  }
+}
+
+TraceRay PathTracer::ScatteredRay(Path& path,
+                                  uint32_t strata,
+                                  bool first) const {
+  double u = path.random.Next();
+  double v = path.random.Next();
+  if (first) {
+    u = (path.stratum / strata + u) / strata;
+    v = (path.stratum % strata + v) / strata;
+  }
+  TraceRay ray;
+  ray.origin = path.position;
+  ray.direction = CosineDirection(path.normal, u, v);
+  return ray;
+}
+
+PathTracer::LightSample PathTracer::SampleLight(Path& path,
+                                                uint32_t strata,
+                                                bool first) const {
+  double choice = path.random.Next();
+  double s = path.random.Next();
+  double t = path.random.Next();
+  if (first) {
+    // One stratum of the choice per path.
+    const double count = static_cast<double>(strata) * strata;
+    choice = std::min((path.stratum + choice) / count, 0x1.fffffffffffffp-1);
+  }
+  LightSample sample;
+  const auto chosen = emitters_.Choose(path.position, path.normal, choice);
+  if (!chosen) {
+    return sample;
+  }
+  const Emitter& e = *chosen->emitter;
+  if (e.shape == PatchShape::kTriangle && s + t > 1) {
+    s = 1 - s;
+    t = 1 - t;
+  }
+  const Point3 y = e.origin + e.u * s + e.v * t;
+  const double g = GeometryTerm(path.position, path.normal, y, e.normal);
+  if (g <= 0) {
+    return sample;
+  }
+  const double density = chosen->probability / e.area;
+  sample.valid = true;
+  sample.ray.origin = path.position;
+  sample.ray.direction = (y + e.normal * offset_) - path.position;
+  sample.ray.max_distance = 1;
+  AddProduct(sample.value,
+             path.throughput,
+             view_->scene->materials[e.material.Index()].exitance,
+             g / (g + density));
+  return sample;
+}
+
+void PathTracer::TraceRays() {
+  hits_.resize(rays_.size());
+  view_->trace(rays_, hits_);
+  rays_traced_ += rays_.size();
+  hit_surfaces_.resize(active_.size());
+  surfaces_.Read(std::span(rays_).first(active_.size()),
+                 std::span(hits_).first(active_.size()),
+                 hit_surfaces_);
+}
+
+void PathTracer::AddLight() {
+  for (size_t k = 0; k < light_owner_.size(); ++k) {
+    if (!hits_[active_.size() + k].hit) {
+      const uint32_t owner = light_owner_[k];
+      AddProduct(
+          paths_[active_[owner]].sum, lights_[owner].value, {1, 1, 1}, 1);
+    }
+  }
+}
+
+// Reflected light of the field where the rays hit; emission is added by the
+// samples that both strategies take.
+void PathTracer::AddField() {
+  std::vector<PatchPoint> points;
+  std::vector<uint32_t> owners;
+  for (size_t i = 0; i < active_.size(); ++i) {
+    const Surface& surface = hit_surfaces_[i];
+    if (surface.front && MaxChannel(surface.reflectance) > 0) {
+      points.push_back({hits_[i].cell, hits_[i].patch, hits_[i].a, hits_[i].b});
+      owners.push_back(static_cast<uint32_t>(i));
+    }
+  }
+  const std::vector<Rgb> radiosity = view_->radiosity(points);
+  for (size_t k = 0; k < points.size(); ++k) {
+    Path& path = paths_[active_[owners[k]]];
+    AddProduct(path.sum, path.throughput, radiosity[k], 1);
+    AddProduct(
+        path.sum, path.throughput, hit_surfaces_[owners[k]].exitance, -1);
+  }
+}
+
+void PathTracer::AddEmission(Path& path,
+                             const TraceRay& ray,
+                             const TraceHit& hit,
+                             const Surface& surface) const {
+  if (MaxChannel(surface.exitance) <= 0) {
+    return;
+  }
+  const double density =
+      emitters_.Density(ray.origin, path.normal, hit.cell, hit.patch);
+  const double g =
+      GeometryTerm(ray.origin, path.normal, surface.position, surface.normal);
+  const double weight = density > 0 ? g / (g + density) : 1;
+  AddProduct(path.sum, path.throughput, surface.exitance, weight);
+}
+
+void PathTracer::Advance(GatherMode mode) {
+  ForEachInBlocks(active_.size(), [&](size_t i) {
+    Path& path = paths_[active_[i]];
+    const Surface& surface = hit_surfaces_[i];
+    path.alive = false;
+    if (!surface.front) {
+      return;
+    }
+    AddEmission(path, rays_[i], hits_[i], surface);
+    const double survival = MaxChannel(surface.reflectance);
+    if (mode == GatherMode::kField || path.random.Next() >= survival) {
+      return;
+    }
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      path.throughput[c] *= surface.reflectance[c] / survival;
+    }
+    path.position = surface.position + surface.normal * offset_;
+    path.normal = surface.normal;
+    path.alive = true;
+  });
+}
+
+void PathTracer::Compact() {
+  std::erase_if(active_, [&](uint32_t i) { return !paths_[i].alive; });
+}
+
+}  // namespace enfilade
