@@ -22,8 +22,8 @@ template <size_t kCorners>
 void Attach(RTCDevice device,
             RTCScene scene,
             RTCGeometryType type,
-            unsigned id,
-            std::span<const std::array<LocalPoint, kCorners>> primitives) {
+            std::span<const std::array<LocalPoint, kCorners>> primitives,
+            RTCFilterFunctionN filter) {
   if (primitives.empty()) {
     return;
   }
@@ -51,8 +51,11 @@ void Attach(RTCDevice device,
         indices[i * kCorners + k] = static_cast<uint32_t>(i * kCorners + k);
       }
     }
+    if (filter != nullptr) {
+      rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    }
     rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, id);
+    rtcAttachGeometryByID(scene, geometry, kCorners == 4 ? 0 : 1);
   }
   rtcReleaseGeometry(geometry);
 }
@@ -95,7 +98,8 @@ bool EmbreeDevice::OnMemory(void* self, ssize_t bytes, bool /*post*/) {
 std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
     std::span<const LocalQuad> quads,
     std::span<const LocalTriangle> triangles,
-    const char* what) {
+    const char* what,
+    RTCFilterFunctionN filter) {
   const int64_t bytes_before = thread_bytes;
   rtcGetDeviceError(device_);  // forgets an earlier one
   auto scene =
@@ -105,8 +109,8 @@ std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
   rtcSetSceneBuildQuality(handle, RTC_BUILD_QUALITY_MEDIUM);
   RTCError error = RTC_ERROR_NONE;
   RunAlone([&] {
-    Attach(device_, handle, RTC_GEOMETRY_TYPE_QUAD, 0, quads);
-    Attach(device_, handle, RTC_GEOMETRY_TYPE_TRIANGLE, 1, triangles);
+    Attach(device_, handle, RTC_GEOMETRY_TYPE_QUAD, quads, filter);
+    Attach(device_, handle, RTC_GEOMETRY_TYPE_TRIANGLE, triangles, filter);
     error = rtcGetDeviceError(device_);
     if (error == RTC_ERROR_NONE) {
       rtcCommitScene(handle);

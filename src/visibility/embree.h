@@ -37,13 +37,15 @@ class EmbreeDevice : public std::enable_shared_from_this<EmbreeDevice> {
   EmbreeDevice& operator=(const EmbreeDevice&) = delete;
 
   // Geometry 0 holds the quads and geometry 1 the triangles, primitives in the
-  // order given. Builds on the calling thread alone. Throws DoesNotFitError,
-  // which names `what`, when the budget cannot take it; the device stays
-  // usable and nothing stays charged.
+  // order given. Builds on the calling thread alone. `filter`, if any, sees
+  // every hit of closest-hit queries. Throws DoesNotFitError, which names
+  // `what`, when the budget cannot take it; the device stays usable and nothing
+  // stays charged.
   [[nodiscard]] std::unique_ptr<EmbreeScene> Build(
       std::span<const LocalQuad> quads,
       std::span<const LocalTriangle> triangles,
-      const char* what);
+      const char* what,
+      RTCFilterFunctionN filter = nullptr);
 
  private:
   explicit EmbreeDevice(MemoryBudget& budget);

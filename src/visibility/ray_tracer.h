@@ -4,6 +4,9 @@
 // Rays come in batches; each chunk sees the rays that cross its box and have
 // not hit nearer. Independent of cells, so that audits and Monte Carlo
 // references can contradict them.
+//
+// Positions are exact to about 1e-5 m. A ray that leaves a surface should start
+// kRayOffsetMetres off it, on the side it leaves.
 
 #pragma once
 
@@ -18,6 +21,8 @@
 #include <vector>
 
 namespace enfilade {
+
+constexpr double kRayOffsetMetres = 1e-4;
 
 struct TraceRay {
   Point3 origin;
@@ -46,7 +51,10 @@ class RayTracer {
   RayTracer(const RayTracer&) = delete;
   RayTracer& operator=(const RayTracer&) = delete;
 
-  // hits.size() == rays.size(). Where two sides of one wall lie at the same
+  // hits.size() == rays.size(). Traces in parallel; to be called from one
+  // thread at a time. Equal bits whatever the budget and the threads. Takes up
+  // to half of what the budget had left at construction; DoesNotFitError when
+  // that does not hold one chunk (about 2 MiB). Where two sides of one wall lie at the same
   // distance, the one whose front faces the ray is returned.
   void Trace(std::span<const TraceRay> rays, std::span<TraceHit> hits);
 

@@ -1,0 +1,233 @@
+#include "visibility/trace_chunk.h"
+
+#include "base/check.h"
+#include "partition/patch.h"
+#include "visibility/ray_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace enfilade {
+namespace {
+
+// A chunk's Embree scene then takes about 1.5 MB: small beside the least
+// budget, large beside the cost of entering a scene.
+constexpr size_t kMaxChunkPatches = 8192;
+constexpr double kGridMetres = 0x1p-18;
+
+// A patch on its way into a chunk.
+struct PendingPatch {
+  Patch patch;
+  TracePrimitive id;
+};
+
+std::array<Point3, 4> Corners(const Patch& p) {
+  return {
+      p.origin,
+      p.origin + p.u,
+      p.shape == PatchShape::kTriangle ? p.origin + p.v : p.origin + p.u + p.v,
+      p.origin + p.v};
+}
+
+double OnGrid(double x) {
+  return std::round(x / kGridMetres) * kGridMetres;
+}
+
+LocalPoint Local(Point3 p, Point3 origin) {
+  return {static_cast<float>(OnGrid(p.x) - origin.x),
+          static_cast<float>(OnGrid(p.y) - origin.y),
+          static_cast<float>(OnGrid(p.z) - origin.z)};
+}
+
+Box3 BoundsOf(std::span<const PendingPatch> patches) {
+  Box3 box;
+  for (const PendingPatch& p : patches) {
+    box.Include(enfilade::BoundsOf(Corners(p.patch)));
+  }
+  return box;
+}
+
+TraceChunk MakeChunk(std::span<const PendingPatch> patches, const Box3& box) {
+  TraceChunk chunk;
+  const Point3 c = box.Center();
+  chunk.origin = {std::round(c.x), std::round(c.y), std::round(c.z)};
+  for (const PendingPatch& p : patches) {
+    const auto corners = Corners(p.patch);
+    LocalQuad quad;
+    std::transform(corners.begin(), corners.end(), quad.begin(), [&](Point3 q) {
+      return Local(q, chunk.origin);
+    });
+    if (p.patch.shape == PatchShape::kTriangle) {
+      chunk.triangles.push_back({quad[0], quad[1], quad[3]});
+      chunk.triangle_ids.push_back(p.id);
+    } else {
+      chunk.quads.push_back(quad);
+      chunk.quad_ids.push_back(p.id);
+    }
+  }
+  return chunk;
+}
+
+// Collects patches and writes them as chunks.
+class ChunkWriter {
+ public:
+  explicit ChunkWriter(BlockStorage& store) : store_(&store) {}
+
+  void AddCell(CellId cell, const CellPatches& content) {
+    if (pending_.size() + content.patches.size() > kMaxChunkPatches) {
+      Flush(pending_);
+      pending_.clear();
+    }
+    for (size_t i = 0; i < content.patches.size(); ++i) {
+      pending_.push_back({content.patches[i], {cell, PatchId(i)}});
+    }
+  }
+
+  void Finish() {
+    Flush(pending_);
+    ByteWriter writer;
+    writer.PutArray(std::span<const TraceChunkInfo>(table_));
+    store_->Put({BlockKind::kTrace, 0}, writer.View());
+  }
+
+ private:
+  // Halves what is too large at the median along the longest side.
+  void Flush(std::span<PendingPatch> patches) {
+    if (patches.empty()) {
+      return;
+    }
+    const Box3 box = BoundsOf(patches);
+    if (patches.size() <= kMaxChunkPatches) {
+      Write(patches, box);
+      return;
+    }
+    const Vec3 e = box.Extent();
+    const size_t axis = e.x >= e.y && e.x >= e.z ? 0 : e.y >= e.z ? 1 : 2;
+    const auto key = [axis](const PendingPatch& p) {
+      return p.patch.origin[axis] + (p.patch.u[axis] + p.patch.v[axis]) / 2;
+    };
+    std::stable_sort(
+        patches.begin(), patches.end(), [&](const auto& a, const auto& b) {
+          return key(a) < key(b);
+        });
+    const size_t half = patches.size() / 2;
+    Flush(patches.first(half));
+    Flush(patches.subspan(half));
+  }
+
+  void Write(std::span<const PendingPatch> patches, const Box3& box) {
+    const auto index = static_cast<uint32_t>(table_.size());
+    store_->Put({BlockKind::kTrace, 1 + index},
+                EncodeTraceChunk(MakeChunk(patches, box)));
+    table_.push_back({box, static_cast<uint32_t>(patches.size())});
+  }
+
+  BlockStorage* store_;
+  std::vector<PendingPatch> pending_;
+  std::vector<TraceChunkInfo> table_;
+};
+
+// The low 21 bits of x, two zero bits between each.
+uint64_t Spread(uint64_t x) {
+  x &= 0x1fffff;
+  x = (x | x << 32) & 0x1f00000000ffff;
+  x = (x | x << 16) & 0x1f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  return (x | x << 2) & 0x1249249249249249;
+}
+
+// Place of a point on the Morton curve through the box.
+uint64_t MortonCode(Point3 p, const Box3& box) {
+  const Vec3 e = box.Extent();
+  const Vec3 d = p - box.low;
+  const auto cell = [](double offset, double extent) {
+    const double f = extent > 0 ? std::clamp(offset / extent, 0.0, 1.0) : 0.0;
+    return static_cast<uint64_t>(f * 0x1fffff);
+  };
+  return Spread(cell(d.x, e.x)) | Spread(cell(d.y, e.y)) << 1 |
+         Spread(cell(d.z, e.z)) << 2;
+}
+
+// The cells with patches, along the Morton curve of their patches' boxes.
+std::vector<CellId> CellsInSpace(const BlockStorage& store) {
+  std::vector<std::pair<CellId, Point3>> centers;
+  std::vector<CellId> cells;
+  store.ForEachKey(BlockKind::kCellPatches,
+                   [&](const BlockKey& key) { cells.emplace_back(key.a); });
+  Box3 all;
+  for (const CellId id : cells) {
+    Box3 box;
+    for (const Patch& p : LoadCellPatches(store, id).patches) {
+      box.Include(enfilade::BoundsOf(Corners(p)));
+    }
+    if (!box.IsEmpty()) {
+      centers.emplace_back(id, box.Center());
+      all.Include(box);
+    }
+  }
+  std::vector<std::pair<uint64_t, CellId>> order;
+  order.reserve(centers.size());
+  for (const auto& [id, center] : centers) {
+    order.emplace_back(MortonCode(center, all), id);
+  }
+  std::sort(order.begin(), order.end());
+  cells.clear();
+  for (const auto& [code, id] : order) {
+    cells.push_back(id);
+  }
+  return cells;
+}
+
+}  // namespace
+
+Bytes EncodeTraceChunk(const TraceChunk& chunk) {
+  ByteWriter writer;
+  writer.Put(chunk.origin);
+  writer.PutArray(std::span<const LocalQuad>(chunk.quads));
+  writer.PutArray(std::span<const LocalTriangle>(chunk.triangles));
+  writer.PutArray(std::span<const TracePrimitive>(chunk.quad_ids));
+  writer.PutArray(std::span<const TracePrimitive>(chunk.triangle_ids));
+  return writer.Take();
+}
+
+TraceChunk DecodeTraceChunk(std::span<const std::byte> bytes) {
+  ByteReader reader(bytes);
+  TraceChunk chunk;
+  chunk.origin = reader.Get<Point3>();
+  chunk.quads = reader.GetArray<LocalQuad>();
+  chunk.triangles = reader.GetArray<LocalTriangle>();
+  chunk.quad_ids = reader.GetArray<TracePrimitive>();
+  chunk.triangle_ids = reader.GetArray<TracePrimitive>();
+  if (chunk.quads.size() != chunk.quad_ids.size() ||
+      chunk.triangles.size() != chunk.triangle_ids.size()) {
+    throw DamagedStoreError("a stored trace chunk contradicts itself");
+  }
+  return chunk;
+}
+
+std::vector<TraceChunkInfo> LoadTraceTable(const BlockStorage& store) {
+  const Bytes bytes = store.GetOrThrow({BlockKind::kTrace, 0});
+  return ByteReader(bytes).GetArray<TraceChunkInfo>();
+}
+
+TraceChunk LoadTraceChunk(const BlockStorage& store, size_t index) {
+  return DecodeTraceChunk(
+      store.GetOrThrow({BlockKind::kTrace, 1 + static_cast<uint32_t>(index)}));
+}
+
+void BuildTraceChunks(BlockStorage& store, MemoryBudget& budget) {
+  constexpr uint64_t kBytesPerPatch = 2 * sizeof(PendingPatch) + 80;
+  const MemoryCharge charge(budget,
+                            2 * kMaxChunkPatches * kBytesPerPatch,
+                            "sorting triangles for ray tracing");
+  store.EraseAll(BlockKind::kTrace);
+  ChunkWriter writer(store);
+  for (const CellId cell : CellsInSpace(store)) {
+    writer.AddCell(cell, LoadCellPatches(store, cell));
+  }
+  writer.Finish();
+}
+
+}  // namespace enfilade
