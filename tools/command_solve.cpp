@@ -103,6 +103,28 @@ void RemoveStore(const fs::path& path) {
   }
 }
 
+// A new store that holds the settings. Under its name from the first instant
+// it can be resumed: it is made under another and renamed.
+std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
+                                            const fs::path& path) {
+  const fs::path part = path.string() + ".part";
+  RemoveStore(part);
+  {
+    const auto store = CreateStore(part);
+    SaveSettings(*store, settings);
+    SaveStage(*store, Stage::kCreated);
+    store->Commit();
+  }
+  std::error_code failed;
+  fs::rename(part, path, failed);
+  if (failed) {
+    RemoveStore(part);
+    throw DiskError(fmt::format(
+        "cannot make the store '{}': {}", path.string(), failed.message()));
+  }
+  return OpenStore(path, StoreAccess::kWrite);
+}
+
 void RequireSceneFile(const fs::path& scene) {
   if (!fs::exists(scene)) {
     throw InputError(
@@ -126,11 +148,8 @@ void SolveCommand::Run() {
     RefuseExistingStore(store, settings);
   }
   LimitsInForce limits(common.limits);
-  auto storage = CreateStore(store);
+  auto storage = CreateStoreOf(settings, store);
   try {
-    SaveSettings(*storage, settings);
-    SaveStage(*storage, Stage::kCreated);
-    storage->Commit();
     SolveAndReport(*storage, store, settings, common, limits.Budget());
   } catch (const InterruptedError&) {
     throw;

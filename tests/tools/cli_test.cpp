@@ -1,0 +1,196 @@
+// The command line as users and scripts see it: verbs, exit codes, messages.
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/tools/run_program.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using ::testing::TestWithParam;
+using ::testing::Values;
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// One line, "enfilade: error: ...".
+void ExpectOneErrorLine(const ProgramResult& result) {
+  EXPECT_EQ(result.err.rfind("enfilade: error: ", 0), 0U) << result.err;
+  EXPECT_EQ(result.err.find('\n') + 1, result.err.size()) << result.err;
+}
+
+class CliVerb : public TestWithParam<const char*> {};
+
+TEST_P(CliVerb, HelpHasAnExampleAndExitsZero) {
+  const auto result = RunProgram({GetParam(), "--help"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(Contains(result.out, "Example")) << result.out;
+  EXPECT_TRUE(Contains(result.out, std::string("enfilade ") + GetParam()))
+      << result.out;
+}
+
+TEST_P(CliVerb, UnknownOptionIsAUsageError) {
+  const auto result = RunProgram({GetParam(), "--no-such-option"});
+  EXPECT_EQ(result.exit_code, 2);
+  ExpectOneErrorLine(result);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryVerb,
+                         CliVerb,
+                         Values("solve",
+                                "resume",
+                                "info",
+                                "verify",
+                                "probe",
+                                "compare",
+                                "export",
+                                "scene"));
+
+TEST(Cli, HelpNamesEveryVerb) {
+  const auto result = RunProgram({"--help"});
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* verb : {"solve",
+                           "resume",
+                           "info",
+                           "verify",
+                           "probe",
+                           "compare",
+                           "export",
+                           "scene"}) {
+    EXPECT_TRUE(Contains(result.out, std::string("\n  ") + verb)) << verb;
+  }
+}
+
+TEST(Cli, VersionIsPrinted) {
+  const auto result = RunProgram({"--version"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.out.rfind("enfilade ", 0), 0U) << result.out;
+}
+
+TEST(Cli, NonsenseIsAUsageError) {
+  const std::vector<std::vector<std::string>> lines = {
+      {},
+      {"frobnicate"},
+      {"solve"},
+      {"solve", "a.obj"},
+      {"solve", "a.obj", "-o", "b.enf", "--error", "much"},
+      {"solve", "a.obj", "-o", "b.enf", "--basis", "m9"},
+      {"solve", "a.obj", "-o", "b.enf", "--memory", "64Q"},
+      {"solve", "a.obj", "-o", "b.enf", "--memory", "0"},
+      {"solve", "a.obj", "-o", "b.enf", "--threads", "0"},
+      {"solve", "a.obj", "b.obj", "-o", "b.enf"},
+      {"export", "a.enf", "b.png", "--eye", "1,2"}};
+  for (const auto& line : lines) {
+    const auto result = RunProgram(line);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    ExpectOneErrorLine(result);
+  }
+}
+
+TEST(Cli, ErrorOutOfRangeIsAUsageError) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  for (const char* error : {"0", "-0.1", "nan"}) {
+    const auto result = RunProgram({"solve",
+                                    folder / "room.obj",
+                                    "-o",
+                                    folder / "room.enf",
+                                    "--error",
+                                    error});
+    EXPECT_EQ(result.exit_code, 2) << error << ": " << result.err;
+    ExpectOneErrorLine(result);
+  }
+}
+
+TEST(Cli, MissingFilesAreBadInputAndNamed) {
+  const TemporaryFolder folder;
+  const std::string none = folder / "none";
+  const std::vector<std::vector<std::string>> lines = {
+      {"solve", none, "-o", folder / "a.enf"},
+      {"resume", none},
+      {"info", none},
+      {"verify", none},
+      {"probe", none, none},
+      {"compare", none, none},
+      {"export", none, folder / "a.ply"}};
+  for (const auto& line : lines) {
+    const auto result = RunProgram(line);
+    EXPECT_EQ(result.exit_code, 3) << line[0] << ": " << result.err;
+    EXPECT_TRUE(Contains(result.err, none)) << result.err;
+    ExpectOneErrorLine(result);
+  }
+}
+
+TEST(Cli, BadSceneIsNamedWithFileAndLine) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+  const auto result =
+      RunProgram({"solve", folder / "bad.obj", "-o", folder / "bad.enf"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_TRUE(Contains(result.err, "bad.obj:4")) << result.err;
+  ExpectOneErrorLine(result);
+}
+
+TEST(Cli, RefusedSceneLeavesNoStoreInTheWay) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+  RunProgram({"solve", folder / "bad.obj", "-o", folder / "bad.enf"});
+  for (const auto& entry : std::filesystem::directory_iterator(folder.Path())) {
+    EXPECT_EQ(entry.path().filename(), "bad.obj");
+  }
+}
+
+TEST(Cli, FileThatIsNoStoreIsNamed) {
+  const TemporaryFolder folder;
+  const std::string text = "This is no store, but a file of some length.\n";
+  WriteFile(folder / "text.enf", text);
+  for (const char* verb : {"info", "resume", "verify"}) {
+    const auto result = RunProgram({verb, folder / "text.enf"});
+    EXPECT_TRUE(result.exit_code == 3 || result.exit_code == 5)
+        << verb << " " << result.exit_code;
+    EXPECT_TRUE(Contains(result.err, "text.enf")) << result.err;
+    ExpectOneErrorLine(result);
+  }
+  EXPECT_EQ(ReadFile(folder / "text.enf"), text);
+}
+
+TEST(Cli, ExistingFileIsNeverWrittenOver) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  WriteFile(folder / "precious.enf", "precious");
+  const auto result =
+      RunProgram({"solve", folder / "room.obj", "-o", folder / "precious.enf"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(Contains(result.err, "precious.enf")) << result.err;
+  EXPECT_EQ(ReadFile(folder / "precious.enf"), "precious");
+}
+
+TEST(Cli, TooSmallACapNamesTheLeast) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  const auto result = RunProgram({"solve",
+                                  folder / "room.obj",
+                                  "-o",
+                                  folder / "room.enf",
+                                  "--memory",
+                                  "8M"});
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_TRUE(Contains(result.err, "least cap")) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "room.enf"));
+}
+
+TEST(Cli, StoreInAMissingFolderIsADiskError) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  const auto result = RunProgram(
+      {"solve", folder / "room.obj", "-o", folder / "no/such/room.enf"});
+  EXPECT_EQ(result.exit_code, 6) << result.err;
+  ExpectOneErrorLine(result);
+}
+
+}  // namespace
+}  // namespace enfilade

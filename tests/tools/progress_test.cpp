@@ -1,0 +1,35 @@
+#include "tools/progress.h"
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+TEST(FormatDuration, UsesTheTwoLargestUnits) {
+  EXPECT_EQ(FormatDuration(0), "0 s");
+  EXPECT_EQ(FormatDuration(59.4), "59 s");
+  EXPECT_EQ(FormatDuration(59.6), "1 min 00 s");
+  EXPECT_EQ(FormatDuration(200), "3 min 20 s");
+  EXPECT_EQ(FormatDuration(7500), "2 h 05 min");
+}
+
+TEST(ProgressText, ExtrapolatesTheTimeLeft) {
+  EXPECT_EQ(ProgressText("solve", 0.25, 30, ""), "solve 25 %, 1 min 30 s left");
+}
+
+TEST(ProgressText, GivesNoTimeBeforeItKnowsEnough) {
+  EXPECT_EQ(ProgressText("solve", 0.01, 30, "refine"), "solve 1 %: refine");
+}
+
+TEST(ProgressText, SaysHundredPercentOnlyWhenDone) {
+  EXPECT_EQ(ProgressText("solve", 0.999, 999, ""), "solve 99 %, 1 s left");
+  EXPECT_EQ(ProgressText("solve", 1, 1000, ""), "solve 100 %");
+}
+
+TEST(ProgressText, ClampsTheFraction) {
+  EXPECT_EQ(ProgressText("solve", 1.5, 10, ""), "solve 100 %");
+  EXPECT_EQ(ProgressText("solve", -1, 10, ""), "solve 0 %");
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,70 @@
+// Runs the program under test as its users do: a process of its own.
+
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace enfilade {
+
+struct ProgramResult {
+  int exit_code = -1;  // 128 + signal if a signal ended it
+  std::string out;     // standard output
+  std::string err;     // standard error
+  uint64_t peak_rss_bytes = 0;
+};
+
+// A fresh folder that is removed with its owner.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  [[nodiscard]] std::filesystem::path Path() const { return path_; }
+
+  [[nodiscard]] std::string operator/(const std::string& name) const {
+    return (path_ / name).string();
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// The program, started with these arguments and not waited for yet.
+class RunningProgram {
+ public:
+  explicit RunningProgram(const std::vector<std::string>& arguments);
+
+  // Waits first if nobody did.
+  ~RunningProgram();
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  void Signal(int signal) const;
+
+  ProgramResult Wait();
+
+ private:
+  TemporaryFolder folder_;  // of the output
+  pid_t pid_ = -1;
+  std::optional<ProgramResult> result_;
+};
+
+ProgramResult RunProgram(const std::vector<std::string>& arguments);
+
+// The content of a file; empty if there is none.
+std::string ReadFile(const std::filesystem::path& path);
+void WriteFile(const std::filesystem::path& path, const std::string& text);
+
+// Writes `path` (.obj) and its .mtl: a closed room of 4 x 4 x 3 m with a lamp
+// below the ceiling and `boxes` boxes of different sizes on the floor.
+void WriteRoomScene(const std::filesystem::path& path, int boxes);
+
+}  // namespace enfilade
