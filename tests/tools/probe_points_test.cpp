@@ -1,0 +1,136 @@
+#include "tools/probe_points.h"
+
+#include "base/error.h"
+
+#include <sstream>
+
+#include "tests/tools/verify_fake_building.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+// A room of reflectance 1/2 and exitance 1, whose radiosity is 2 everywhere;
+// the stored irradiance is 7, to tell it from what gathering gives.
+class ProbeTest : public testing::Test {
+ protected:
+  ProbeTest() {
+    building_.AddRoom({4, 3, 2},
+                      building_.AddMaterial({.5, .5, .5}, {1, 1, 1}));
+    building_.SetRadiosity([](const Patch&, Point3) { return Rgb{2, 2, 2}; });
+    building_.SetIrradiance([](const Patch&, Point3) { return Rgb{7, 8, 9}; });
+  }
+
+  std::string Run(const std::string& csv) {
+    std::istringstream in(csv);
+    std::ostringstream out;
+    MemoryBudget budget(64ULL << 20);
+    summary_ =
+        ProbePoints(building_.View(), in, "points.csv", out, options_, budget);
+    EXPECT_EQ(budget.UsedBytes(), 0U);
+    return out.str();
+  }
+
+  // The message of the InputError that the text gives.
+  std::string Refusal(const std::string& csv) {
+    try {
+      Run(csv);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  }
+
+  // The last line's last three columns.
+  Rgb LastValue(const std::string& csv) {
+    const std::string out = Run(csv);
+    std::istringstream last(out.substr(out.rfind('\n', out.size() - 2) + 1));
+    std::string field;
+    std::vector<double> values;
+    while (std::getline(last, field, ',')) {
+      values.push_back(std::stod(field));
+    }
+    const size_t n = values.size();
+    return {values.at(n - 3), values.at(n - 2), values.at(n - 1)};
+  }
+
+  FakeBuilding building_;
+  ProbeOptions options_;
+  ProbeSummary summary_;
+};
+
+TEST_F(ProbeTest, APointOnAPatchHasItsStoredIrradiance) {
+  EXPECT_EQ(Run("1,1,0,0,0,1\n"),
+            "x,y,z,nx,ny,nz,irradiance_r,irradiance_g,irradiance_b\n"
+            "1,1,0,0,0,1,7,8,9\n");
+  EXPECT_EQ(summary_.on_patches, 1U);
+}
+
+TEST_F(ProbeTest, OneMillimetreAndFiveDegreesDecideWhatIsOnAPatch) {
+  for (const char* on : {"1,1,.0009,0,0,1",
+                         "1,1,-.0009,0,0,3",
+                         "1,1,0,0,.087,1" /* 4.97 degrees */}) {
+    EXPECT_EQ(LastValue(on), (Rgb{7, 8, 9})) << on;
+  }
+  for (const char* off : {"1,1,.0012,0,0,1", "1,1,.0001,0,.088,1"}) {
+    EXPECT_NE(LastValue(off), (Rgb{7, 8, 9})) << off;
+  }
+}
+
+TEST_F(ProbeTest, AFreePointGathersTheRoom) {
+  for (const char* free : {"1,1,1,0,0,1", "2,2,.5,1,-2,.3", "1,1,.01,0,0,1"}) {
+    const Rgb value = LastValue(free);
+    EXPECT_NEAR(value[0], 2, .02) << free;
+    EXPECT_NEAR(value[2], 2, .02) << free;
+  }
+  EXPECT_EQ(summary_.gathered, 1U);
+}
+
+TEST_F(ProbeTest, HeaderAndFurtherColumnsAreKept) {
+  EXPECT_EQ(Run("x,y,z,nx,ny,nz,desk\n1,1,0,0,0,1,A 7\n"),
+            "x,y,z,nx,ny,nz,desk,irradiance_r,irradiance_g,irradiance_b\n"
+            "1,1,0,0,0,1,A 7,7,8,9\n");
+  EXPECT_EQ(Run("1,1,0,0,0,1,5\n").substr(0, 24), "x,y,z,nx,ny,nz,column_7,");
+}
+
+TEST_F(ProbeTest, CommentsEmptyLinesAndWindowsEndsAreUnderstood) {
+  EXPECT_EQ(Run("\xef\xbb\xbf# c\r\n\r\n 1, 1,0 ,+0,0,1\r\n\n#x\n"),
+            "x,y,z,nx,ny,nz,irradiance_r,irradiance_g,irradiance_b\n"
+            "1, 1,0 ,+0,0,1,7,8,9\n");
+}
+
+TEST_F(ProbeTest, NoPointsGiveOnlyAHeader) {
+  EXPECT_EQ(Run(""), "x,y,z,nx,ny,nz,irradiance_r,irradiance_g,irradiance_b\n");
+}
+
+TEST_F(ProbeTest, BadLinesAreNamed) {
+  EXPECT_NE(Refusal("1,1,0,0,0,1\n1,2,3\n").find("points.csv:2: "),
+            std::string::npos);
+  EXPECT_NE(Refusal("x,y\n\n1,1,0,0,nan,1").find("points.csv:3: ny is 'nan'"),
+            std::string::npos);
+  EXPECT_NE(Refusal("1,1,0,0,0,0").find("has no direction"), std::string::npos);
+  EXPECT_NE(Refusal("1,1,1e999,0,0,1").find("points.csv:1: z"),
+            std::string::npos);
+  EXPECT_NE(Refusal("1,1,2m,0,0,1").find("'2m'"), std::string::npos);
+}
+
+TEST_F(ProbeTest, ManyPointsKeepTheirOrder) {
+  std::string csv;
+  for (int i = 0; i < 2500; ++i) {
+    csv +=
+        std::to_string(i % 3 + .5) + ",1,0,0,0,1," + std::to_string(i) + "\n";
+  }
+  std::istringstream out(Run(csv));
+  std::string line;
+  std::getline(out, line);
+  for (int i = 0; i < 2500; ++i) {
+    ASSERT_TRUE(std::getline(out, line));
+    ASSERT_NE(line.find(",1," + std::to_string(i) + ",7,8,9"),
+              std::string::npos)
+        << line;
+  }
+  EXPECT_EQ(summary_.points, 2500U);
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,25 @@
+// The comparison behind Compare, on any two views of one building.
+
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "tools/building_view.h"
+#include "tools/compare.h"
+
+namespace enfilade {
+
+using RadiosityOf =
+    std::function<std::vector<Rgb>(std::span<const PatchPoint>)>;
+
+// The deviation of `a` from the reference `b` over the building's reflecting
+// sides. Throws InputError if b reflects no light.
+CompareSummary CompareFields(const BuildingView& building,
+                             const RadiosityOf& a,
+                             const RadiosityOf& b,
+                             const CompareOptions& options,
+                             MemoryBudget& budget);
+
+}  // namespace enfilade

@@ -1,0 +1,28 @@
+#include "tools/probe.h"
+
+#include "base/error.h"
+
+#include "tools/building_store.h"
+#include "tools/probe_points.h"
+
+namespace enfilade {
+
+void ProbeOptions::Validate() const {
+  constexpr uint32_t kMostRays = 1U << 24;
+  if (gather_rays == 0 || gather_rays > kMostRays) {
+    throw UsageError("a probe gathers with 1 to 16777216 rays");
+  }
+}
+
+ProbeSummary Probe(const BlockStorage& store,
+                   std::istream& points,
+                   const std::string& name,
+                   std::ostream& out,
+                   const ProbeOptions& options,
+                   MemoryBudget& budget) {
+  options.Validate();
+  StoredBuilding building(store, budget);
+  return ProbePoints(building.View(), points, name, out, options, budget);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,157 @@
+#include "tools/probe_points.h"
+
+#include "base/error.h"
+#include "base/random.h"
+
+#include <chrono>
+#include <cmath>
+#include <ostream>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kSeedDomain = 0x70726f6265000001ULL;
+constexpr size_t kBatchPoints = 1024;
+constexpr uint64_t kPointBytes = 1024;  // of a point in all arrays of a batch
+constexpr double kOnPatchDistance = 1e-3;               // m
+constexpr double kOnPatchCosine = 0.99619469809174555;  // of 5 degrees
+
+class Prober {
+ public:
+  Prober(const BuildingView& view,
+         const ProbeOptions& options,
+         MemoryBudget& budget)
+      : view_(view),
+        options_(options),
+        charge_(budget, kBatchPoints * kPointBytes, "a batch of points"),
+        tracer_(view, budget) {}
+
+  // One value per line, in their order.
+  std::vector<Rgb> Irradiance(const std::vector<ProbeLine>& lines) {
+    std::vector<Rgb> values(lines.size());
+    std::vector<PatchPoint> on_patches;
+    std::vector<size_t> on_patch_lines;
+    std::vector<Receiver> free_points;
+    std::vector<size_t> free_lines;
+    const std::vector<TraceHit> hits = FindPatches(lines);
+    for (size_t i = 0; i < lines.size(); ++i) {
+      if (hits[i].hit && surfaces_[i].front &&
+          MaxChannel(surfaces_[i].reflectance) > 0) {
+        on_patches.push_back(
+            {hits[i].cell, hits[i].patch, hits[i].a, hits[i].b});
+        on_patch_lines.push_back(i);
+      } else {
+        free_points.push_back(lines[i].receiver);
+        if (surfaces_[i].front) {
+          free_points.back().position = surfaces_[i].position;
+        }
+        free_lines.push_back(i);
+      }
+    }
+    summary_.on_patches += on_patches.size();
+    summary_.gathered += free_points.size();
+    if (!on_patches.empty()) {
+      const std::vector<Rgb> irradiance = view_.irradiance(on_patches);
+      for (size_t k = 0; k < on_patches.size(); ++k) {
+        values[on_patch_lines[k]] = irradiance[k];
+      }
+    }
+    const std::vector<Rgb> gathered = Gather(free_points);
+    for (size_t k = 0; k < free_points.size(); ++k) {
+      values[free_lines[k]] = gathered[k];
+    }
+    summary_.points += lines.size();
+    return values;
+  }
+
+  [[nodiscard]] const ProbeSummary& Summary() const { return summary_; }
+
+ private:
+  // What a short ray against each normal meets; surfaces_[i].front is set only
+  // where the normals agree.
+  std::vector<TraceHit> FindPatches(const std::vector<ProbeLine>& lines) {
+    std::vector<TraceRay> rays(lines.size());
+    std::vector<TraceHit> hits(lines.size());
+    for (size_t i = 0; i < lines.size(); ++i) {
+      const Receiver& r = lines[i].receiver;
+      rays[i].origin = r.position + r.normal * kOnPatchDistance;
+      rays[i].direction = -r.normal;
+      rays[i].max_distance = 2 * kOnPatchDistance;
+    }
+    view_.trace(rays, hits);
+    surfaces_.resize(lines.size());
+    tracer_.Surfaces().Read(rays, hits, surfaces_);
+    for (size_t i = 0; i < lines.size(); ++i) {
+      surfaces_[i].front =
+          surfaces_[i].front &&
+          Dot(surfaces_[i].normal, lines[i].receiver.normal) >= kOnPatchCosine;
+    }
+    return hits;
+  }
+
+  std::vector<Rgb> Gather(const std::vector<Receiver>& points) {
+    const auto strata = static_cast<uint32_t>(
+        std::ceil(std::sqrt(static_cast<double>(options_.gather_rays))));
+    const auto report = [&](double) {
+      if (options_.progress) {
+        options_.progress(summary_.points);
+      }
+    };
+    const uint64_t key =
+        MixKey(MixKey(kSeedDomain, options_.seed), summary_.points);
+    return tracer_.Irradiance(points, key, strata, GatherMode::kField, report);
+  }
+
+  const BuildingView& view_;
+  const ProbeOptions& options_;
+  MemoryCharge charge_;
+  PathTracer tracer_;
+  std::vector<Surface> surfaces_;
+  ProbeSummary summary_;
+};
+
+}  // namespace
+
+ProbeSummary ProbePoints(const BuildingView& view,
+                         std::istream& points,
+                         const std::string& name,
+                         std::ostream& out,
+                         const ProbeOptions& options,
+                         MemoryBudget& budget) {
+  const auto start = std::chrono::steady_clock::now();
+  ProbeReader reader(points, name);
+  Prober prober(view, options, budget);
+  out << reader.Header() << '\n';
+  bool more = true;
+  while (more) {
+    std::vector<ProbeLine> lines;
+    while (more && lines.size() < kBatchPoints) {
+      auto line = reader.Next();
+      more = line.has_value();
+      if (line) {
+        lines.push_back(std::move(*line));
+      }
+    }
+    const std::vector<Rgb> values = prober.Irradiance(lines);
+    for (size_t i = 0; i < lines.size(); ++i) {
+      const Rgb& h = values[i];
+      out << lines[i].text
+          << fmt::format(",{:.9g},{:.9g},{:.9g}\n", h[0], h[1], h[2]);
+    }
+    if (!out) {
+      throw DiskError("cannot write the irradiance: the disk may be full");
+    }
+    if (options.progress) {
+      options.progress(prober.Summary().points);
+    }
+  }
+  ProbeSummary summary = prober.Summary();
+  summary.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+          .count();
+  return summary;
+}
+
+}  // namespace enfilade

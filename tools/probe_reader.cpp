@@ -1,0 +1,155 @@
+#include "base/error.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <istream>
+#include <string_view>
+
+#include "tools/probe_points.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kFields = 6;
+constexpr std::array<const char*, kFields> kNames = {
+    "x", "y", "z", "nx", "ny", "nz"};
+constexpr const char* kResultColumns = "irradiance_r,irradiance_g,irradiance_b";
+
+std::string_view Trim(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r";
+  const size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) {
+    return {};
+  }
+  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+}
+
+// Splits off the field up to the next comma; nothing when none is left.
+std::optional<std::string_view> TakeField(
+    std::optional<std::string_view>& rest) {
+  if (!rest) {
+    return std::nullopt;
+  }
+  const size_t comma = rest->find(',');
+  const std::string_view field = Trim(rest->substr(0, comma));
+  if (comma == std::string_view::npos) {
+    rest.reset();
+  } else {
+    rest = rest->substr(comma + 1);
+  }
+  return field;
+}
+
+std::optional<double> ParseNumber(std::string_view text) {
+  if (text.starts_with('+')) {
+    text.remove_prefix(1);
+  }
+  double value = 0;
+  const auto [end, error] =
+      std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+bool BeginsWithNumber(const std::string& line) {
+  std::optional<std::string_view> rest = line;
+  const auto field = TakeField(rest);
+  return field && ParseNumber(*field).has_value();
+}
+
+}  // namespace
+
+ProbeReader::ProbeReader(std::istream& input, std::string name)
+    : input_(&input), name_(std::move(name)) {}
+
+std::optional<std::string> ProbeReader::NextLine() {
+  std::string line;
+  while (std::getline(*input_, line)) {
+    ++line_number_;
+    if (line_number_ == 1 && line.starts_with("\xef\xbb\xbf")) {
+      line.erase(0, 3);  // byte order mark
+    }
+    const std::string_view trimmed = Trim(line);
+    if (!trimmed.empty() && !trimmed.starts_with('#')) {
+      return std::string(trimmed);
+    }
+  }
+  if (input_->bad()) {
+    throw DiskError(fmt::format("cannot read the points '{}'", name_));
+  }
+  return std::nullopt;
+}
+
+std::string ProbeReader::Header() {
+  pending_ = NextLine();
+  if (pending_ && !BeginsWithNumber(*pending_)) {
+    const std::string header = *pending_ + "," + kResultColumns;
+    pending_ = NextLine();
+    return header;
+  }
+  std::string header;
+  std::optional<std::string_view> rest;
+  if (pending_) {
+    rest = *pending_;
+  }
+  for (size_t i = 0; i < kFields || rest; ++i) {
+    TakeField(rest);
+    header += i < kFields ? std::string(kNames[i]) + ","
+                          : fmt::format("column_{},", i + 1);
+  }
+  return header + kResultColumns;
+}
+
+std::optional<ProbeLine> ProbeReader::Next() {
+  const auto line = pending_ ? std::exchange(pending_, {}) : NextLine();
+  if (!line) {
+    return std::nullopt;
+  }
+  return Parse(*line);
+}
+
+ProbeLine ProbeReader::Parse(const std::string& line) const {
+  std::array<double, kFields> values{};
+  std::optional<std::string_view> rest = line;
+  for (size_t i = 0; i < kFields; ++i) {
+    const auto field = TakeField(rest);
+    if (!field) {
+      throw InputError(fmt::format(
+          "{}:{}: a point needs six numbers, x,y,z,nx,ny,nz; this line has {}",
+          name_,
+          line_number_,
+          i));
+    }
+    const auto value = ParseNumber(*field);
+    if (!value || !std::isfinite(*value)) {
+      throw InputError(fmt::format("{}:{}: {} is '{}', not a finite number",
+                                   name_,
+                                   line_number_,
+                                   kNames[i],
+                                   *field));
+    }
+    values[i] = *value;
+  }
+  ProbeLine result;
+  result.text = line;
+  result.receiver.position = {values[0], values[1], values[2]};
+  const Vec3 normal{values[3], values[4], values[5]};
+  const double length = Length(normal);
+  if (!(length > 0) || !std::isfinite(length)) {
+    throw InputError(
+        fmt::format("{}:{}: the normal ({}, {}, {}) has no direction",
+                    name_,
+                    line_number_,
+                    normal.x,
+                    normal.y,
+                    normal.z));
+  }
+  result.receiver.normal = normal / length;
+  return result;
+}
+
+}  // namespace enfilade
