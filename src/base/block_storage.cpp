@@ -23,6 +23,8 @@ std::string_view KindName(BlockKind kind) {
       return "trace chunk";
     case BlockKind::kScratch:
       return "scratch";
+    case BlockKind::kSolveCells:
+      return "solve table";
   }
   return "unknown kind";
 }

@@ -25,6 +25,7 @@ enum class BlockKind : uint8_t {
   kLinks = 6,        // a = receiver cell, b = source cell, c = chunk
   kTrace = 7,        // triangles in spatial chunks for tracing; a = chunk
   kScratch = 8,      // temporary data of import; deleted before it ends
+  kSolveCells = 9,   // the solve's table of cells; one block
 };
 
 struct BlockKey {

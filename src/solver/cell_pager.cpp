@@ -1,0 +1,201 @@
+#include "solver/cell_pager.h"
+
+#include "base/check.h"
+#include "partition/patch.h"
+
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+BlockKey TreeKey(CellId cell) {
+  return {BlockKind::kCellTree, cell.value, 0, 0};
+}
+
+// Embree holds about this much per patch at the peak of a build (measured).
+constexpr uint64_t kOccluderBytesPerPatch = 400;
+
+}  // namespace
+
+SurfaceTable MakeSurfaceTable(const SceneInfo& scene) {
+  SurfaceTable table;
+  for (const Material& m : scene.materials) {
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      table.reflectance.push_back(static_cast<float>(m.reflectance[c]));
+      table.exitance.push_back(static_cast<float>(m.exitance[c]));
+    }
+  }
+  return table;
+}
+
+CellPager::CellPager(BlockStorage& store,
+                     const SceneInfo& scene,
+                     TreeShape shape,
+                     const OcclusionDevice& device,
+                     MemoryBudget& budget)
+    : store_(&store),
+      scene_(&scene),
+      surfaces_(MakeSurfaceTable(scene)),
+      shape_(shape),
+      device_(&device),
+      budget_(&budget),
+      origin_(device.Origin()) {}
+
+CellPager::~CellPager() {
+  for (auto& [key, item] : items_) {
+    budget_->Release(item.charged_bytes);
+  }
+}
+
+CellPager::Item* CellPager::Find(ItemKey key) {
+  const auto it = items_.find(key);
+  if (it == items_.end()) {
+    return nullptr;
+  }
+  it->second.last_use = ++clock_;
+  return &it->second;
+}
+
+CellPager::Item& CellPager::Insert(ItemKey key,
+                                   std::shared_ptr<void> value,
+                                   uint64_t bytes) {
+  Item& item = items_[key];
+  item.value = std::move(value);
+  item.charged_bytes = bytes;
+  item.last_use = ++clock_;
+  return item;
+}
+
+std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
+  const ItemKey key{ItemKind::kGeometry, cell.value};
+  if (const Item* item = Find(key)) {
+    return std::static_pointer_cast<const CellGeometry>(item->value);
+  }
+  const CellPatches stored = LoadCellPatches(*store_, cell);
+  auto geometry = std::make_shared<CellGeometry>();
+  geometry->patches.reserve(stored.patches.size());
+  std::vector<PatchGeometry> blockers;
+  for (const Patch& patch : stored.patches) {
+    geometry->patches.push_back(MakePatchGeometry(
+        patch, scene_->materials.at(patch.material.Index()), origin_));
+    if (!patch.is_twin) {
+      blockers.push_back(geometry->patches.back());
+    }
+  }
+  geometry->shaft = std::make_unique<ShaftBlockers>(blockers);
+  const uint64_t bytes = geometry->patches.size() * sizeof(PatchGeometry) +
+                         geometry->shaft->SizeBytes();
+  MakeRoom(bytes, "the geometry of a cell");
+  Insert(key, geometry, bytes);
+  return geometry;
+}
+
+std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
+  const ItemKey key{ItemKind::kOccluder, cell.value};
+  if (const Item* item = Find(key)) {
+    return std::static_pointer_cast<const CellBlockers>(item->value);
+  }
+  const CellPatches stored = LoadCellPatches(*store_, cell);
+  // Embree charges the budget itself; this only makes the room.
+  const uint64_t estimate = stored.patches.size() * kOccluderBytesPerPatch;
+  MakeRoom(estimate, "the blockers of a cell");
+  budget_->Release(estimate);
+  std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
+  Insert(key, std::const_pointer_cast<CellBlockers>(blockers), 0);
+  return blockers;
+}
+
+std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
+  const ItemKey key{ItemKind::kTree, cell.value};
+  if (const Item* item = Find(key)) {
+    return std::static_pointer_cast<CellTree>(item->value);
+  }
+  const auto geometry = Geometry(cell);
+  std::shared_ptr<CellTree> tree;
+  if (const auto stored = store_->Get(TreeKey(cell))) {
+    tree = std::make_shared<CellTree>(
+        CellTree::Decode(shape_, geometry->patches, *stored));
+  } else {
+    tree = std::make_shared<CellTree>(shape_, geometry->patches);
+    tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
+  }
+  MakeRoom(tree->SizeBytes(), "the element trees of a cell");
+  Insert(key, tree, tree->SizeBytes());
+  return tree;
+}
+
+void CellPager::MarkDirty(CellId cell) {
+  Item* item = Find({ItemKind::kTree, cell.value});
+  ENFILADE_CHECK(item != nullptr, "cell {} is not in memory", cell.value);
+  item->dirty = true;
+  const uint64_t bytes =
+      std::static_pointer_cast<CellTree>(item->value)->SizeBytes();
+  if (bytes > item->charged_bytes) {
+    const std::shared_ptr<void> pin = item->value;
+    const uint64_t more = bytes - item->charged_bytes;
+    MakeRoom(more, "the element trees of a cell");
+    Find({ItemKind::kTree, cell.value})->charged_bytes += more;
+  }
+}
+
+void CellPager::WriteTree(CellId cell, Item* item) {
+  store_->Put(TreeKey(cell),
+              std::static_pointer_cast<CellTree>(item->value)->Encode());
+  item->dirty = false;
+}
+
+void CellPager::Flush() {
+  for (auto& [key, item] : items_) {
+    if (item.dirty) {
+      WriteTree(CellId(key.second), &item);
+    }
+  }
+}
+
+void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
+  if (item->second.dirty) {
+    WriteTree(CellId(item->first.second), &item->second);
+  }
+  item->second.value.reset();
+  budget_->Release(item->second.charged_bytes);
+  items_.erase(item);
+}
+
+bool CellPager::EvictOne() {
+  auto victim = items_.end();
+  std::pair<uint64_t, uint64_t> worst{};
+  for (auto it = items_.begin(); it != items_.end(); ++it) {
+    if (it->second.value.use_count() > 1) {
+      continue;
+    }
+    const uint64_t next = next_use_ ? next_use_(CellId(it->first.second)) : 0;
+    const std::pair<uint64_t, uint64_t> rank{next,
+                                             clock_ - it->second.last_use};
+    if (victim == items_.end() || rank > worst) {
+      victim = it;
+      worst = rank;
+    }
+  }
+  if (victim == items_.end()) {
+    return false;
+  }
+  Drop(victim);
+  return true;
+}
+
+void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
+  while (!budget_->TryCharge(bytes)) {
+    if (!EvictOne()) {
+      budget_->Charge(bytes, what);  // throws, naming the least cap
+      return;
+    }
+  }
+}
+
+MemoryCharge CellPager::Reserve(uint64_t bytes, std::string_view what) {
+  MakeRoom(bytes, what);
+  budget_->Release(bytes);
+  return {*budget_, bytes, what};
+}
+
+}  // namespace enfilade

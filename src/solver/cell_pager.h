@@ -1,0 +1,102 @@
+// What a subproblem needs of its cells, paged in under the memory budget:
+// geometry, blockers and element trees. All kinds share one pool, from which
+// the unpinned item whose next use is farthest is evicted first (Belady);
+// dirty trees are written back on the way out.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "partition/partition.h"
+#include "scene/scene_store.h"
+#include "solver/element_tree.h"
+#include "solver/geometry.h"
+#include "solver/push_pull.h"
+#include "solver/shaft.h"
+#include "visibility/occlusion.h"
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace enfilade {
+
+// A cell's patches for kernels and shaft proofs.
+struct CellGeometry {
+  std::vector<PatchGeometry> patches;
+  std::unique_ptr<ShaftBlockers> shaft;
+};
+
+// Builds the surface table of a scene.
+SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
+
+// Not thread-safe: for the one thread that schedules. What it returns stays
+// valid, and in memory, as long as the pointer is held.
+class CellPager {
+ public:
+  CellPager(BlockStorage& store,
+            const SceneInfo& scene,
+            TreeShape shape,
+            const OcclusionDevice& device,
+            MemoryBudget& budget);
+  ~CellPager();
+  CellPager(const CellPager&) = delete;
+  CellPager& operator=(const CellPager&) = delete;
+
+  std::shared_ptr<const CellGeometry> Geometry(CellId cell);
+  std::shared_ptr<const CellBlockers> Occluder(CellId cell);
+
+  // The stored tree, or a new one with the emitted radiosity sent.
+  std::shared_ptr<CellTree> Tree(CellId cell);
+
+  // The tree was changed, and may have grown: it will be written back.
+  void MarkDirty(CellId cell);
+
+  // Writes all dirty trees to the store.
+  void Flush();
+
+  // Frees unpinned items until `bytes` can be charged; DoesNotFitError, naming
+  // the least cap, if that is impossible.
+  void MakeRoom(uint64_t bytes, std::string_view what);
+
+  // Like MakeRoom, for working memory that the caller holds for a while.
+  MemoryCharge Reserve(uint64_t bytes, std::string_view what);
+
+  // When a cell will be used next (smaller is sooner); decides evictions only.
+  void SetNextUse(std::function<uint64_t(CellId)> next_use) {
+    next_use_ = std::move(next_use);
+  }
+
+ private:
+  enum class ItemKind : uint8_t { kGeometry, kOccluder, kTree };
+  using ItemKey = std::pair<ItemKind, uint32_t>;
+
+  struct Item {
+    std::shared_ptr<void> value;
+    uint64_t charged_bytes = 0;  // to the budget, by the pager
+    uint64_t last_use = 0;
+    bool dirty = false;
+  };
+
+  Item* Find(ItemKey key);
+  Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
+  bool EvictOne();
+  void Drop(std::map<ItemKey, Item>::iterator item);
+  void WriteTree(CellId cell, Item* item);
+
+  BlockStorage* store_;
+  const SceneInfo* scene_;
+  SurfaceTable surfaces_;
+  TreeShape shape_;
+  const OcclusionDevice* device_;
+  MemoryBudget* budget_;
+  Point3 origin_;
+  std::map<ItemKey, Item> items_;
+  uint64_t clock_ = 0;
+  std::function<uint64_t(CellId)> next_use_;
+};
+
+}  // namespace enfilade

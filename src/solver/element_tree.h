@@ -1,0 +1,172 @@
+// The element trees of one cell and the coefficients on them.
+//
+//   paper  here      per element, channel and node
+//   H      gathered  irradiance that links of this very element brought, W/m2;
+//                    the irradiance of a point is the sum over its ancestors
+//   B      sent      radiosity that all links have been told of, W/m2
+//   dB     delta     the last change of `sent`, which links of other cells may
+//                    still have to be told of
+//
+// Elements are numbered in the order of their creation: the roots are the
+// patches, children follow their parent, four in a row. So a loop upwards is a
+// push and a loop downwards a pull.
+
+#pragma once
+
+#include "base/bytes.h"
+#include "base/ids.h"
+#include "solver/basis.h"
+#include "solver/geometry.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+struct Element {
+  uint32_t patch = 0;
+  uint32_t first_child = 0;  // 0: a leaf
+  ElementFrame frame;
+};
+
+// A node of a tree by its way from the root: two bits per level, lowest level
+// last, below a leading 1. The root is 1.
+using ElementPath = uint32_t;
+inline constexpr uint32_t kRootPath = 1;
+inline constexpr size_t kMaxLevel = 15;
+
+inline ElementPath ChildPath(ElementPath path, size_t child) {
+  return path << 2 | static_cast<ElementPath>(child);
+}
+
+// What all trees of a solve share.
+struct TreeShape {
+  const Basis* basis = nullptr;
+  size_t channels = kRgbChannels;
+
+  // Floats per element in a coefficient array.
+  [[nodiscard]] size_t NodeStride() const {
+    return basis->parallelogram.NodeCount();
+  }
+
+  [[nodiscard]] size_t Stride() const { return channels * NodeStride(); }
+};
+
+class CellTree {
+ public:
+  // One root per patch, all coefficients zero. `patches` is borrowed.
+  CellTree(TreeShape shape, std::span<const PatchGeometry> patches);
+
+  // Reads what Encode wrote; DamagedStoreError if it contradicts itself.
+  static CellTree Decode(TreeShape shape,
+                         std::span<const PatchGeometry> patches,
+                         std::span<const std::byte> bytes);
+  [[nodiscard]] Bytes Encode() const;
+
+  // The part of the encoding that is the solution: structure and `gathered`.
+  [[nodiscard]] uint64_t Digest() const;
+
+  [[nodiscard]] size_t Size() const { return elements_.size(); }
+
+  [[nodiscard]] size_t PatchCount() const { return patch_count_; }
+
+  [[nodiscard]] const Element& At(ElementId e) const {
+    return elements_[e.Index()];
+  }
+
+  // The element at the end of `path`, made if need be: its coefficients are
+  // the restriction of its parent's.
+  ElementId FindOrCreate(PatchId patch,
+                         ElementPath path,
+                         std::span<const PatchGeometry> patches);
+
+  // The deepest existing element on `path`, and how many levels were walked.
+  [[nodiscard]] std::pair<ElementId, size_t> FindDeepest(
+      PatchId patch, ElementPath path) const;
+
+  // Coefficients of an element: Stride() floats, [channel][node].
+  std::span<float> Gathered(ElementId e) { return Slice(gathered_, e); }
+
+  std::span<float> Sent(ElementId e) { return Slice(sent_, e); }
+
+  std::span<float> Delta(ElementId e) { return Slice(delta_, e); }
+
+  [[nodiscard]] std::span<const float> Gathered(ElementId e) const {
+    return Slice(gathered_, e);
+  }
+
+  [[nodiscard]] std::span<const float> Sent(ElementId e) const {
+    return Slice(sent_, e);
+  }
+
+  [[nodiscard]] std::span<const float> Delta(ElementId e) const {
+    return Slice(delta_, e);
+  }
+
+  // Whole arrays, element after element.
+  std::vector<float>& Gathered() { return gathered_; }
+
+  std::vector<float>& Sent() { return sent_; }
+
+  std::vector<float>& Delta() { return delta_; }
+
+  [[nodiscard]] const std::vector<float>& Gathered() const { return gathered_; }
+
+  [[nodiscard]] const std::vector<float>& Sent() const { return sent_; }
+
+  [[nodiscard]] const std::vector<float>& Delta() const { return delta_; }
+
+  // RMS over the element of what its children's `sent` has beyond its own,
+  // largest over the channels. Zero at leaves; valid after UpdateDetail.
+  [[nodiscard]] float Detail(ElementId e) const { return detail_[e.Index()]; }
+
+  void UpdateDetail();
+
+  [[nodiscard]] uint64_t SizeBytes() const;
+
+  [[nodiscard]] const TreeShape& Shape() const { return shape_; }
+
+  // Children follow parents, frames nest, every coefficient is finite.
+  [[nodiscard]] bool IsValid() const;
+
+ private:
+  explicit CellTree(TreeShape shape) : shape_(shape) {}
+
+  std::span<float> Slice(std::vector<float>& v, ElementId e) {
+    return std::span(v).subspan(e.Index() * shape_.Stride(), shape_.Stride());
+  }
+
+  [[nodiscard]] std::span<const float> Slice(const std::vector<float>& v,
+                                             ElementId e) const {
+    return std::span(v).subspan(e.Index() * shape_.Stride(), shape_.Stride());
+  }
+
+  void AppendChildren(uint32_t parent, PatchShape patch_shape);
+  void Split(ElementId e, PatchShape patch_shape);
+
+  TreeShape shape_;
+  size_t patch_count_ = 0;
+  std::vector<Element> elements_;
+  std::vector<PatchShape> patch_shapes_;
+  std::vector<float> gathered_;
+  std::vector<float> sent_;
+  std::vector<float> delta_;
+  std::vector<float> detail_;
+};
+
+// Pushes the parent's coefficients to a child: to[c][q] = sum Push from[c][g].
+void PushTo(const ShapeBasis& basis,
+            const TreeShape& shape,
+            size_t child,
+            std::span<const float> from,
+            std::span<float> to);
+
+// Adds the child's share of the parent's coefficients.
+void PullFrom(const ShapeBasis& basis,
+              const TreeShape& shape,
+              size_t child,
+              std::span<const float> from,
+              std::span<float> to);
+
+}  // namespace enfilade

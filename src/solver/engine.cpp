@@ -1,0 +1,481 @@
+#include "solver/engine.h"
+
+#include "base/check.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "solver/gather.h"
+#include "solver/stopwatch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+// The first round aims at this error, with about this many links per patch.
+constexpr double kFirstError = 0.4;
+constexpr double kFirstLinksPerPatch = 30;
+// tau_weak over tau: docs/decisions/0011-oracle.md.
+constexpr double kWeakShare = 0.5;
+// Unsent radiosity that may stay, as a share of the error of the round.
+constexpr double kResidualShare = 0.05;
+// Sources darker than this share of the mean count as that bright.
+constexpr double kDarkShare = 1e-3;
+constexpr uint32_t kMostRounds = 16;
+constexpr uint32_t kMostSweeps = 60;
+constexpr int kMostIterations = 200;
+// Refinement: one item is a receiver patch and this many source patches, a
+// group is refined in parallel and applied in order.
+constexpr size_t kItemSources = 256;
+constexpr size_t kGroupItems = 64;
+
+// Links on their way from refinement to the store: a pending chunk, the results
+// of a group, an encoded chunk.
+constexpr uint64_t kWorkspaceBytes = 6ULL << 20;
+
+double PowerOf(const Rgb& exitance) {
+  return (exitance[0] + exitance[1] + exitance[2]) / 3;
+}
+
+}  // namespace
+
+Engine::Engine(BlockStorage& store,
+               const SolveOptions& options,
+               MemoryBudget& budget)
+    : store_(&store),
+      options_(options),
+      budget_(&budget),
+      scene_(LoadSceneInfo(store)),
+      cells_(LoadPartition(store).cells),
+      basis_(BasisOrder(options.basis)),
+      shape_{&basis_, kRgbChannels},
+      surfaces_(MakeSurfaceTable(scene_)),
+      device_(budget, scene_.bounds.Center()),
+      pager_(store, scene_, shape_, device_, budget),
+      workspace_(pager_.Reserve(kWorkspaceBytes, "the solver's work space")),
+      last_commit_(std::chrono::steady_clock::now()) {
+  if (!LoadSolveState(store, &state_)) {
+    Start();
+  }
+  for (const CellRow& row : state_.cells) {
+    area_ += row.area;
+  }
+}
+
+// ------------------------------------------------------------- the schedule
+
+SolveSummary Engine::Run() {
+  if (state_.phase == SolvePhase::kDone && options_.error < state_.error) {
+    state_.error = options_.error;
+    StartRound(NextTau(state_.rounds.back().estimated_error));
+  }
+  while (state_.phase != SolvePhase::kDone) {
+    if (state_.next_cell == state_.cells.size()) {
+      FinishSweep();
+    } else if (state_.phase == SolvePhase::kRefine) {
+      RefineCell(CellId(state_.next_cell));
+    } else {
+      PropagateCell(CellId(state_.next_cell));
+    }
+  }
+  pager_.Flush();
+  SaveSolveState(state_, *store_);
+  store_->Commit();
+  return LoadSolveSummary(*store_);
+}
+
+void Engine::Start() {
+  state_.basis = options_.basis;
+  state_.seed = options_.seed;
+  state_.error = options_.error;
+  state_.cells.resize(cells_.size());
+  double emitted = 0;
+  double area = 0;
+  double patches = 0;
+  for (size_t i = 0; i < cells_.size(); ++i) {
+    CellRow& row = state_.cells[i];
+    for (const Patch& p : LoadCellPatches(*store_, CellId(i)).patches) {
+      const Material& m = scene_.materials.at(p.material.Index());
+      if (p.emits) {
+        emitted += PatchArea(p) * PowerOf(m.exitance);
+        row.peak =
+            std::max(row.peak, static_cast<float>(MaxChannel(m.exitance)));
+      }
+      row.area += p.reflects ? PatchArea(p) : 0;
+      ++patches;
+    }
+    area += row.area;
+  }
+  // A guess until the first round has measured it.
+  state_.mean_reflected = 0.5 * emitted / std::max(area, 1e-12);
+  StartRound(std::max(kFirstError, options_.error) * state_.mean_reflected *
+             std::sqrt(area / (kFirstLinksPerPatch * patches + 1)));
+}
+
+void Engine::StartRound(double tau) {
+  state_.tau = tau;
+  state_.phase = SolvePhase::kRefine;
+  state_.next_cell = 0;
+  state_.cursor = {};
+  state_.relit = false;
+  state_.published_in_sweep = false;
+  state_.sweeps_in_round = 0;
+}
+
+void Engine::NextCell() {
+  ++state_.next_cell;
+  state_.cursor = {};
+  CheckPoint();
+}
+
+void Engine::FinishSweep() {
+  ++state_.sweeps;
+  ++state_.sweeps_in_round;
+  const bool quiet = !state_.published_in_sweep;
+  if (quiet || state_.sweeps_in_round >= kMostSweeps) {
+    FinishRound();
+  } else {
+    state_.phase = SolvePhase::kPropagate;
+    state_.next_cell = 0;
+    state_.published_in_sweep = false;
+  }
+  CheckPoint();
+}
+
+void Engine::FinishRound() {
+  double reflected = 0;
+  double residual = 0;
+  double squared_error = 0;
+  double changed = 0;
+  RoundRecord record;
+  for (const CellRow& row : state_.cells) {
+    reflected += row.reflected;
+    residual += row.residual;
+    squared_error += row.squared_error;
+    changed += row.changed;
+    record.links += row.links;
+  }
+  state_.mean_reflected = std::max(reflected / area_, 1e-30);
+  state_.residual = residual / std::max(reflected, 1e-30);
+  record.tau = state_.tau;
+  record.predicted_error = Relative(squared_error);
+  record.observed_change = Relative(changed);
+  if (!state_.rounds.empty() && !state_.relit) {
+    const double both = std::hypot(record.predicted_error,
+                                   state_.rounds.back().predicted_error);
+    state_.calibration =
+        std::clamp(record.observed_change / std::max(both, 1e-30), 0.25, 4.0);
+  }
+  record.estimated_error = state_.calibration * record.predicted_error;
+  const bool met = !state_.relit && !state_.rounds.empty() &&
+                   record.estimated_error <= state_.error;
+  state_.rounds.push_back(record);
+  state_.converged = met;
+  if (met || state_.rounds.size() >= kMostRounds) {
+    state_.phase = SolvePhase::kDone;
+    return;
+  }
+  ++state_.round;
+  StartRound(state_.relit ? state_.tau : NextTau(record.estimated_error));
+}
+
+double Engine::NextTau(double estimated) const {
+  // The error falls about as the root of tau.
+  const double wanted = 0.9 * state_.error / std::max(estimated, 1e-30);
+  return state_.tau * std::clamp(wanted * wanted, 1.0 / 12, 0.5);
+}
+
+double Engine::Relative(double squared) const {
+  return std::sqrt(squared / area_) / state_.mean_reflected;
+}
+
+double Engine::ToleratedResidual(const CellRow& row) const {
+  const double error =
+      state_.rounds.empty()
+          ? kFirstError
+          : std::max(state_.error, 0.5 * state_.rounds.back().estimated_error);
+  return kResidualShare * error * state_.mean_reflected * row.area;
+}
+
+// ----------------------------------------------------------------- one cell
+
+Engine::Receiver Engine::Load(CellId cell) {
+  Receiver r;
+  r.id = cell;
+  VisibleCell self{cell, {cell}};
+  for (VisibleCell& v : LoadVisibleSet(*store_, cell)) {
+    if (v.source == cell) {
+      self = std::move(v);
+    } else {
+      r.sources.push_back(std::move(v));
+    }
+  }
+  r.sources.push_back(std::move(self));
+  r.geometry = pager_.Geometry(cell);
+  r.tree = pager_.Tree(cell);
+  return r;
+}
+
+bool Engine::IsLit(CellId cell) const {
+  return static_cast<double>(state_.cells[cell.Index()].peak) >
+         kDarkShare * kDarkShare * state_.mean_reflected;
+}
+
+void Engine::RefineCell(CellId cell) {
+  const Receiver r = Load(cell);
+  CellRow& row = state_.cells[cell.Index()];
+  if (state_.cursor.source == 0 && state_.cursor.item == 0) {
+    row.links = 0;
+    row.squared_error = 0;
+    std::fill(r.tree->Gathered().begin(), r.tree->Gathered().end(), 0.0F);
+    std::fill(r.tree->Delta().begin(), r.tree->Delta().end(), 0.0F);
+    pager_.MarkDirty(cell);
+  }
+  while (state_.cursor.source < r.sources.size()) {
+    RefinePair(r, r.sources[state_.cursor.source]);
+    state_.cursor = {state_.cursor.source + 1, 0, 0};
+    CheckPoint();
+  }
+  Equilibrate(r);
+  Finish(r);
+  row.changed =
+      SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared;
+  NextCell();
+}
+
+void Engine::PropagateCell(CellId cell) {
+  CellRow& row = state_.cells[cell.Index()];
+  const auto has_news = [&](const VisibleCell& v) {
+    return v.source != cell &&
+           state_.cells[v.source.Index()].published > row.processed;
+  };
+  const VisibleSet visible = LoadVisibleSet(*store_, cell);
+  if (std::none_of(visible.begin(), visible.end(), has_news)) {
+    NextCell();
+    return;
+  }
+  const Receiver r = Load(cell);
+  if (state_.cursor.source == 0) {
+    std::fill(r.tree->Delta().begin(), r.tree->Delta().end(), 0.0F);
+  }
+  while (state_.cursor.source < r.sources.size()) {
+    const VisibleCell& source = r.sources[state_.cursor.source];
+    if (has_news(source)) {
+      GatherPair(r, source.source);
+    }
+    ++state_.cursor.source;
+    CheckPoint();
+  }
+  Equilibrate(r);
+  Finish(r);
+  NextCell();
+}
+
+// Takes stock of a receiver whose turn is over.
+void Engine::Finish(const Receiver& r) {
+  CellRow& row = state_.cells[r.id.Index()];
+  const bool was_lit = IsLit(r.id);
+  const MemoryCharge work = pager_.Reserve(
+      r.tree->Sent().size() * sizeof(float), "the working arrays of a cell");
+  std::vector<float> now;
+  {
+    const Stopwatch watch(&state_.times.push_pull_seconds);
+    now = PushPull(*r.tree, r.geometry->patches, surfaces_);
+  }
+  row.reflected = SumOverLeaves(*r.tree, r.geometry->patches, now).value -
+                  EmittedFlux(r.geometry->patches, surfaces_);
+  row.peak = 0;
+  for (size_t i = 0; i < now.size(); ++i) {
+    row.peak = std::max(row.peak, std::abs(r.tree->Sent()[i]));
+    now[i] -= r.tree->Sent()[i];
+  }
+  row.residual = SumOverLeaves(*r.tree, r.geometry->patches, now).absolute;
+  row.elements = static_cast<uint32_t>(r.tree->Size());
+  row.processed = ++state_.tick;
+  const auto& delta = r.tree->Delta();
+  if (std::any_of(delta.begin(), delta.end(), [](float d) { return d != 0; })) {
+    row.published = state_.tick;
+    state_.published_in_sweep |= r.sources.size() > 1;
+  }
+  state_.relit |= !was_lit && IsLit(r.id) && r.sources.size() > 1;
+  r.tree->UpdateDetail();
+  pager_.MarkDirty(r.id);
+}
+
+// Iterates the light within a cell until what is unsent is small.
+void Engine::Equilibrate(const Receiver& r) {
+  const double tolerance = ToleratedResidual(state_.cells[r.id.Index()]);
+  const MemoryCharge work =
+      pager_.Reserve(2 * r.tree->Sent().size() * sizeof(float),
+                     "the working arrays of a cell");
+  LinkCache own(*store_, *budget_, {r.id, r.id});
+  const GatherSide side{r.geometry->patches, r.tree.get()};
+  for (int i = 0; i < kMostIterations; ++i) {
+    std::vector<float> change;
+    {
+      const Stopwatch watch(&state_.times.push_pull_seconds);
+      change = PushPull(*r.tree, r.geometry->patches, surfaces_);
+    }
+    auto& sent = r.tree->Sent();
+    auto& delta = r.tree->Delta();
+    for (size_t k = 0; k < change.size(); ++k) {
+      change[k] -= sent[k];
+    }
+    const LeafSums sums = SumOverLeaves(*r.tree, r.geometry->patches, change);
+    if (sums.absolute <= tolerance) {
+      return;
+    }
+    const Stopwatch watch(&state_.times.gather_seconds);
+    own.ForEach(r.tree->Size(), r.tree->Size(), [&](const LinkBlock& block) {
+      Gather(block, side, side, change, r.tree->Gathered());
+    });
+    for (size_t k = 0; k < change.size(); ++k) {
+      sent[k] += change[k];
+      delta[k] += change[k];
+    }
+    pager_.MarkDirty(r.id);
+    CheckPoint();
+  }
+}
+
+// ------------------------------------------------------------ one cell pair
+
+Blockers Engine::PinBlockers(const std::vector<CellId>& between,
+                             std::vector<std::shared_ptr<const void>>* pins) {
+  Blockers blockers;
+  for (const CellId cell : between) {
+    const auto geometry = pager_.Geometry(cell);
+    const auto occluder = pager_.Occluder(cell);
+    blockers.shafts.push_back(geometry->shaft.get());
+    blockers.occluders.push_back(occluder.get());
+    pins->push_back(geometry);
+    pins->push_back(occluder);
+  }
+  return blockers;
+}
+
+void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
+  if (!IsLit(source.source)) {
+    store_->EraseAll(BlockKind::kLinks, r.id.value, source.source.value);
+    return;
+  }
+  const auto geometry = pager_.Geometry(source.source);
+  const auto tree = pager_.Tree(source.source);
+  std::vector<std::shared_ptr<const void>> pins;
+  const Blockers blockers = PinBlockers(source.between, &pins);
+  RefineOptions options;
+  options.tau = state_.tau;
+  options.tau_weak = kWeakShare * state_.tau;
+  options.seed = MixKey(state_.seed, state_.round);
+  options.least_radiosity =
+      static_cast<float>(kDarkShare * state_.mean_reflected);
+  const RefineSide receiver_side{r.id, r.geometry->patches, r.tree.get()};
+  const RefineSide source_side{source.source, geometry->patches, tree.get()};
+  const Refiner refiner(options, receiver_side, source_side, blockers);
+  CellRow& row = state_.cells[r.id.Index()];
+  LinkWriter writer(*store_,
+                    {r.id, source.source},
+                    state_.cursor.chunk,
+                    [&](const LinkBlock& block) {
+                      const Stopwatch watch(&state_.times.gather_seconds);
+                      Gather(block,
+                             {r.geometry->patches, r.tree.get()},
+                             {geometry->patches, tree.get()},
+                             tree->Sent(),
+                             r.tree->Gathered());
+                      row.links += block.links.size();
+                    });
+  const size_t ranges =
+      (geometry->patches.size() + kItemSources - 1) / kItemSources;
+  const size_t items = r.geometry->patches.size() * ranges;
+  std::vector<RawLinks> results(kGroupItems);
+  while (state_.cursor.item < items) {
+    const size_t first = state_.cursor.item;
+    const size_t count = std::min(kGroupItems, items - first);
+    {
+      const Stopwatch watch(&state_.times.refine_seconds);
+      ParallelFor(count, [&](size_t i) {
+        results[i] = {};
+        const size_t item = first + i;
+        const size_t begin = item % ranges * kItemSources;
+        refiner.Refine(PatchId(item / ranges),
+                       begin,
+                       std::min(begin + kItemSources, geometry->patches.size()),
+                       &results[i]);
+      });
+      for (size_t i = 0; i < count; ++i) {
+        row.squared_error += results[i].squared_error;
+        state_.rays += results[i].rays;
+        ApplyLinks(results[i],
+                   r.geometry->patches,
+                   *r.tree,
+                   geometry->patches,
+                   *tree,
+                   &writer.Pending());
+      }
+    }
+    pager_.MarkDirty(r.id);
+    pager_.MarkDirty(source.source);
+    state_.cursor.item += count;
+    if (writer.Full()) {
+      writer.Flush();
+      state_.cursor.chunk = writer.Chunks();
+      CheckPoint();
+    }
+  }
+  writer.Flush();
+}
+
+void Engine::GatherPair(const Receiver& r, CellId source) {
+  const auto geometry = pager_.Geometry(source);
+  const auto tree = pager_.Tree(source);
+  const Stopwatch watch(&state_.times.gather_seconds);
+  ForEachLinkBlock(*store_,
+                   {r.id, source},
+                   r.tree->Size(),
+                   tree->Size(),
+                   [&](const LinkBlock& block) {
+                     Gather(block,
+                            {r.geometry->patches, r.tree.get()},
+                            {geometry->patches, tree.get()},
+                            tree->Delta(),
+                            r.tree->Gathered());
+                   });
+  pager_.MarkDirty(r.id);
+}
+
+// ------------------------------------------------------------------ commits
+
+// The end of a step: commits now and then, and stops here when asked to.
+void Engine::CheckPoint() {
+  const auto now = std::chrono::steady_clock::now();
+  const bool stop = options_.stop != nullptr && options_.stop->load();
+  const double age = std::chrono::duration<double>(now - last_commit_).count();
+  if (!stop && age < options_.commit_seconds) {
+    return;
+  }
+  {
+    const Stopwatch watch(&state_.times.store_seconds);
+    pager_.Flush();
+    SaveSolveState(state_, *store_);
+    store_->Commit();
+  }
+  last_commit_ = std::chrono::steady_clock::now();
+  if (stop) {
+    throw InterruptedError("stopped as asked; all work is kept");
+  }
+  if (options_.progress) {
+    const double fraction = static_cast<double>(state_.next_cell) /
+                            static_cast<double>(state_.cells.size());
+    options_.progress(
+        fraction,
+        fmt::format(
+            "round {} {}",
+            state_.rounds.size() + 1,
+            state_.phase == SolvePhase::kRefine ? "refine" : "propagate"));
+  }
+}
+
+}  // namespace enfilade

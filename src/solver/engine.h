@@ -1,0 +1,90 @@
+// The solve's steps on cells and cell pairs, and the loop over them.
+//
+//   round:  [ refine all pairs of all receivers ] [ propagate until quiet ]
+//
+// A round forms all links anew at a smaller tau, from the radiosity of the
+// round before; so links need no history, and what was sampled away gets a new
+// chance. Propagation then sends changes (residuals) until every cell's unsent
+// radiosity is below a tolerance. Receivers go in the order of their ids;
+// within a receiver its sources do, and its own equilibrium comes last.
+//
+// Steps end at fixed places of this order, and a commit may fall between any
+// two of them: the result does not depend on where.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+#include "partition/partition.h"
+#include "scene/scene_store.h"
+#include "solver/cell_pager.h"
+#include "solver/link_store.h"
+#include "solver/refiner.h"
+#include "solver/solve.h"
+#include "solver/solve_state.h"
+#include "visibility/visible_set.h"
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+namespace enfilade {
+
+class Engine {
+ public:
+  // Reads scene, partition and state from the store.
+  Engine(BlockStorage& store,
+         const SolveOptions& options,
+         MemoryBudget& budget);
+
+  // Runs until the requested error is met or refinement is exhausted.
+  SolveSummary Run();
+
+ private:
+  // A receiver cell while it is processed.
+  struct Receiver {
+    CellId id;
+    std::vector<VisibleCell> sources;  // itself last
+    std::shared_ptr<const CellGeometry> geometry;
+    std::shared_ptr<CellTree> tree;
+  };
+
+  void Start();
+  void StartRound(double tau);
+  void RefineCell(CellId cell);
+  void PropagateCell(CellId cell);
+  void NextCell();
+  void FinishSweep();
+  void FinishRound();
+  [[nodiscard]] double NextTau(double estimated) const;
+
+  Receiver Load(CellId cell);
+  void RefinePair(const Receiver& r, const VisibleCell& source);
+  void GatherPair(const Receiver& r, CellId source);
+  void Equilibrate(const Receiver& r);
+  void Finish(const Receiver& r);
+
+  Blockers PinBlockers(const std::vector<CellId>& between,
+                       std::vector<std::shared_ptr<const void>>* pins);
+  void CheckPoint();
+  [[nodiscard]] bool IsLit(CellId cell) const;
+  [[nodiscard]] double ToleratedResidual(const CellRow& row) const;
+  [[nodiscard]] double Relative(double squared) const;
+
+  BlockStorage* store_;
+  SolveOptions options_;
+  MemoryBudget* budget_;
+  SceneInfo scene_;
+  std::vector<CellInfo> cells_;
+  Basis basis_;
+  TreeShape shape_;
+  SurfaceTable surfaces_;
+  OcclusionDevice device_;
+  CellPager pager_;
+  MemoryCharge workspace_;
+  SolveState state_;
+  double area_ = 0;  // of all reflecting patches, m2
+  std::chrono::steady_clock::time_point last_commit_;
+};
+
+}  // namespace enfilade

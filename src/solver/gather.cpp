@@ -1,0 +1,150 @@
+#include "solver/gather.h"
+
+#include "base/parallel.h"
+
+#include <array>
+
+namespace enfilade {
+namespace {
+
+// Links per task; a task ends where a receiver ends.
+constexpr size_t kTaskLinks = 4096;
+
+// What one receiver element collects, [channel][node].
+struct Collector {
+  size_t channels;
+  size_t stride;  // nodes per channel
+  float* target;
+
+  void AddConstant(size_t channel, float value, size_t nodes) const {
+    for (size_t g = 0; g < nodes; ++g) {
+      target[channel * stride + g] += value;
+    }
+  }
+};
+
+float MeanOf(const float* nodes, size_t count) {
+  float sum = 0;
+  for (size_t q = 0; q < count; ++q) {
+    sum += nodes[q];
+  }
+  return sum / static_cast<float>(count);
+}
+
+void GatherWeak(const Collector& to,
+                size_t receiver_nodes,
+                float coefficient,
+                const float* radiosity,
+                size_t source_nodes) {
+  for (size_t c = 0; c < to.channels; ++c) {
+    to.AddConstant(
+        c,
+        coefficient * MeanOf(radiosity + c * to.stride, source_nodes),
+        receiver_nodes);
+  }
+}
+
+void GatherKernel(const Collector& to,
+                  const Kernel& k,
+                  const float* radiosity) {
+  for (size_t c = 0; c < to.channels; ++c) {
+    const float* b = radiosity + c * to.stride;
+    float* h = to.target + c * to.stride;
+    for (size_t g = 0; g < kTransferNodes; ++g) {
+      const float* row = &k[g * kTransferNodes];
+      h[g] += (row[0] * b[0] + row[1] * b[1]) + (row[2] * b[2] + row[3] * b[3]);
+    }
+  }
+}
+
+void MaskKernel(uint16_t visible, Kernel* kernel) {
+  for (size_t i = 0; i < kernel->size(); ++i) {
+    (*kernel)[i] = (visible >> i & 1) != 0 ? (*kernel)[i] : 0.0F;
+  }
+}
+
+Kernel StoredKernel(const NearCoefficients& coefficients) {
+  Kernel kernel;
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    kernel[i] = DecodeCoefficient(coefficients[i]);
+  }
+  return kernel;
+}
+
+void GatherRange(const LinkBlock& block,
+                 size_t first,
+                 size_t last,
+                 const GatherSide& receiver,
+                 const GatherSide& source,
+                 std::span<const float> radiosity,
+                 std::span<float> gathered) {
+  const TreeShape& shape = receiver.tree->Shape();
+  const bool constant = shape.NodeStride() == 1;
+  TransferEnd r;
+  uint32_t r_id = UINT32_MAX;
+  for (size_t i = first; i < last; ++i) {
+    const Link& link = block.links[i];
+    const Element& re = receiver.tree->At(ElementId(link.receiver));
+    const Element& se = source.tree->At(ElementId(link.source));
+    const PatchGeometry& sp = source.patches[se.patch];
+    const Collector to{shape.channels,
+                       shape.NodeStride(),
+                       &gathered[link.receiver * shape.Stride()]};
+    const float* b = &radiosity[link.source * shape.Stride()];
+    if (link.kind == LinkKind::kWeak) {
+      const size_t rn =
+          shape.basis->On(receiver.patches[re.patch].shape).NodeCount();
+      const size_t sn = shape.basis->On(sp.shape).NodeCount();
+      GatherWeak(to, rn, DecodeCoefficient(link.value), b, sn);
+      continue;
+    }
+    if (constant) {
+      continue;  // a constant basis has weak links only
+    }
+    if (link.kind == LinkKind::kNear) {
+      GatherKernel(to, StoredKernel(block.near[link.near_index]), b);
+      continue;
+    }
+    if (link.receiver != r_id) {
+      r = MakeTransferEnd(receiver.patches[re.patch], re.frame);
+      r_id = link.receiver;
+    }
+    Kernel kernel = QuadratureKernel(r, MakeTransferEnd(sp, se.frame));
+    MaskKernel(link.value, &kernel);
+    GatherKernel(to, kernel, b);
+  }
+}
+
+// Cuts the links where a receiver ends, every kTaskLinks or a little later.
+std::vector<size_t> TaskBounds(const LinkBlock& block) {
+  std::vector<size_t> bounds = {0};
+  for (size_t i = 1; i < block.links.size(); ++i) {
+    if (i - bounds.back() >= kTaskLinks &&
+        block.links[i].receiver != block.links[i - 1].receiver) {
+      bounds.push_back(i);
+    }
+  }
+  bounds.push_back(block.links.size());
+  return bounds;
+}
+
+}  // namespace
+
+void Gather(const LinkBlock& block,
+            const GatherSide& receiver,
+            const GatherSide& source,
+            std::span<const float> radiosity,
+            std::span<float> gathered) {
+  const auto bounds = TaskBounds(block);
+  ParallelFor(bounds.size() - 1, [&](size_t task) {
+    GatherRange(block,
+                bounds[task],
+                bounds[task + 1],
+                receiver,
+                source,
+                radiosity,
+                gathered);
+  });
+}
+
+}  // namespace enfilade

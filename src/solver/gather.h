@@ -1,0 +1,30 @@
+// The gather: irradiance that the links of a block bring to their receivers,
+// H_g += sum over q of K_gq V_gq B_q, kernels rebuilt on the way.
+
+#pragma once
+
+#include "solver/element_tree.h"
+#include "solver/geometry.h"
+#include "solver/link_block.h"
+
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// One end of a block of links: a cell's patches and trees.
+struct GatherSide {
+  std::span<const PatchGeometry> patches;
+  const CellTree* tree = nullptr;
+};
+
+// Adds to `gathered` (an array like CellTree::Gathered() of the receiver) what
+// `radiosity` (like CellTree::Sent() of the source; totals or changes) sends.
+// Parallel over receivers; the same bits for every number of threads.
+void Gather(const LinkBlock& block,
+            const GatherSide& receiver,
+            const GatherSide& source,
+            std::span<const float> radiosity,
+            std::span<float> gathered);
+
+}  // namespace enfilade

@@ -1,0 +1,47 @@
+#include "solver/geometry.h"
+
+#include <algorithm>
+
+namespace enfilade {
+
+PatchGeometry MakePatchGeometry(const Patch& patch,
+                                const Material& material,
+                                Point3 scene_origin) {
+  PatchGeometry g;
+  g.origin = ToFloat(patch.origin - scene_origin);
+  g.u = ToFloat(patch.u);
+  g.v = ToFloat(patch.v);
+  g.normal = ToFloat(PatchNormal(patch));
+  g.area = static_cast<float>(PatchArea(patch));
+  g.shape = patch.shape;
+  g.emits = patch.emits;
+  g.reflects = patch.reflects;
+  g.material = patch.material;
+  g.max_reflectance =
+      patch.reflects ? static_cast<float>(MaxChannel(material.reflectance)) : 0;
+  const Vec3 diagonal = patch.shape == PatchShape::kTriangle
+                            ? patch.u - patch.v
+                            : patch.u + patch.v;
+  g.diameter = static_cast<float>(std::max({Length(diagonal),
+                                            Length(patch.u - patch.v),
+                                            Length(patch.u),
+                                            Length(patch.v)}));
+  return g;
+}
+
+Corners CornersOf(const PatchGeometry& patch, ElementFrame frame) {
+  Corners c;
+  c.points[0] = PointOn(patch, frame, 0, 0);
+  c.points[1] = PointOn(patch, frame, 1, 0);
+  if (patch.shape == PatchShape::kTriangle) {
+    c.points[2] = PointOn(patch, frame, 0, 1);
+    c.count = 3;
+  } else {
+    c.points[2] = PointOn(patch, frame, 1, 1);
+    c.points[3] = PointOn(patch, frame, 0, 1);
+    c.count = 4;
+  }
+  return c;
+}
+
+}  // namespace enfilade

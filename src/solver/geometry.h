@@ -1,0 +1,122 @@
+// Patches and elements as the kernels see them: single precision, relative to
+// the scene's origin, so that coordinates are small.
+//
+//   paper  here       unit
+//   x, y   points     m
+//   n      normal     unit vector, to the side that receives and sends light
+//   A      area       m2
+
+#pragma once
+
+#include "base/ids.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+#include "partition/patch.h"
+#include "scene/face.h"
+#include "solver/basis.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+struct Vec3f {
+  float x = 0, y = 0, z = 0;
+};
+
+inline Vec3f operator+(Vec3f a, Vec3f b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+inline Vec3f operator-(Vec3f a, Vec3f b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+inline Vec3f operator*(Vec3f a, float s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+
+inline float Dot(Vec3f a, Vec3f b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+inline Vec3f Cross(Vec3f a, Vec3f b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+inline float Length(Vec3f a) {
+  return std::sqrt(Dot(a, a));
+}
+
+inline Vec3f ToFloat(Vec3 v) {
+  return {static_cast<float>(v.x),
+          static_cast<float>(v.y),
+          static_cast<float>(v.z)};
+}
+
+// A patch ready for the kernels.
+struct PatchGeometry {
+  Vec3f origin, u, v, normal;
+  float area = 0;      // m2
+  float diameter = 0;  // m, the longest distance of two corners
+  PatchShape shape{};
+  bool emits = false;
+  bool reflects = false;
+  MaterialId material;
+  float max_reflectance = 0;  // over the channels; 0 if it does not reflect
+};
+
+// `scene_origin` is subtracted before rounding to float.
+PatchGeometry MakePatchGeometry(const Patch& patch,
+                                const Material& material,
+                                Point3 scene_origin);
+
+// The part of a patch that an element covers: patch coordinates a + scale * s,
+// b + scale * t for (s, t) in the unit shape.
+struct ElementFrame {
+  float a = 0;
+  float b = 0;
+  float scale = 1;
+};
+
+inline ElementFrame ChildOf(ElementFrame parent,
+                            PatchShape shape,
+                            size_t child) {
+  const ChildFrame frame = FrameOfChild(shape, child);
+  return {parent.a + parent.scale * static_cast<float>(frame.a),
+          parent.b + parent.scale * static_cast<float>(frame.b),
+          parent.scale * static_cast<float>(frame.scale)};
+}
+
+inline Vec3f PointOn(const PatchGeometry& patch,
+                     ElementFrame frame,
+                     float s,
+                     float t) {
+  return patch.origin + patch.u * (frame.a + frame.scale * s) +
+         patch.v * (frame.b + frame.scale * t);
+}
+
+inline float AreaOf(const PatchGeometry& patch, ElementFrame frame) {
+  return patch.area * frame.scale * frame.scale;
+}
+
+inline float DiameterOf(const PatchGeometry& patch, ElementFrame frame) {
+  return patch.diameter * std::abs(frame.scale);
+}
+
+// The corners of an element, counter-clockwise seen from its front.
+struct Corners {
+  std::array<Vec3f, 4> points;
+  size_t count = 0;
+
+  [[nodiscard]] std::span<const Vec3f> View() const {
+    return std::span(points).first(count);
+  }
+};
+
+Corners CornersOf(const PatchGeometry& patch, ElementFrame frame);
+
+}  // namespace enfilade

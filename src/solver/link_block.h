@@ -1,0 +1,68 @@
+// Links: couplings of a receiver element with a source element, in chunks of
+// one cell pair. The M^2 x M^2 coefficients of a link are not stored; what is
+// expensive to recompute is: the visibility, one bit per pair of nodes. The
+// kernel is rebuilt from the geometry while streaming (gather.h).
+//
+//   kind    stored                       meaning
+//   weak    one coefficient              constant transfer of the mean
+//   radiosity far     16 bits V_gq                 K_gq V_gq, K by plain
+//   quadrature near    16 coefficients              K_gq V_gq, where quadrature
+//   is too
+//                                        crude to be rebuilt cheaply
+//
+// Coefficients are 16-bit floats without sign (EncodeCoefficient).
+
+#pragma once
+
+#include "base/bytes.h"
+#include "solver/form_factor.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+enum class LinkKind : uint8_t { kWeak = 0, kFar = 1, kNear = 2 };
+
+using NearCoefficients = std::array<uint16_t, kTransferNodes * kTransferNodes>;
+
+// Six bits of exponent, ten of fraction: [2^-47, 2^17), relative error at most
+// 2^-11; smaller values become zero, larger ones the largest.
+uint16_t EncodeCoefficient(float value);
+float DecodeCoefficient(uint16_t code);
+
+// A link of a cell pair; element ids are local to the two cells.
+struct Link {
+  uint32_t receiver = 0;
+  uint32_t source = 0;
+  LinkKind kind{};
+  uint16_t value = 0;       // weak: coefficient; far: visibility bits
+  uint32_t near_index = 0;  // near: which of the block's coefficients
+};
+
+// A chunk of links in memory, ascending by receiver, then source.
+struct LinkBlock {
+  std::vector<Link> links;
+  std::vector<NearCoefficients> near;
+
+  [[nodiscard]] uint64_t SizeBytes() const {
+    return links.capacity() * sizeof(Link) +
+           near.capacity() * sizeof(NearCoefficients);
+  }
+};
+
+// Sorts the links (and renumbers near_index in their order).
+void SortLinks(LinkBlock* block);
+
+// Requires a sorted block. Receivers and sources are delta-coded.
+Bytes EncodeLinks(const LinkBlock& block);
+
+// Throws DamagedStoreError unless all receivers and sources are below the
+// given numbers of elements.
+LinkBlock DecodeLinks(std::span<const std::byte> bytes,
+                      size_t receiver_elements,
+                      size_t source_elements);
+
+}  // namespace enfilade

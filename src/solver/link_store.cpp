@@ -1,0 +1,82 @@
+#include "solver/link_store.h"
+
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Links per chunk: at 4 to 20 bytes each, a quarter to one megabyte.
+constexpr size_t kChunkLinks = 64 * 1024;
+
+BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
+  return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
+}
+
+}  // namespace
+
+LinkWriter::LinkWriter(BlockStorage& store,
+                       CellPair pair,
+                       uint32_t first_chunk,
+                       std::function<void(const LinkBlock&)> on_chunk)
+    : store_(&store),
+      pair_(pair),
+      on_chunk_(std::move(on_chunk)),
+      chunks_(first_chunk) {
+  if (first_chunk == 0) {
+    store.EraseAll(BlockKind::kLinks, pair.receiver.value, pair.source.value);
+  }
+}
+
+bool LinkWriter::Full() const {
+  return pending_.links.size() >= kChunkLinks;
+}
+
+void LinkWriter::Flush() {
+  if (pending_.links.empty()) {
+    return;
+  }
+  SortLinks(&pending_);
+  on_chunk_(pending_);
+  store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(pending_));
+  pending_.links.clear();
+  pending_.near.clear();
+}
+
+void ForEachLinkBlock(const BlockStorage& store,
+                      CellPair pair,
+                      size_t receiver_elements,
+                      size_t source_elements,
+                      const std::function<void(LinkBlock&&)>& visit) {
+  for (uint32_t chunk = 0;; ++chunk) {
+    const auto bytes = store.Get(ChunkKey(pair, chunk));
+    if (!bytes) {
+      return;
+    }
+    visit(DecodeLinks(*bytes, receiver_elements, source_elements));
+  }
+}
+
+void LinkCache::ForEach(size_t receiver_elements,
+                        size_t source_elements,
+                        const std::function<void(const LinkBlock&)>& visit) {
+  for (const LinkBlock& block : kept_) {
+    visit(block);
+  }
+  for (auto chunk = static_cast<uint32_t>(kept_.size()); !complete_; ++chunk) {
+    const auto bytes = store_->Get(ChunkKey(pair_, chunk));
+    if (!bytes) {
+      complete_ = kept_.size() == chunk;
+      return;
+    }
+    LinkBlock block = DecodeLinks(*bytes, receiver_elements, source_elements);
+    visit(block);
+    // A third of the free budget stays free for others.
+    const uint64_t size = block.SizeBytes();
+    if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3) {
+      charges_.emplace_back(*budget_, size, "links kept in memory");
+      kept_.push_back(std::move(block));
+    }
+  }
+}
+
+}  // namespace enfilade

@@ -1,0 +1,136 @@
+#include "solver/push_pull.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+std::span<float> SliceOf(std::vector<float>& v, size_t e, size_t stride) {
+  return std::span(v).subspan(e * stride, stride);
+}
+
+// irradiance[child] += restriction of irradiance[parent], from the roots down.
+void PushDown(const CellTree& tree,
+              std::span<const PatchGeometry> patches,
+              std::vector<float>* irradiance) {
+  const TreeShape& shape = tree.Shape();
+  const size_t stride = shape.Stride();
+  std::vector<float> pushed(stride);
+  for (size_t i = 0; i < tree.Size(); ++i) {
+    const Element& e = tree.At(ElementId(i));
+    if (e.first_child == 0) {
+      continue;
+    }
+    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
+    for (size_t c = 0; c < kChildren; ++c) {
+      PushTo(basis, shape, c, SliceOf(*irradiance, i, stride), pushed);
+      auto child = SliceOf(*irradiance, e.first_child + c, stride);
+      for (size_t k = 0; k < stride; ++k) {
+        child[k] += pushed[k];
+      }
+    }
+  }
+}
+
+void ReflectAtLeaf(const TreeShape& shape,
+                   const PatchGeometry& patch,
+                   const SurfaceTable& surfaces,
+                   std::span<float> values) {
+  const size_t nodes = shape.basis->On(patch.shape).NodeCount();
+  for (size_t c = 0; c < shape.channels; ++c) {
+    const size_t at = patch.material.Index() * surfaces.channels + c;
+    const float rho = patch.reflects ? surfaces.reflectance[at] : 0.0F;
+    const float emitted = patch.emits ? surfaces.exitance[at] : 0.0F;
+    float* b = &values[c * shape.NodeStride()];
+    for (size_t q = 0; q < nodes; ++q) {
+      b[q] = emitted + rho * b[q];
+    }
+  }
+}
+
+// Leaves become radiosity, inner elements the projection of their children.
+void ReflectAndPullUp(const CellTree& tree,
+                      std::span<const PatchGeometry> patches,
+                      const SurfaceTable& surfaces,
+                      std::vector<float>* values) {
+  const TreeShape& shape = tree.Shape();
+  const size_t stride = shape.Stride();
+  for (size_t i = tree.Size(); i-- > 0;) {
+    const Element& e = tree.At(ElementId(i));
+    auto own = SliceOf(*values, i, stride);
+    if (e.first_child == 0) {
+      ReflectAtLeaf(shape, patches[e.patch], surfaces, own);
+      continue;
+    }
+    std::fill(own.begin(), own.end(), 0.0F);
+    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
+    for (size_t c = 0; c < kChildren; ++c) {
+      PullFrom(
+          basis, shape, c, SliceOf(*values, e.first_child + c, stride), own);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<float> PushPull(const CellTree& tree,
+                            std::span<const PatchGeometry> patches,
+                            const SurfaceTable& surfaces) {
+  std::vector<float> values = tree.Gathered();
+  PushDown(tree, patches, &values);
+  ReflectAndPullUp(tree, patches, surfaces, &values);
+  return values;
+}
+
+std::vector<float> EmittedRadiosity(const CellTree& tree,
+                                    std::span<const PatchGeometry> patches,
+                                    const SurfaceTable& surfaces) {
+  std::vector<float> values(tree.Gathered().size(), 0.0F);
+  ReflectAndPullUp(tree, patches, surfaces, &values);
+  return values;
+}
+
+LeafSums SumOverLeaves(const CellTree& tree,
+                       std::span<const PatchGeometry> patches,
+                       std::span<const float> values) {
+  const TreeShape& shape = tree.Shape();
+  LeafSums sums;
+  for (size_t i = 0; i < tree.Size(); ++i) {
+    const Element& e = tree.At(ElementId(i));
+    if (e.first_child != 0) {
+      continue;
+    }
+    const PatchGeometry& patch = patches[e.patch];
+    const ShapeBasis& basis = shape.basis->On(patch.shape);
+    const double area = static_cast<double>(AreaOf(patch, e.frame)) /
+                        static_cast<double>(shape.channels);
+    for (size_t c = 0; c < shape.channels; ++c) {
+      for (size_t q = 0; q < basis.NodeCount(); ++q) {
+        const double v = static_cast<double>(
+            values[i * shape.Stride() + c * shape.NodeStride() + q]);
+        const double w = area * basis.Weight(q);
+        sums.value += w * v;
+        sums.absolute += w * std::abs(v);
+        sums.squared += w * v * v;
+      }
+    }
+  }
+  return sums;
+}
+
+double EmittedFlux(std::span<const PatchGeometry> patches,
+                   const SurfaceTable& surfaces) {
+  double flux = 0;
+  for (const PatchGeometry& patch : patches) {
+    for (size_t c = 0; patch.emits && c < surfaces.channels; ++c) {
+      const size_t at = patch.material.Index() * surfaces.channels + c;
+      flux += static_cast<double>(patch.area) *
+              static_cast<double>(surfaces.exitance[at]) /
+              static_cast<double>(surfaces.channels);
+    }
+  }
+  return flux;
+}
+
+}  // namespace enfilade

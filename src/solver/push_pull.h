@@ -1,0 +1,50 @@
+// Push-pull on the trees of one cell: irradiance down to the leaves, reflection
+// there, radiosity back up.
+
+#pragma once
+
+#include "base/photometry.h"
+#include "solver/element_tree.h"
+#include "solver/geometry.h"
+
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// Emission and reflectance per channel of every material of the scene.
+struct SurfaceTable {
+  size_t channels = kRgbChannels;
+  std::vector<float> reflectance;  // [material][channel]
+  std::vector<float> exitance;     // likewise, W/m2
+};
+
+// The radiosity B = E + rho H of every element for the gathered irradiance,
+// an array like CellTree::Sent(). At inner elements it is the projection of
+// their leaves.
+std::vector<float> PushPull(const CellTree& tree,
+                            std::span<const PatchGeometry> patches,
+                            const SurfaceTable& surfaces);
+
+// The radiosity before any light has travelled: E, on all elements.
+std::vector<float> EmittedRadiosity(const CellTree& tree,
+                                    std::span<const PatchGeometry> patches,
+                                    const SurfaceTable& surfaces);
+
+// Integrals over the leaves of an array of coefficients v, means of the
+// channels.
+struct LeafSums {
+  double value = 0;     // integral of v
+  double absolute = 0;  // integral of |v|
+  double squared = 0;   // integral of v^2
+};
+
+LeafSums SumOverLeaves(const CellTree& tree,
+                       std::span<const PatchGeometry> patches,
+                       std::span<const float> values);
+
+// Emitted flux of a cell, mean of the channels, W.
+double EmittedFlux(std::span<const PatchGeometry> patches,
+                   const SurfaceTable& surfaces);
+
+}  // namespace enfilade

@@ -1,0 +1,47 @@
+// Conservative proof that nothing stands between two elements (an empty shaft,
+// Haines and Wallace 1991). Rays that get through prove nothing; this does.
+
+#pragma once
+
+#include "solver/geometry.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// The blockers of one cell, in small groups with boxes.
+class ShaftBlockers {
+ public:
+  explicit ShaftBlockers(std::span<const PatchGeometry> patches);
+
+  // True only if no blocker can cut a segment between the two elements:
+  // every blocker lies outside the box of both, or has both on one side of
+  // its plane, or lies behind one of them.
+  [[nodiscard]] bool IsEmptyBetween(const PatchGeometry& receiver,
+                                    ElementFrame receiver_frame,
+                                    const PatchGeometry& source,
+                                    ElementFrame source_frame) const;
+
+  [[nodiscard]] uint64_t SizeBytes() const;
+
+ private:
+  struct Box {
+    Vec3f low;
+    Vec3f high;
+  };
+
+  struct Group {
+    Box box;
+    uint32_t first = 0;
+    uint32_t count = 0;
+  };
+
+  std::vector<Group> groups_;
+  std::vector<Box> boxes_;     // of the blockers, group after group
+  std::vector<Vec3f> points_;  // four corners each (a triangle repeats one)
+  std::vector<Vec3f> normals_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,226 @@
+#include "solver/solution.h"
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "partition/partition.h"
+#include "solver/basis.h"
+#include "solver/element_tree.h"
+#include "solver/solve_state.h"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
+                                        const SceneInfo& scene) {
+  std::vector<PatchGeometry> geometry;
+  geometry.reserve(cell.patches.size());
+  for (const Patch& p : cell.patches) {
+    geometry.push_back(MakePatchGeometry(
+        p, scene.materials.at(p.material.Index()), scene.bounds.Center()));
+  }
+  return geometry;
+}
+
+// Patch coordinates into those of an element's child; which child it is.
+size_t Descend(PatchShape shape, UnitPoint* p) {
+  size_t child = 0;
+  if (shape == PatchShape::kTriangle && p->a < 0.5 && p->b < 0.5 &&
+      p->a + p->b > 0.5) {
+    child = 3;
+  } else {
+    child = (p->a >= 0.5 ? 1U : 0U) + (p->b >= 0.5 ? 2U : 0U);
+    if (shape == PatchShape::kTriangle && child == 3) {
+      child = 1;  // only the rim's rounding gets here
+    }
+  }
+  const ChildFrame frame = FrameOfChild(shape, child);
+  p->a = (p->a - frame.a) / frame.scale;
+  p->b = (p->b - frame.b) / frame.scale;
+  return child;
+}
+
+}  // namespace
+
+struct Solution::Impl {
+  // A cell's trees, as long as somebody reads them.
+  struct LoadedCell {
+    CellPatches stored;
+    std::vector<PatchGeometry> geometry;
+    std::unique_ptr<CellTree> tree;
+    MemoryCharge charge;
+  };
+
+  Impl(const BlockStorage& s, MemoryBudget& b, size_t order)
+      : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(order) {}
+
+  [[nodiscard]] LoadedCell Load(CellId cell) const {
+    LoadedCell loaded;
+    loaded.stored = LoadCellPatches(*store, cell);
+    loaded.geometry = MakeGeometry(loaded.stored, scene);
+    const TreeShape shape{&basis, kRgbChannels};
+    const auto bytes = store->Get({BlockKind::kCellTree, cell.value, 0, 0});
+    loaded.tree = std::make_unique<CellTree>(
+        bytes ? CellTree::Decode(shape, loaded.geometry, *bytes)
+              : CellTree(shape, loaded.geometry));
+    loaded.charge =
+        MemoryCharge(*budget, loaded.tree->SizeBytes(), "a cell's solution");
+    return loaded;
+  }
+
+  [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
+                                 PatchId patch,
+                                 UnitPoint p) const;
+  [[nodiscard]] Rgb RadiosityOf(const PatchGeometry& patch,
+                                const Rgb& irradiance) const;
+  [[nodiscard]] std::vector<Rgb> Evaluate(std::span<const PatchPoint> points,
+                                          bool radiosity) const;
+
+  const BlockStorage* store;
+  MemoryBudget* budget;
+  SceneInfo scene;
+  Basis basis;
+  size_t cell_count = 0;
+};
+
+Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
+                                 PatchId patch,
+                                 UnitPoint p) const {
+  const PatchShape shape = cell.geometry.at(patch.Index()).shape;
+  const ShapeBasis& on = basis.On(shape);
+  const size_t nodes = basis.parallelogram.NodeCount();
+  Rgb sum{};
+  ElementId e(patch.value);
+  while (true) {
+    const auto values = on.Evaluate(p);
+    const auto gathered = std::as_const(*cell.tree).Gathered(e);
+    for (size_t c = 0; c < sum.size(); ++c) {
+      for (size_t q = 0; q < on.NodeCount(); ++q) {
+        sum[c] += values[q] * static_cast<double>(gathered[c * nodes + q]);
+      }
+    }
+    const uint32_t first = cell.tree->At(e).first_child;
+    if (first == 0) {
+      return sum;
+    }
+    e = ElementId(first + Descend(shape, &p));
+  }
+}
+
+Rgb Solution::Impl::RadiosityOf(const PatchGeometry& patch,
+                                const Rgb& irradiance) const {
+  const Material& m = scene.materials.at(patch.material.Index());
+  Rgb b{};
+  for (size_t c = 0; c < b.size(); ++c) {
+    b[c] = (patch.emits ? m.exitance[c] : 0.0) +
+           (patch.reflects ? m.reflectance[c] * irradiance[c] : 0.0);
+  }
+  return b;
+}
+
+std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
+                                          bool radiosity) const {
+  std::vector<size_t> order(points.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t i, size_t j) {
+    return points[i].cell < points[j].cell;
+  });
+  std::vector<Rgb> values(points.size());
+  for (size_t i = 0; i < order.size();) {
+    const CellId id = points[order[i]].cell;
+    const LoadedCell cell = Load(id);
+    for (; i < order.size() && points[order[i]].cell == id; ++i) {
+      const PatchPoint& p = points[order[i]];
+      Rgb value = IrradianceAt(cell, p.patch, {p.a, p.b});
+      if (radiosity) {
+        value = RadiosityOf(cell.geometry.at(p.patch.Index()), value);
+      }
+      values[order[i]] = value;
+    }
+  }
+  return values;
+}
+
+Solution::Solution(const BlockStorage& store, MemoryBudget& budget) {
+  SolveState state;
+  if (!LoadSolveState(store, &state)) {
+    throw InputError(
+        "the store holds no solution yet; run enfilade resume on it first");
+  }
+  impl_ = std::make_unique<Impl>(store, budget, BasisOrder(state.basis));
+  impl_->cell_count = state.cells.size();
+}
+
+Solution::~Solution() = default;
+
+const SceneInfo& Solution::Scene() const {
+  return impl_->scene;
+}
+
+size_t Solution::CellCount() const {
+  return impl_->cell_count;
+}
+
+std::vector<Rgb> Solution::Irradiance(
+    std::span<const PatchPoint> points) const {
+  return impl_->Evaluate(points, false);
+}
+
+std::vector<Rgb> Solution::Radiosity(std::span<const PatchPoint> points) const {
+  return impl_->Evaluate(points, true);
+}
+
+void Solution::ForEachLeaf(
+    CellId cell, const std::function<void(const LeafElement&)>& visit) const {
+  const Impl::LoadedCell loaded = impl_->Load(cell);
+  for (size_t i = 0; i < loaded.tree->Size(); ++i) {
+    const Element& e = loaded.tree->At(ElementId(i));
+    if (e.first_child != 0) {
+      continue;
+    }
+    const Patch& patch = loaded.stored.patches[e.patch];
+    const bool triangle = patch.shape == PatchShape::kTriangle;
+    const std::array<UnitPoint, 4> square = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    const std::array<UnitPoint, 3> corners = {{{0, 0}, {1, 0}, {0, 1}}};
+    LeafElement leaf;
+    leaf.patch = PatchId(e.patch);
+    for (size_t k = 0; k < (triangle ? 3U : 4U); ++k) {
+      const UnitPoint at = triangle ? corners[k] : square[k];
+      const double a = static_cast<double>(e.frame.a) +
+                       static_cast<double>(e.frame.scale) * at.a;
+      const double b = static_cast<double>(e.frame.b) +
+                       static_cast<double>(e.frame.scale) * at.b;
+      leaf.corners.push_back(patch.origin + patch.u * a + patch.v * b);
+      // A hair inside, so that the corner's own leaf is read.
+      const double middle = triangle ? 1.0 / 3 : 0.5;
+      const double s = at.a + (middle - at.a) * 1e-6;
+      const double t = at.b + (middle - at.b) * 1e-6;
+      leaf.irradiance.push_back(
+          impl_->IrradianceAt(loaded,
+                              leaf.patch,
+                              {static_cast<double>(e.frame.a) +
+                                   static_cast<double>(e.frame.scale) * s,
+                               static_cast<double>(e.frame.b) +
+                                   static_cast<double>(e.frame.scale) * t}));
+      leaf.radiosity.push_back(
+          impl_->RadiosityOf(loaded.geometry[e.patch], leaf.irradiance.back()));
+    }
+    visit(leaf);
+  }
+}
+
+std::string Solution::Digest() const {
+  uint64_t digest = 0;
+  for (size_t i = 0; i < impl_->cell_count; ++i) {
+    const uint64_t tree = impl_->Load(CellId(i)).tree->Digest();
+    digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);
+  }
+  return HexDigits(digest);
+}
+
+}  // namespace enfilade

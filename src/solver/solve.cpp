@@ -1,0 +1,65 @@
+#include "solver/solve.h"
+
+#include "base/error.h"
+#include "partition/partition.h"
+#include "solver/basis.h"
+#include "solver/engine.h"
+#include "solver/solve_state.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+
+void SolveOptions::Validate() const {
+  if (!(error > 0 && error < 1)) {
+    throw UsageError(fmt::format(
+        "--error {}: give a relative error between 0 and 1, such as 0.05",
+        error));
+  }
+  if (BasisOrder(basis) > 2) {
+    throw UsageError(fmt::format("--basis {}: solve knows haar and m2", basis));
+  }
+}
+
+SolveSummary Solve(BlockStorage& store,
+                   const SolveOptions& options,
+                   MemoryBudget& budget) {
+  options.Validate();
+  return Engine(store, options, budget).Run();
+}
+
+SolveSummary LoadSolveSummary(const BlockStorage& store) {
+  SolveSummary summary;
+  SolveState state;
+  if (!LoadSolveState(store, &state)) {
+    return summary;
+  }
+  summary.converged = state.converged;
+  summary.rays = state.rays;
+  summary.sweeps = state.sweeps;
+  summary.residual = state.residual;
+  summary.refine_seconds = state.times.refine_seconds;
+  summary.gather_seconds = state.times.gather_seconds;
+  summary.push_pull_seconds = state.times.push_pull_seconds;
+  summary.store_seconds = state.times.store_seconds;
+  for (const CellRow& row : state.cells) {
+    summary.elements += row.elements;
+    summary.links += row.links;
+  }
+  if (!state.rounds.empty()) {
+    summary.estimated_error = state.rounds.back().estimated_error;
+  }
+  for (const CellInfo& cell : LoadPartition(store).cells) {
+    summary.patches += cell.patches;
+  }
+  if (summary.links > 0) {
+    summary.link_bytes_per_link =
+        static_cast<double>(store.StoredBytes(BlockKind::kLinks)) /
+        static_cast<double>(summary.links);
+  }
+  return summary;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,86 @@
+// The state of a solve between two commits: where it stands in its schedule,
+// and a row per cell. Everything that decides how the solve goes on is here or
+// in the trees and links, so that a resumed solve takes the same steps.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace enfilade {
+
+// What the solve knows of a cell without paging it in.
+struct CellRow {
+  // Ticks of the schedule's clock; 0: never.
+  uint64_t published = 0;    // when `delta` was last changed
+  uint64_t processed = 0;    // when it last took in the deltas of others
+  double reflected = 0;      // integral of rho H, mean of the channels, W
+  double residual = 0;       // integral of |radiosity not yet sent|, W
+  double changed = 0;        // integral of (change in this round)^2, W^2/m2
+  double squared_error = 0;  // of this round's links, (W/m)^2
+  double area = 0;           // of its reflecting patches, m2
+  float peak = 0;            // largest |radiosity|, W/m2; 0: dark
+  uint32_t elements = 0;
+  uint64_t links = 0;
+};
+
+enum class SolvePhase : uint8_t { kRefine = 0, kPropagate = 1, kDone = 2 };
+
+// One refinement round, finished.
+struct RoundRecord {
+  double tau = 0;
+  double predicted_error = 0;  // from the oracle, relative
+  double observed_change = 0;  // against the round before, relative
+  double estimated_error = 0;
+  uint64_t links = 0;
+};
+
+// Time spent, over all runs: kept apart because it is not the same twice.
+struct SolveTimes {
+  double refine_seconds = 0;
+  double gather_seconds = 0;
+  double push_pull_seconds = 0;
+  double store_seconds = 0;
+};
+
+// Where within a receiver the next step is.
+struct PairCursor {
+  uint32_t source = 0;  // index into the receiver's list of sources
+  uint64_t item = 0;    // of the pair's refinement
+  uint32_t chunk = 0;   // link chunks of the pair that are written
+};
+
+struct SolveState {
+  std::string basis;
+  uint64_t seed = 0;
+  double error = 0;  // requested
+  SolvePhase phase = SolvePhase::kRefine;
+  uint32_t round = 0;
+  double tau = 0;             // W/m
+  double mean_reflected = 0;  // W/m2; of the round before, or a guess
+  double calibration = 1;     // estimated over predicted error
+  double residual = 0;        // unsent over reflected flux
+  bool converged = false;
+  bool relit = false;  // a cell got its first light after others passed it
+  bool published_in_sweep = false;
+  uint32_t next_cell = 0;
+  PairCursor cursor;
+  uint64_t tick = 0;
+  uint32_t sweeps_in_round = 0;
+  uint64_t sweeps = 0;
+  uint64_t rays = 0;
+  std::vector<RoundRecord> rounds;
+  std::vector<CellRow> cells;  // indexed by CellId
+  SolveTimes times;
+};
+
+void SaveSolveState(const SolveState& state, BlockStorage& store);
+
+// False if the store has none. DamagedStoreError if it makes no sense.
+bool LoadSolveState(const BlockStorage& store, SolveState* state);
+
+}  // namespace enfilade
