@@ -1,0 +1,146 @@
+// Form factors against closed forms and against each other.
+
+#include "solver/form_factor.h"
+
+#include "base/random.h"
+
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+PatchGeometry MakeRectangle(Point3 origin, Vec3 u, Vec3 v) {
+  Patch patch;
+  patch.origin = origin;
+  patch.u = u;
+  patch.v = v;
+  return MakePatchGeometry(patch, Material{}, Point3{});
+}
+
+// Mean over a grid of midpoints of the receiver of the exact point form factor.
+double MeanFormFactor(const PatchGeometry& receiver,
+                      const PatchGeometry& source,
+                      size_t grid) {
+  const Corners corners = CornersOf(source, {});
+  double sum = 0;
+  for (size_t i = 0; i < grid; ++i) {
+    for (size_t j = 0; j < grid; ++j) {
+      const float n = static_cast<float>(grid);
+      const Vec3f x = PointOn(receiver,
+                              {},
+                              (static_cast<float>(i) + 0.5F) / n,
+                              (static_cast<float>(j) + 0.5F) / n);
+      sum += static_cast<double>(
+          PointToPolygon(x, receiver.normal, corners.View()));
+    }
+  }
+  return sum / static_cast<double>(grid * grid);
+}
+
+TEST(PointToPolygon, IsTheWholeHemisphereForAnEndlessCeiling) {
+  const PatchGeometry ceiling =
+      MakeRectangle({-1e4, 1e4, 1}, {2e4, 0, 0}, {0, -2e4, 0});
+  EXPECT_NEAR(
+      PointToPolygon({0, 0, 0}, {0, 0, 1}, CornersOf(ceiling, {}).View()),
+      1.0,
+      1e-3);
+}
+
+TEST(PointToPolygon, ClipsWhatIsBelowTheHorizon) {
+  // A wall through the horizon counts its upper half only, and a wall that
+  // starts at the horizon the same.
+  const PatchGeometry whole = MakeRectangle({1, -1, -2}, {0, 2, 0}, {0, 0, 4});
+  const PatchGeometry upper = MakeRectangle({1, -1, 0}, {0, 2, 0}, {0, 0, 2});
+  const Vec3f up = {0, 0, 1};
+  const float f = PointToPolygon({}, up, CornersOf(upper, {}).View());
+  EXPECT_GT(f, 0.1F);
+  EXPECT_NEAR(PointToPolygon({}, up, CornersOf(whole, {}).View()), f, 1e-6);
+}
+
+TEST(PointToPolygon, ParallelUnitSquaresMatchTheClosedForm) {
+  const PatchGeometry floor = MakeRectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  const PatchGeometry top = MakeRectangle({0, 1, 1}, {1, 0, 0}, {0, -1, 0});
+  // Midpoint rule with n^2 points: error of order 1/n^2, here below 1e-5.
+  EXPECT_NEAR(MeanFormFactor(floor, top, 64), 0.199825, 2e-5);
+}
+
+TEST(PointToPolygon, SquaresAtARightAngleMatchTheClosedForm) {
+  const PatchGeometry floor = MakeRectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  const PatchGeometry wall = MakeRectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  // The singular edge slows the midpoint rule down to about 1/n.
+  EXPECT_NEAR(MeanFormFactor(floor, wall, 256), 0.200044, 2e-4);
+}
+
+TEST(PointToPolygon, FacesOfABoxAddUpToOne) {
+  Random random(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vec3f x = {static_cast<float>(0.05 + 0.9 * random.Next()),
+                     static_cast<float>(0.05 + 0.9 * random.Next()),
+                     static_cast<float>(0.05 + 0.9 * random.Next())};
+    const double z = 2 * random.Next() - 1;
+    const double phi = 2 * kPi * random.Next();
+    const double r = std::sqrt(1 - z * z);
+    const Vec3f n = {static_cast<float>(r * std::cos(phi)),
+                     static_cast<float>(r * std::sin(phi)),
+                     static_cast<float>(z)};
+    const std::array<PatchGeometry, 6> faces = {
+        MakeRectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+        MakeRectangle({0, 0, 1}, {1, 0, 0}, {0, 1, 0}),
+        MakeRectangle({0, 0, 0}, {1, 0, 0}, {0, 0, 1}),
+        MakeRectangle({0, 1, 0}, {1, 0, 0}, {0, 0, 1}),
+        MakeRectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+        MakeRectangle({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
+    double sum = 0;
+    for (const PatchGeometry& face : faces) {
+      sum +=
+          static_cast<double>(PointToPolygon(x, n, CornersOf(face, {}).View()));
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-5);
+  }
+}
+
+TEST(Kernel, QuadratureConvergesToTheExactFormFactorWithDistance) {
+  const PatchGeometry floor = MakeRectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  double last = 1;
+  for (const double height : {2.0, 4.0, 8.0}) {
+    const PatchGeometry top =
+        MakeRectangle({0.3, 1.2, height}, {1, 0, 0}, {0, -1, 0});
+    const TransferEnd r = MakeTransferEnd(floor, {});
+    const TransferEnd s = MakeTransferEnd(top, {});
+    const Kernel plain = QuadratureKernel(r, s);
+    const Kernel exact = NearKernel(r, s);
+    double worst = 0;
+    for (size_t g = 0; g < kTransferNodes; ++g) {
+      double a = 0;
+      double b = 0;
+      for (size_t q = 0; q < kTransferNodes; ++q) {
+        a += static_cast<double>(plain[g * kTransferNodes + q]);
+        b += static_cast<double>(exact[g * kTransferNodes + q]);
+      }
+      worst = std::max(worst, std::abs(a / b - 1));
+    }
+    // Fourth order in diameter over distance: 16 times less at twice as far;
+    // 10 leaves room for the next order.
+    EXPECT_LT(worst, height == 2.0 ? 0.01 : last / 10) << height;
+    last = worst;
+  }
+}
+
+TEST(Kernel, TriangleNodesCarryAllTheWeight) {
+  Patch patch;
+  patch.u = {1, 0, 0};
+  patch.v = {0, 2, 0};
+  patch.shape = PatchShape::kTriangle;
+  const PatchGeometry g = MakePatchGeometry(patch, Material{}, Point3{});
+  const TransferEnd end = MakeTransferEnd(g, {});
+  EXPECT_EQ(end.node_count, 3U);
+  EXPECT_EQ(end.weight[3], 0.0F);
+  EXPECT_FLOAT_EQ(end.area, 1.0F);
+  EXPECT_FLOAT_EQ(end.weight[0] + end.weight[1] + end.weight[2], 1.0F);
+}
+
+}  // namespace
+}  // namespace enfilade
