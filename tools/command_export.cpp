@@ -3,7 +3,6 @@
 #include "base/error.h"
 
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -54,14 +53,16 @@ void WriteFileInOneStep(const fs::path& path,
   try {
     std::ofstream file(part, std::ios::binary | std::ios::trunc);
     if (!file) {
-      throw DiskError(fmt::format(
-          "cannot write '{}': {}", part.string(), std::strerror(errno)));
+      throw DiskError(fmt::format("cannot write '{}': {}",
+                                  part.string(),
+                                  std::system_category().message(errno)));
     }
     write(file);
     file.close();
     if (!file) {
-      throw DiskError(fmt::format(
-          "cannot write '{}': {}", part.string(), std::strerror(errno)));
+      throw DiskError(fmt::format("cannot write '{}': {}",
+                                  part.string(),
+                                  std::system_category().message(errno)));
     }
     std::error_code failed;
     fs::rename(part, path, failed);

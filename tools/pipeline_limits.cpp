@@ -29,9 +29,12 @@ uint64_t HardwareThreads() {
 }
 
 void ConfigureAllocator() {
+  // Called before there is a second thread.
+  // NOLINTBEGIN(concurrency-mt-unsafe)
   mallopt(M_ARENA_MAX, kArenas);
   mallopt(M_MMAP_THRESHOLD, kMmapThresholdBytes);
   mallopt(M_TRIM_THRESHOLD, kTrimThresholdBytes);
+  // NOLINTEND(concurrency-mt-unsafe)
 }
 
 void ReleaseFreedMemory() {

@@ -8,7 +8,6 @@
 #include "visibility/visible_set.h"
 
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <system_error>
 
@@ -123,7 +122,7 @@ void WriteReport(const std::filesystem::path& path, const Json& report) {
   }
   if (!file || renamed) {
     const std::string reason =
-        renamed ? renamed.message() : std::strerror(errno);
+        renamed ? renamed.message() : std::system_category().message(errno);
     std::error_code ignored;
     std::filesystem::remove(part, ignored);
     throw DiskError(

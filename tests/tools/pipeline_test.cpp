@@ -222,7 +222,7 @@ ProgramResult StopAndResume(const std::vector<std::string>& solve,
     RunningProgram program(begun ? resume : solve);
     std::this_thread::sleep_for(delay);
     program.Signal(signal);
-    const ProgramResult result = program.Wait();
+    ProgramResult result = program.Wait();
     if (result.exit_code != 130 && result.exit_code != 128 + signal) {
       return result;
     }
