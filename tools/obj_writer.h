@@ -1,0 +1,109 @@
+// Streams polygons to a Wavefront OBJ file and the materials they use to an
+// MTL file beside it. Memory does not grow with the number of polygons.
+//
+// The pair appears under its final names only when Finish() succeeds; until
+// then the files carry the suffix ".part" and are removed with the writer.
+// Coordinates are metres, Z up, with ten significant digits. Kd is the diffuse
+// reflectance, Ke the exitance (W/m2). A material that reflects on its front
+// only carries the line `sides 1`, which other readers ignore.
+
+#pragma once
+
+#include "base/ids.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+
+struct ObjMaterial {
+  std::string name;   // no blanks
+  Rgb reflectance{};  // in [0, 1)
+  Rgb exitance{};     // W/m2
+  int sides = 2;      // 1: the back is black
+};
+
+// All members throw DiskError when a file cannot be written.
+class ObjWriter {
+ public:
+  // Requires a path that ends in ".obj" (UsageError); materials go to the same
+  // path with ".mtl".
+  explicit ObjWriter(const std::filesystem::path& obj_path);
+  ~ObjWriter();
+  ObjWriter(const ObjWriter&) = delete;
+  ObjWriter& operator=(const ObjWriter&) = delete;
+
+  MaterialId DefineMaterial(const ObjMaterial& material);
+
+  // The polygons that follow belong to the object, or are of the material.
+  void BeginObject(std::string_view name);
+  void UseMaterial(MaterialId material);
+
+  // Counter-clockwise seen from the front. Requires three vertices or more.
+  void AddPolygon(std::span<const Point3> vertices);
+
+  void AddPolygon(std::initializer_list<Point3> vertices) {
+    AddPolygon(std::span<const Point3>(vertices.begin(), vertices.size()));
+  }
+
+  // Completes both files and gives them their names.
+  void Finish();
+
+  [[nodiscard]] uint64_t Polygons() const { return polygons_; }
+
+  [[nodiscard]] uint64_t Objects() const { return objects_; }
+
+  [[nodiscard]] uint64_t Materials() const { return material_names_.size(); }
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  using File = std::unique_ptr<std::FILE, CloseFile>;
+
+  struct RecentVertex {
+    Point3 point;
+    uint64_t index = 0;  // 1-based as in OBJ; 0: none
+  };
+
+  static File Open(const std::filesystem::path& path);
+  static void Close(File file, const std::filesystem::path& path);
+  void FlushTo(const File& file,
+               const std::filesystem::path& path,
+               fmt::memory_buffer& text);
+  void RemoveParts() noexcept;
+  uint64_t VertexIndex(Point3 point);
+
+  std::filesystem::path obj_path_;
+  std::filesystem::path mtl_path_;
+  std::filesystem::path obj_part_;
+  std::filesystem::path mtl_part_;
+  File obj_;
+  File mtl_;
+  fmt::memory_buffer obj_text_;
+  fmt::memory_buffer mtl_text_;
+  std::vector<std::string> material_names_;
+  std::optional<MaterialId> current_material_;
+  // Vertices written lately, so that neighbours share them.
+  std::array<RecentVertex, 32> recent_{};
+  size_t next_recent_ = 0;
+  uint64_t vertices_ = 0;
+  uint64_t polygons_ = 0;
+  uint64_t objects_ = 0;
+};
+
+}  // namespace enfilade

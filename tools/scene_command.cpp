@@ -1,0 +1,256 @@
+#include "tools/scene_command.h"
+
+#include "base/error.h"
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "tools/obj_writer.h"
+#include "tools/scene_chairs.h"
+#include "tools/scene_floorplan.h"
+#include "tools/scene_simple.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace enfilade {
+
+namespace {
+
+struct Output {
+  std::filesystem::path scene;
+  std::filesystem::path report;  // empty: none
+};
+
+void WriteReport(const std::filesystem::path& path,
+                 const nlohmann::ordered_json& report) {
+  std::ofstream file(path);
+  file << report.dump(2) << '\n';
+  file.close();
+  if (!file) {
+    throw DiskError(path.string() + ": the report cannot be written");
+  }
+}
+
+// Runs `write` on a writer of output.scene and says what it wrote.
+template <typename Options>
+void Generate(void (*write)(const Options&, ObjWriter&),
+              const Options& options,
+              const Output& output) {
+  const auto start = std::chrono::steady_clock::now();
+  ObjWriter writer(output.scene);
+  write(options, writer);
+  writer.Finish();
+  const std::chrono::duration<double> seconds =
+      std::chrono::steady_clock::now() - start;
+  fmt::print("wrote {}: {} polygons in {} objects, {} materials\n",
+             output.scene.string(),
+             writer.Polygons(),
+             writer.Objects(),
+             writer.Materials());
+  if (!output.report.empty()) {
+    WriteReport(output.report,
+                {{"scene", output.scene.string()},
+                 {"polygons", writer.Polygons()},
+                 {"objects", writer.Objects()},
+                 {"materials", writer.Materials()},
+                 {"wall_seconds", seconds.count()}});
+  }
+}
+
+// The subcommand of one scene; its options live as long as the app.
+template <typename Options>
+std::shared_ptr<Options> AddScene(CLI::App& scenes,
+                                  CLI::App*& command,
+                                  const std::string& name,
+                                  const std::string& description,
+                                  void (*write)(const Options&, ObjWriter&)) {
+  auto options = std::make_shared<Options>();
+  auto output = std::make_shared<Output>();
+  command = scenes.add_subcommand(name, description);
+  command->add_option("OUT", output->scene, "the file to write, ending in .obj")
+      ->required();
+  command->add_option("--report", output->report, "write a summary as JSON")
+      ->type_name("FILE");
+  command->callback(
+      [write, options, output] { Generate(write, *options, *output); });
+  return options;
+}
+
+void AddExample(CLI::App& command, const std::string& arguments) {
+  command.footer("Example:\n  enfilade scene " + command.get_name() + " " +
+                 arguments);
+}
+
+void AddSeed(CLI::App& command, uint64_t& seed) {
+  command.add_option("--seed", seed, "another seed, another scene")
+      ->capture_default_str();
+}
+
+void AddChairScenes(CLI::App& scenes) {
+  CLI::App* command = nullptr;
+  const auto chairs =
+      AddScene(scenes,
+               command,
+               "chairs",
+               "A room, an overhead light and chairs of 27 polygons",
+               &WriteChairs);
+  command->add_option("--count", chairs->count, "number of chairs")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--scaling",
+          chairs->scaling,
+          "how the room grows with the chairs: both (floor and height), "
+          "horizontal (floor only), none (the room of 36 chairs)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, ChairScaling>{
+              {"both", ChairScaling::kBoth},
+              {"horizontal", ChairScaling::kHorizontal},
+              {"none", ChairScaling::kNone}},
+          CLI::ignore_case))
+      ->default_str("both");
+  AddSeed(*command, chairs->seed);
+  AddExample(*command, "--count 36 chairs.obj");
+
+  const auto lights = AddScene(scenes,
+                               command,
+                               "lights",
+                               "The room with 12 chairs and several lights",
+                               &WriteLights);
+  command->add_option("--lights", lights->lights, "number of lights")
+      ->capture_default_str();
+  AddSeed(*command, lights->seed);
+  AddExample(*command, "--lights 9 lights.obj");
+
+  const auto furnace =
+      AddScene(scenes,
+               command,
+               "furnace",
+               "A closed room, all of which emits and reflects alike",
+               &WriteFurnace);
+  command->add_option("--count", furnace->count, "number of chairs")
+      ->capture_default_str();
+  command
+      ->add_option("--reflectance",
+                   furnace->reflectance,
+                   "of every face, at least 0 and below 1")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--emission", furnace->emission, "exitance of every face, W/m2")
+      ->capture_default_str();
+  AddSeed(*command, furnace->seed);
+  AddExample(*command, "--count 9 --reflectance 0.8 furnace.obj");
+}
+
+void AddTwoPatchScenes(CLI::App& scenes) {
+  CLI::App* command = nullptr;
+  const auto parallel =
+      AddScene(scenes,
+               command,
+               "parallel",
+               "Two unit squares face to face, one of which emits",
+               &WriteParallel);
+  command
+      ->add_option(
+          "--separation", parallel->separation, "distance in metres, above 0")
+      ->capture_default_str();
+  AddExample(*command, "--separation 0.5 parallel.obj");
+
+  const auto perpendicular =
+      AddScene(scenes,
+               command,
+               "perpendicular",
+               "Two unit squares at a right angle, one of which emits",
+               &WritePerpendicular);
+  command
+      ->add_option("--separation",
+                   perpendicular->separation,
+                   "distance of the near edges in metres")
+      ->capture_default_str();
+  AddExample(*command, "--separation 0 perpendicular.obj");
+
+  const auto blocker = AddScene(scenes,
+                                command,
+                                "blocker",
+                                "A light, a receiver and a blocker between",
+                                &WriteBlocker);
+  command
+      ->add_option("--height,--separation",
+                   blocker->height,
+                   "of the blocker above the receiver in metres, below 2")
+      ->capture_default_str();
+  AddExample(*command, "--height 0.7 blocker.obj");
+}
+
+void AddReflectanceScenes(CLI::App& scenes) {
+  CLI::App* command = nullptr;
+  const auto box = AddScene(scenes,
+                            command,
+                            "box",
+                            "A box with a light in its ceiling, the brighter "
+                            "the darker the walls",
+                            &WriteBox);
+  command
+      ->add_option(
+          "--reflectance", box->reflectance, "of the walls, above 0, below 1")
+      ->capture_default_str();
+  AddExample(*command, "--reflectance 0.7 box.obj");
+
+  const auto tube = AddScene(scenes,
+                             command,
+                             "tube",
+                             "A long tube with a light at one end",
+                             &WriteTube);
+  command
+      ->add_option("--reflectance",
+                   tube->reflectance,
+                   "of the walls, at least 0 and below 1")
+      ->capture_default_str();
+  AddExample(*command, "--reflectance 0.9 tube.obj");
+}
+
+void AddFloorplanScene(CLI::App& scenes) {
+  CLI::App* command = nullptr;
+  const auto plan = AddScene(scenes,
+                             command,
+                             "floorplan",
+                             "Storeys of offices, halls, corridors and stairs",
+                             &WriteFloorplan);
+  command
+      ->add_option("--rooms",
+                   plan->rooms,
+                   "offices and halls in all; corridors and stairs come on top")
+      ->capture_default_str();
+  command->add_option("--storeys", plan->storeys, "number of storeys")
+      ->capture_default_str();
+  command
+      ->add_option("--furniture",
+                   plan->furniture,
+                   "how densely rooms are furnished, 0 (empty) to 1 (full)")
+      ->capture_default_str();
+  AddSeed(*command, plan->seed);
+  AddExample(*command, "--rooms 60 --storeys 2 --furniture 0.5 office.obj");
+}
+
+}  // namespace
+
+void AddSceneCommand(CLI::App& app) {
+  CLI::App* scenes =
+      app.add_subcommand("scene", "Write one of the generated test scenes");
+  scenes->require_subcommand(1);
+  scenes->footer(
+      "Writes OUT.obj and OUT.mtl in metres, Z up.\nExample:\n"
+      "  enfilade scene floorplan --rooms 60 office.obj");
+  AddChairScenes(*scenes);
+  AddTwoPatchScenes(*scenes);
+  AddReflectanceScenes(*scenes);
+  AddFloorplanScene(*scenes);
+}
+
+}  // namespace enfilade

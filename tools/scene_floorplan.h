@@ -1,0 +1,33 @@
+// An office building: storeys of offices and halls along corridors, joined by
+// stairs, with doorways, windows, ceiling luminaires, desks, chairs, shelves.
+//
+// Plan (the same outline on every storey): a spine corridor along y in
+// segments; from it wings of at most 16 rooms run along +x, each with a
+// corridor between two rows of rooms and now and then a hall at its end;
+// between wings lie open courtyards, so that every room has windows. Walls and
+// slabs are thick and closed: the solid of the building is bounded by a surface
+// without gaps, fronts towards the air, broken by furniture only. All doors and
+// windows are open holes with lined reveals.
+
+#pragma once
+
+#include <cstdint>
+
+#include "tools/obj_writer.h"
+
+namespace enfilade {
+
+struct FloorplanOptions {
+  uint32_t rooms = 60;     // offices and halls; at least one per storey
+  uint32_t storeys = 1;    // 1 to 200
+  double furniture = 0.5;  // density in [0, 1]
+  uint64_t seed = 1;
+};
+
+// Streams the building storey by storey, wing by wing: memory is that of one
+// wing. The luminaires emit 33 to 45 W/m2, about 10,000 lm/m2 of white light
+// at 300 lm/W: some 500 lux on desks. Throws UsageError for options out of
+// range.
+void WriteFloorplan(const FloorplanOptions& options, ObjWriter& out);
+
+}  // namespace enfilade

@@ -1,0 +1,97 @@
+#include "tools/scene_simple.h"
+
+#include "base/error.h"
+
+#include "tools/scene_shapes.h"
+
+namespace enfilade {
+
+namespace {
+
+constexpr double kLightPower = 10;
+
+Rgb Grey(double value) {
+  return {value, value, value};
+}
+
+// Starts an object of a material of its own, both called `name`.
+void Begin(ObjWriter& out, ObjMaterial material) {
+  out.BeginObject(material.name);
+  out.UseMaterial(out.DefineMaterial(material));
+}
+
+void RequireReflectance(double reflectance, bool zero_allowed) {
+  const bool above = zero_allowed ? reflectance >= 0 : reflectance > 0;
+  if (!above || !(reflectance < 1)) {
+    throw UsageError(fmt::format("--reflectance {}: must be {} 0 and below 1",
+                                 reflectance,
+                                 zero_allowed ? "at least" : "above"));
+  }
+}
+
+}  // namespace
+
+void WriteParallel(const ParallelOptions& options, ObjWriter& out) {
+  if (!(options.separation > 0 && options.separation <= 100)) {
+    throw UsageError(fmt::format(
+        "--separation {}: must be above 0 (the squares would coincide) and at "
+        "most 100",
+        options.separation));
+  }
+  Begin(out, {"receiver", Grey(0.5), {}});
+  AddRect(out, {Axis::kZ, 0, true}, {0, 1, 0, 1});
+  Begin(out, {"emitter", {}, Grey(1)});
+  AddRect(out, {Axis::kZ, options.separation, false}, {0, 1, 0, 1});
+}
+
+void WritePerpendicular(const PerpendicularOptions& options, ObjWriter& out) {
+  if (!(options.separation >= 0 && options.separation <= 100)) {
+    throw UsageError(fmt::format("--separation {}: must be from 0 to 100",
+                                 options.separation));
+  }
+  Begin(out, {"receiver", Grey(0.5), {}});
+  AddRect(out, {Axis::kZ, 0, true}, {0, 1, 0, 1});
+  Begin(out, {"emitter", {}, Grey(1)});
+  AddRect(out, {Axis::kX, -options.separation, true}, {0, 1, 0, 1});
+}
+
+void WriteBlocker(const BlockerOptions& options, ObjWriter& out) {
+  if (!(options.height > 0 && options.height < 2)) {
+    throw UsageError(fmt::format(
+        "--height {}: the blocker must be above the receiver at 0 and below "
+        "the light at 2",
+        options.height));
+  }
+  Begin(out, {"receiver", Grey(0.5), {}});
+  AddRect(out, {Axis::kZ, 0, true}, {-1, 1, -1, 1});
+  Begin(out, {"blocker", {0.5, 0.25, 0.5}, {}, 1});
+  AddRect(out, {Axis::kZ, options.height, true}, {-0.2, 0.2, -0.2, 0.2});
+  Begin(out, {"light", {}, {5, 20, 50}});
+  AddRect(out, {Axis::kZ, 2, false}, {-0.3, 0.3, -0.3, 0.3});
+}
+
+void WriteBox(const BoxOptions& options, ObjWriter& out) {
+  RequireReflectance(options.reflectance, false);
+  const double rho = options.reflectance;
+  const Rect light = {0.75, 1.25, 0.75, 1.25};
+  Begin(out, {"wall", Grey(rho), {}});
+  AddRect(out, {Axis::kZ, 0, true}, {0, 2, 0, 2});
+  AddPanel(out, {Axis::kZ, 2, false}, {0, 2, 0, 2}, {light});
+  AddRect(out, {Axis::kY, 2, false}, {0, 2, 0, 2});
+  Begin(out, {"left", {rho, rho * 0.4, rho * 0.4}, {}});
+  AddRect(out, {Axis::kX, 0, true}, {0, 2, 0, 2});
+  Begin(out, {"right", {rho * 0.4, rho * 0.4, rho}, {}});
+  AddRect(out, {Axis::kX, 2, false}, {0, 2, 0, 2});
+  Begin(out, {"light", {}, Grey(kLightPower / rho)});
+  AddRect(out, {Axis::kZ, 2, false}, light);
+}
+
+void WriteTube(const TubeOptions& options, ObjWriter& out) {
+  RequireReflectance(options.reflectance, true);
+  Begin(out, {"tube", Grey(options.reflectance), {}});
+  AddLining(out, Axis::kX, 0, 8, {0, 0.5, 0, 0.5});
+  Begin(out, {"light", {}, Grey(kLightPower)});
+  AddRect(out, {Axis::kX, 0, true}, {0, 0.5, 0, 0.5});
+}
+
+}  // namespace enfilade
