@@ -54,8 +54,8 @@ class RayTracer {
   // hits.size() == rays.size(). Traces in parallel; to be called from one
   // thread at a time. Equal bits whatever the budget and the threads. Takes up
   // to half of what the budget had left at construction; DoesNotFitError when
-  // that does not hold one chunk (about 2 MiB). Where two sides of one wall lie at the same
-  // distance, the one whose front faces the ray is returned.
+  // that does not hold one chunk (about 2 MiB). Where two sides of one wall lie
+  // at the same distance, the one whose front faces the ray is returned.
   void Trace(std::span<const TraceRay> rays, std::span<TraceHit> hits);
 
  private:

@@ -1,7 +1,8 @@
 // Cell-to-cell visibility: which cells a cell can see through sequences of
 // portals that one line can stab (Teller & Sequin 1991). Conservative: never
-// leaves out a cell that a ray can reach. Bounded in steps: a pair whose budget
-// of steps is spent counts as visible.
+// leaves out a cell that a ray can reach. Bounded in steps: where a cell's
+// budget of steps is spent, what a coarser conservative test reaches counts as
+// visible (cell_explorer.h).
 
 #pragma once
 

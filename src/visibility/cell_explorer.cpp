@@ -1,0 +1,255 @@
+#include "visibility/cell_explorer.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace enfilade {
+namespace {
+
+constexpr uint32_t kUnseen = ~0U;
+
+// A doorway on the sequence being tried, clipped to what lies beyond those
+// before it.
+struct Passed {
+  const Doorway* door = nullptr;
+  std::vector<Point3> polygon;
+  size_t rows_before = 0;  // rows of the sequence without this doorway
+};
+
+// Numbers the cells that were seen, and notes which lie between the source and
+// which others.
+class SeenCells {
+ public:
+  explicit SeenCells(size_t cells) : number_(cells, kUnseen) {}
+
+  uint32_t NumberOf(CellId cell) {
+    uint32_t& number = number_[cell.Index()];
+    if (number == kUnseen) {
+      number = static_cast<uint32_t>(cells_.size());
+      cells_.push_back(cell);
+      between_.emplace_back();
+    }
+    return number;
+  }
+
+  // Every cell of the path, itself seen, lies between source and target.
+  void Add(CellId target, const std::vector<uint32_t>& path) {
+    std::vector<uint64_t>& bits = between_[NumberOf(target)];
+    for (const uint32_t cell : path) {
+      bits.resize(std::max(bits.size(), size_t{cell / 64} + 1));
+      bits[cell / 64] |= uint64_t{1} << (cell % 64);
+    }
+  }
+
+  // The seen cells in ascending order, theirs between too.
+  [[nodiscard]] std::vector<SeenCell> Sorted() const {
+    std::vector<SeenCell> sorted(cells_.size());
+    for (size_t i = 0; i < cells_.size(); ++i) {
+      sorted[i].cell = cells_[i];
+      for (size_t k = 0; k < 64 * between_[i].size(); ++k) {
+        if ((between_[i][k / 64] >> (k % 64) & 1) != 0) {
+          sorted[i].between.push_back(cells_[k]);
+        }
+      }
+      std::sort(sorted[i].between.begin(), sorted[i].between.end());
+    }
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+      return a.cell < b.cell;
+    });
+    return sorted;
+  }
+
+ private:
+  std::vector<uint32_t> number_;  // by cell
+  std::vector<CellId> cells_;     // by number
+  std::vector<std::vector<uint64_t>> between_;
+};
+
+// The next doorway of a sequence, found passable.
+struct NextStep {
+  std::vector<Point3> polygon;        // clipped
+  std::optional<PluckerRow> witness;  // a line through all, if known
+};
+
+class Explorer {
+ public:
+  Explorer(CellId source, const Partition& partition, const PortalGraph& graph)
+      : source_(source),
+        partition_(&partition),
+        graph_(&graph),
+        origin_(partition.cells[source.Index()].bounds.Center()),
+        seen_(graph.CellCount()),
+        is_loose_(graph.CellCount(), false) {}
+
+  Exploration Run(uint32_t max_steps) {
+    Exploration result;
+    const auto& doors = graph_->Doorways(source_);
+    path_ = {seen_.NumberOf(source_)};
+    seen_.Add(source_, path_);
+    const uint64_t share =
+        std::max<uint64_t>(1, max_steps / std::max<size_t>(1, doors.size()));
+    for (const Doorway& first : doors) {
+      steps_left_ = share;
+      is_spent_ = false;
+      Walk(first, {first.polygon, std::nullopt});
+      result.steps += share - steps_left_;
+      if (is_spent_) {
+        result.budget_spent = true;
+        Flood(first);
+      }
+    }
+    AddLoose();
+    result.seen = seen_.Sorted();
+    return result;
+  }
+
+ private:
+  // Passes a doorway that the sequence can pass, and goes on from there.
+  void Walk(const Doorway& door, NextStep step) {
+    passed_.push_back({&door, std::move(step.polygon), rows_.size()});
+    if (!door.is_sliver) {
+      AppendEdgeRows(passed_.back().polygon, door.plane.normal, origin_, rows_);
+    }
+    path_.push_back(seen_.NumberOf(door.to));
+    seen_.Add(door.to, path_);
+    for (const Doorway& next : graph_->Doorways(door.to)) {
+      if (is_spent_) {
+        break;
+      }
+      if (auto next_step = Stab(next, step.witness)) {
+        Walk(next, std::move(*next_step));
+      }
+    }
+    path_.pop_back();
+    rows_.resize(passed_.back().rows_before);
+    passed_.pop_back();
+  }
+
+  // Whether a line may pass all doorways passed and then this one; nullopt
+  // only if none can, or the steps are spent.
+  std::optional<NextStep> Stab(const Doorway& next,
+                               const std::optional<PluckerRow>& witness) {
+    NextStep step{next.polygon, witness};
+    if (!IsAhead(next, step.polygon)) {
+      return std::nullopt;
+    }
+    if (steps_left_ == 0) {
+      is_spent_ = true;
+      return std::nullopt;
+    }
+    --steps_left_;
+    if (next.is_sliver) {
+      return step;
+    }
+    const size_t rows_before = rows_.size();
+    AppendEdgeRows(step.polygon, next.plane.normal, origin_, rows_);
+    const bool still_stabs =
+        witness &&
+        std::all_of(rows_.begin() + static_cast<ptrdiff_t>(rows_before),
+                    rows_.end(),
+                    [&](const PluckerRow& r) { return Dot(r, *witness) > 0; });
+    if (!still_stabs && !rows_.empty()) {
+      step.witness = InteriorOfCone(rows_);
+    }
+    const bool may_stab = step.witness || rows_.empty();
+    rows_.resize(rows_before);
+    return may_stab ? std::optional(std::move(step)) : std::nullopt;
+  }
+
+  // Cheap necessary conditions: the doorway is not on the sequence yet, has
+  // some part beyond every doorway passed (to which `polygon` is clipped), and
+  // every doorway passed has some part before it.
+  bool IsAhead(const Doorway& next, std::vector<Point3>& polygon) const {
+    for (const Passed& p : passed_) {
+      if (p.door->portal == next.portal) {
+        return false;
+      }
+    }
+    for (const Passed& p : passed_) {
+      if (!next.is_sliver && !ReachesBefore(p.polygon, next.plane)) {
+        return false;
+      }
+      if (!p.door->is_sliver) {
+        polygon = ClipBeyond(polygon, p.door->plane);
+      }
+      if (polygon.empty()) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // Marks what a ray through `first` may reach, each portal tested with
+  // `first` alone.
+  void Flood(const Doorway& first) {
+    std::vector<bool> reached(graph_->CellCount(), false);
+    std::vector<CellId> open = {first.to};
+    reached[first.to.Index()] = true;
+    while (!open.empty()) {
+      const CellId cell = open.back();
+      open.pop_back();
+      is_loose_[cell.Index()] = true;
+      for (const Doorway& next : graph_->Doorways(cell)) {
+        if (!reached[next.to.Index()] && MayFollow(first, next)) {
+          reached[next.to.Index()] = true;
+          open.push_back(next.to);
+        }
+      }
+    }
+  }
+
+  static bool MayFollow(const Doorway& first, const Doorway& next) {
+    if (first.portal == next.portal) {
+      return false;
+    }
+    return (first.is_sliver ||
+            !ClipBeyond(next.polygon, first.plane).empty()) &&
+           (next.is_sliver || ReachesBefore(first.polygon, next.plane));
+  }
+
+  // Adds the flooded cells; between them and the source lies every flooded
+  // cell that meets the box around both.
+  void AddLoose() {
+    std::vector<CellId> loose;
+    for (size_t i = 0; i < is_loose_.size(); ++i) {
+      if (is_loose_[i]) {
+        loose.emplace_back(i);
+      }
+    }
+    const auto& cells = partition_->cells;
+    for (const CellId target : loose) {
+      Box3 hull = cells[source_.Index()].bounds;
+      hull.Include(cells[target.Index()].bounds);
+      std::vector<uint32_t> between = {seen_.NumberOf(source_)};
+      for (const CellId cell : loose) {
+        if (cells[cell.Index()].bounds.Overlaps(hull)) {
+          between.push_back(seen_.NumberOf(cell));
+        }
+      }
+      seen_.Add(target, between);
+    }
+  }
+
+  CellId source_;
+  const Partition* partition_;
+  const PortalGraph* graph_;
+  Point3 origin_;  // of the coordinates of rows
+  SeenCells seen_;
+  std::vector<bool> is_loose_;    // by cell: reached by a flood
+  std::vector<Passed> passed_;    // the sequence
+  std::vector<PluckerRow> rows_;  // of the sequence
+  std::vector<uint32_t> path_;    // numbers of the cells along the sequence
+  uint64_t steps_left_ = 0;
+  bool is_spent_ = false;
+};
+
+}  // namespace
+
+Exploration ExploreFrom(CellId source,
+                        const Partition& partition,
+                        const PortalGraph& graph,
+                        uint32_t max_steps) {
+  return Explorer(source, partition, graph).Run(max_steps);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,101 @@
+#include "visibility/portal_graph.h"
+
+#include <algorithm>
+
+namespace enfilade {
+namespace {
+
+// Thinner portals count as slivers.
+constexpr double kSliverMetres = 1e-3;
+constexpr double kLeastEdgeMetres = 1e-7;
+
+// Edge rows mix directions and moments: in this unit both are of order one.
+constexpr double kRowUnitMetres = 8;
+
+Doorway MakeDoorway(PortalId id, CellId to, std::vector<Point3> polygon) {
+  Doorway door;
+  door.portal = id;
+  door.to = to;
+  const Vec3 area = AreaVector(polygon);
+  double longest = 0;
+  for (const Point3 p : polygon) {
+    longest = std::max(longest, Length(p - polygon.front()));
+  }
+  door.is_sliver = Length(area) <= kSliverMetres * longest;
+  if (!door.is_sliver) {
+    door.plane.normal = Normalize(area);
+    Vec3 sum;
+    for (const Point3 p : polygon) {
+      sum = sum + (p - Point3{});
+    }
+    door.plane.offset =
+        Dot(door.plane.normal, sum) / static_cast<double>(polygon.size());
+  }
+  door.polygon = std::move(polygon);
+  return door;
+}
+
+}  // namespace
+
+// A line from front to back runs against the normal of the vertices' order.
+PortalGraph::PortalGraph(const Partition& partition)
+    : doorways_(partition.cells.size()) {
+  for (size_t i = 0; i < partition.portals.size(); ++i) {
+    const Portal& portal = partition.portals[i];
+    if (portal.front == portal.back || portal.vertices.empty()) {
+      continue;
+    }
+    const std::vector<Point3>& forward = portal.vertices;
+    const std::vector<Point3> reverse(forward.rbegin(), forward.rend());
+    doorways_[portal.front.Index()].push_back(
+        MakeDoorway(PortalId(i), portal.back, reverse));
+    doorways_[portal.back.Index()].push_back(
+        MakeDoorway(PortalId(i), portal.front, forward));
+  }
+}
+
+std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
+                               const Plane& plane) {
+  std::vector<Point3> kept;
+  const size_t n = polygon.size();
+  for (size_t i = 0; i < n; ++i) {
+    const Point3 p = polygon[i];
+    const Point3 q = polygon[(i + 1) % n];
+    const double dp = plane.Beyond(p) + kStabToleranceMetres;
+    const double dq = plane.Beyond(q) + kStabToleranceMetres;
+    if (dp >= 0) {
+      kept.push_back(p);
+    }
+    if ((dp < 0) != (dq < 0)) {
+      kept.push_back(Lerp(p, q, dp / (dp - dq)));
+    }
+  }
+  return kept;
+}
+
+bool ReachesBefore(const std::vector<Point3>& polygon, const Plane& plane) {
+  return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
+    return plane.Beyond(p) <= kStabToleranceMetres;
+  });
+}
+
+void AppendEdgeRows(const std::vector<Point3>& polygon,
+                    Vec3 normal,
+                    Point3 origin,
+                    std::vector<PluckerRow>& rows) {
+  const size_t n = polygon.size();
+  for (size_t i = 0; i < n; ++i) {
+    const Vec3 edge = polygon[(i + 1) % n] - polygon[i];
+    const double length = Length(edge);
+    if (length < kLeastEdgeMetres) {
+      continue;
+    }
+    const Vec3 outward = Cross(edge, normal) / length;
+    const Vec3 p = polygon[i] - origin + outward * kStabToleranceMetres;
+    // The edge's line is all that counts: a unit along it.
+    const Point3 from = Point3{} + p / kRowUnitMetres;
+    rows.push_back(EdgeRow(from, from + edge / length));
+  }
+}
+
+}  // namespace enfilade
