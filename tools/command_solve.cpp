@@ -97,7 +97,7 @@ void SolveAndReport(BlockStorage& store,
 }
 
 void RemoveStore(const fs::path& path) {
-  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
+  for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
     std::error_code ignored;
     fs::remove(path.string() + suffix, ignored);
   }
