@@ -1,0 +1,111 @@
+// A thin, typed layer over SQLite's C interface: a connection and prepared
+// statements that close themselves and report failures as our errors.
+//
+//   SQLITE_CORRUPT, _NOTADB, short read   DamagedStoreError
+//   SQLITE_NOMEM                          std::bad_alloc
+//   everything else                       DiskError
+//
+// Not thread-safe: one thread at a time per connection and its statements.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <sqlite3.h>
+
+namespace enfilade::internal {
+
+enum class OpenMode {
+  kReadWrite,       // an existing file
+  kReadOnlyFrozen,  // a file that nobody can be writing, on any medium
+  kReadOnly,
+  kMemory,
+};
+
+class Database {
+ public:
+  // Does not touch the file yet; errors of its content come with first use.
+  Database(const std::filesystem::path& path, OpenMode mode);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  [[nodiscard]] sqlite3* Handle() const { return handle_; }
+
+  // Runs statements that return nothing of interest.
+  void Execute(const char* sql);
+
+  // The one value of a query, e.g. "PRAGMA page_count".
+  [[nodiscard]] int64_t QueryInteger(const char* sql);
+  [[nodiscard]] std::string QueryText(const char* sql);
+
+  // Whether BEGIN was run and neither COMMIT nor a rollback ended it.
+  [[nodiscard]] bool InTransaction() const;
+
+  // Throws the error that `code` and the connection's message stand for.
+  [[noreturn]] void Throw(int code, std::string_view doing) const;
+
+ private:
+  std::string name_;  // the path, for messages
+  sqlite3* handle_ = nullptr;
+};
+
+// A prepared statement. Parameters count from 1 and columns from 0, as in SQL.
+class Statement {
+ public:
+  Statement(Database& database, const char* sql);
+  ~Statement();
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  Statement& Bind(int index, int64_t value);
+  // Borrows text and bytes until the statement is reset.
+  Statement& Bind(int index, std::string_view text);
+  Statement& Bind(int index, std::span<const std::byte> bytes);
+
+  // True: a row is there to be read. False: done, and the statement is reset.
+  bool Step();
+
+  // Steps to the end and resets.
+  void Run();
+
+  void Reset() noexcept;
+
+  [[nodiscard]] int64_t Integer(int column) const;
+  // Valid until the next step or reset.
+  [[nodiscard]] std::span<const std::byte> Blob(int column) const;
+  [[nodiscard]] std::string_view Text(int column) const;
+
+ private:
+  Database* database_;
+  sqlite3_stmt* handle_ = nullptr;
+};
+
+// Resets a statement that is stepped by hand when the scope is left.
+class ResetAtEnd {
+ public:
+  explicit ResetAtEnd(Statement& statement) : statement_(&statement) {}
+
+  ~ResetAtEnd() { statement_->Reset(); }
+
+  ResetAtEnd(const ResetAtEnd&) = delete;
+  ResetAtEnd& operator=(const ResetAtEnd&) = delete;
+
+ private:
+  Statement* statement_;
+};
+
+// Reads a whole blob into `target` (which has its exact size) page by page,
+// without a second copy in SQLite's memory.
+void ReadBlob(Database& database,
+              const char* table,
+              const char* column,
+              int64_t row,
+              std::span<std::byte> target);
+
+}  // namespace enfilade::internal
