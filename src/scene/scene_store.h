@@ -8,19 +8,32 @@
 #include "scene/face.h"
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace enfilade {
+
+// What a gbXML file holds, by the file's own words.
+struct GbxmlCounts {
+  uint32_t spaces = 0;
+  uint32_t surfaces = 0;         // of every type, shades included
+  uint32_t interior_doors = 0;   // door Openings between two different Spaces
+  uint32_t open_boundaries = 0;  // Air surfaces and Air Openings between two
+                                 // different Spaces
+  uint32_t closed_spaces = 0;    // Spaces whose shell has no gap
+};
 
 // All of a scene but its faces.
 struct SceneInfo {
   std::string source_path;   // as given by the user
   uint64_t source_hash = 0;  // XXH3 of all input files' bytes and the options
   bool photometric = false;
-  std::vector<Material> materials;  // indexed by MaterialId
-  std::vector<Space> spaces;        // indexed by SpaceId; empty unless gbXML
-  std::vector<Opening> openings;    // likewise
+  std::vector<Material> materials;   // indexed by MaterialId
+  std::vector<Space> spaces;         // indexed by SpaceId; empty unless gbXML
+  std::vector<Opening> openings;     // likewise
+  std::optional<GbxmlCounts> gbxml;  // of a gbXML file, spaces stripped or not
   Box3 bounds;
   uint64_t input_polygons = 0;     // as read, before cleaning
   uint64_t faces = 0;              // after cleaning
@@ -35,12 +48,14 @@ class SceneWriter {
   // Checks the face's invariants.
   void Add(const Face& face);
 
-  // Flushes the last chunk, completes info.bounds and info.faces, saves it.
-  void Finish(SceneInfo info);
-
- private:
+  // Writes what is pending, so that ForEachFace sees every face added so far.
   void Flush();
 
+  // Flushes the last chunk, completes info.bounds and info.faces, saves it, and
+  // returns what was saved.
+  SceneInfo Finish(SceneInfo info);
+
+ private:
   BlockStorage* store_;
   std::vector<Face> pending_;
   Box3 bounds_;

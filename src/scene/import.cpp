@@ -1,0 +1,166 @@
+#include "scene/import.h"
+
+#include "base/check.h"
+#include "base/error.h"
+#include "base/hash.h"
+#include "scene/gbxml_reader.h"
+#include "scene/input_file.h"
+#include "scene/material_table.h"
+#include "scene/obj_reader.h"
+#include "scene/overrides.h"
+#include "scene/polygon_sink.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+enum class SceneFormat { kObj, kGbxml };
+
+// By extension, a trailing .gz aside.
+SceneFormat FormatOf(const std::filesystem::path& scene) {
+  std::string name = scene.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  if (name.ends_with(".gz")) {
+    name.resize(name.size() - 3);
+  }
+  if (name.ends_with(".obj")) {
+    return SceneFormat::kObj;
+  }
+  if (name.ends_with(".xml") || name.ends_with(".gbxml")) {
+    return SceneFormat::kGbxml;
+  }
+  throw InputError(fmt::format(
+      "{}: unknown kind of scene; known are .obj, .xml and .gbxml, each also "
+      "with .gz",
+      scene.string()));
+}
+
+// A hash that takes its input in pieces; the pieces' borders don't matter.
+class RunningHash {
+ public:
+  void Add(std::span<const char> text) {
+    pending_.insert(pending_.end(), text.begin(), text.end());
+    while (pending_.size() - begin_ >= kChunkBytes) {
+      hash_ = HashBytes(
+          std::as_bytes(std::span(pending_).subspan(begin_, kChunkBytes)),
+          hash_);
+      begin_ += kChunkBytes;
+    }
+    pending_.erase(pending_.begin(),
+                   pending_.begin() + static_cast<std::ptrdiff_t>(begin_));
+    begin_ = 0;
+  }
+
+  void AddFile(const std::filesystem::path& path) {
+    InputFile file(path);
+    std::vector<char> chunk(kChunkBytes);
+    while (const size_t got = file.Read(chunk)) {
+      Add(std::span(chunk).first(got));
+    }
+  }
+
+  [[nodiscard]] uint64_t Value() const {
+    return HashBytes(std::as_bytes(std::span(pending_)), hash_);
+  }
+
+ private:
+  static constexpr size_t kChunkBytes = size_t{1} << 16;
+
+  std::vector<char> pending_;
+  size_t begin_ = 0;
+  uint64_t hash_ = 0;
+};
+
+void CheckOptions(const ImportOptions& options) {
+  if (options.sides && *options.sides != 1 && *options.sides != 2) {
+    throw UsageError(
+        fmt::format("--sides {} is neither 1 nor 2", *options.sides));
+  }
+}
+
+void CheckHasLight(const std::filesystem::path& scene,
+                   const std::vector<Material>& used) {
+  if (std::none_of(used.begin(), used.end(), Emits)) {
+    throw InputError(fmt::format(
+        "{}: nothing emits light; add --default-luminaires, or give a material "
+        "an exitance (Ke in the MTL file, or an override file: "
+        "{{\"materials\": {{\"GLOB\": {{\"exitance\": 100}}}}}})",
+        scene.string()));
+  }
+}
+
+}  // namespace
+
+uint64_t HashSceneFiles(const std::filesystem::path& scene,
+                        const ImportOptions& options) {
+  RunningHash hash;
+  if (FormatOf(scene) == SceneFormat::kObj) {
+    const auto material_files = MaterialFilesOf(
+        scene, [&](std::span<const char> text) { hash.Add(text); });
+    for (const auto& path : material_files) {
+      if (std::filesystem::exists(path)) {
+        hash.AddFile(path);
+      }
+    }
+  } else {
+    hash.AddFile(scene);
+  }
+  if (options.overrides) {
+    hash.AddFile(*options.overrides);
+  }
+  hash.Add(fmt::format("|{} {} {} {} {}",
+                       options.overrides.has_value(),
+                       options.default_luminaires,
+                       options.photometric,
+                       options.sides.value_or(0),
+                       options.strip_spaces));
+  return hash.Value();
+}
+
+SceneInfo ImportScene(const std::filesystem::path& scene,
+                      const ImportOptions& options,
+                      MemoryBudget& budget,
+                      BlockStorage& store) {
+  ENFILADE_CHECK(store.Count(BlockKind::kFaces) == 0,
+                 "the store holds a scene already");
+  CheckOptions(options);
+  const SceneFormat format = FormatOf(scene);
+  SceneInfo info;
+  info.source_path = scene.string();
+  info.source_hash = HashSceneFiles(scene, options);
+  info.photometric = options.photometric;
+  MaterialTable materials(
+      options.overrides ? Overrides::Load(*options.overrides) : Overrides(),
+      options.sides);
+  SceneWriter writer(store);
+  if (format == SceneFormat::kObj) {
+    PolygonSink sink(budget, writer);
+    const ObjCounts counts =
+        ReadObj({scene, options.progress}, materials, budget, store, sink);
+    info.input_polygons = counts.polygons;
+    if (counts.clear > 0) {
+      info.notes.push_back(fmt::format(
+          "{} polygons of clear materials were ignored", counts.clear));
+    }
+    for (std::string& note : sink.Counts().Notes()) {
+      info.notes.push_back(std::move(note));
+    }
+  } else {
+    ReadGbxml(scene, materials, budget, writer, info);
+  }
+  writer.Flush();
+  materials.ThrowIfRefused();
+  info.materials = materials.Materials();
+  CheckHasLight(scene, info.materials);
+  return writer.Finish(std::move(info));
+}
+
+}  // namespace enfilade

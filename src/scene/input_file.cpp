@@ -1,0 +1,141 @@
+#include "scene/input_file.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kChunkBytes = size_t{1} << 16;
+constexpr unsigned kMostReadBytes = 1U << 30;
+
+gzFile AsGz(void* file) {
+  return static_cast<gzFile>(file);
+}
+
+}  // namespace
+
+InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
+  std::error_code code;
+  if (std::filesystem::is_directory(path, code)) {
+    throw InputError(
+        fmt::format("{}: is a folder; give a scene file", path.string()));
+  }
+  file_ = gzopen(path.c_str(), "rb");
+  if (file_ == nullptr) {
+    throw InputError(fmt::format(
+        "{}: cannot be opened; check that the file exists and is readable",
+        path.string()));
+  }
+  gzbuffer(AsGz(file_), kChunkBytes);
+  size_bytes_ = std::filesystem::file_size(path, code);
+  if (code) {
+    size_bytes_ = 0;  // a pipe, perhaps: no progress
+  }
+}
+
+InputFile::~InputFile() {
+  gzclose(AsGz(file_));
+}
+
+size_t InputFile::Read(std::span<char> buffer) {
+  const auto wanted =
+      static_cast<unsigned>(std::min<size_t>(buffer.size(), kMostReadBytes));
+  const int got = gzread(AsGz(file_), buffer.data(), wanted);
+  int code = Z_OK;
+  const char* message = gzerror(AsGz(file_), &code);
+  if (got < 0 || (code != Z_OK && code != Z_STREAM_END)) {
+    throw InputError(fmt::format(
+        "{}: cannot be read: {}; the file may be cut off or damaged",
+        path_.string(),
+        message));
+  }
+  return static_cast<size_t>(got);
+}
+
+double InputFile::Fraction() const {
+  const auto at = static_cast<double>(gzoffset(AsGz(file_)));
+  return size_bytes_ == 0
+             ? 0.0
+             : std::min(1.0, at / static_cast<double>(size_bytes_));
+}
+
+std::string ReadWholeFile(const std::filesystem::path& path,
+                          uint64_t most_bytes) {
+  InputFile file(path);
+  std::string text;
+  std::array<char, kChunkBytes> chunk{};
+  while (const size_t got = file.Read(chunk)) {
+    if (text.size() + got > most_bytes) {
+      throw InputError(
+          fmt::format("{}: longer than {} MiB, which is not "
+                      "plausible for this kind of file",
+                      path.string(),
+                      most_bytes >> 20));
+    }
+    text.append(chunk.data(), got);
+  }
+  return text;
+}
+
+LineStream::LineStream(InputFile& file, LineCheck check)
+    : file_(&file), check_(std::move(check)), chunk_(kChunkBytes, '\0') {}
+
+int LineStream::NextByte() {
+  if (chunk_at_ == chunk_size_) {
+    chunk_size_ = file_->Read(chunk_);
+    chunk_at_ = 0;
+    if (chunk_size_ == 0) {
+      return traits_type::eof();
+    }
+  }
+  return static_cast<unsigned char>(chunk_[chunk_at_++]);
+}
+
+bool LineStream::ReadPhysicalLine(std::string& line) {
+  line.clear();
+  int byte = NextByte();
+  if (byte == traits_type::eof()) {
+    return false;
+  }
+  while (byte != traits_type::eof() && byte != '\n' && byte != '\r') {
+    line.push_back(static_cast<char>(byte));
+    byte = NextByte();
+  }
+  if (byte == '\r') {
+    const int next = NextByte();
+    if (next != '\n' && next != traits_type::eof()) {
+      --chunk_at_;
+    }
+  }
+  ++physical_lines_;
+  const size_t last = line.find_last_not_of(" \t");
+  line.resize(last == std::string::npos ? 0 : last + 1);
+  return true;
+}
+
+LineStream::int_type LineStream::underflow() {
+  current_.clear();
+  if (!ReadPhysicalLine(physical_)) {
+    return traits_type::eof();
+  }
+  line_ = physical_lines_;
+  current_ = physical_;
+  while (!current_.empty() && current_.back() == '\\' &&
+         ReadPhysicalLine(physical_)) {
+    current_.back() = ' ';
+    current_ += physical_;
+  }
+  check_(current_);
+  current_.push_back('\n');
+  setg(current_.data(), current_.data(), current_.data() + current_.size());
+  return traits_type::to_int_type(current_.front());
+}
+
+}  // namespace enfilade

@@ -1,0 +1,133 @@
+#include "scene/material_table.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+// The most that a mend suggests for a reflectance.
+constexpr double kSuggestedMost = 0.95;
+
+bool AllIn(const Rgb& channels, double end) {
+  return std::all_of(channels.begin(), channels.end(), [&](double c) {
+    return c >= 0 && c < end;
+  });
+}
+
+bool IsPhysical(const Material& m) {
+  return AllIn(m.reflectance, 1) &&
+         AllIn(m.exitance, std::numeric_limits<double>::infinity());
+}
+
+std::string Channels(const Rgb& c) {
+  return fmt::format("[{}, {}, {}]", c[0], c[1], c[2]);
+}
+
+// What is wrong with it, as a sentence.
+std::string Complaint(const Material& m, const std::string& place) {
+  return AllIn(m.reflectance, 1)
+             ? fmt::format(
+                   "{}: material '{}' has exitance {}; it must be "
+                   "finite and at least 0",
+                   place,
+                   m.name,
+                   Channels(m.exitance))
+             : fmt::format(
+                   "{}: material '{}' has reflectance {}, which is "
+                   "not in [0, 1)",
+                   place,
+                   m.name,
+                   Channels(m.reflectance));
+}
+
+// An entry of the override file that mends it.
+std::string Mend(const Material& m) {
+  Rgb mended{};
+  for (size_t c = 0; c < mended.size(); ++c) {
+    mended[c] =
+        m.reflectance[c] >= 0 ? std::min(m.reflectance[c], kSuggestedMost) : 0;
+  }
+  return AllIn(m.reflectance, 1)
+             ? fmt::format("\"{}\": {{\"exitance\": 0}}", m.name)
+             : fmt::format(
+                   "\"{}\": {{\"reflectance\": {}}}", m.name, Channels(mended));
+}
+
+}  // namespace
+
+MaterialTable::MaterialTable(Overrides overrides, std::optional<int> sides)
+    : overrides_(std::move(overrides)), sides_(sides) {}
+
+size_t MaterialTable::AddInput(Material material, std::string place) {
+  inputs_.push_back({std::move(material), std::move(place)});
+  return inputs_.size() - 1;
+}
+
+std::optional<MaterialId> MaterialTable::Resolve(
+    size_t input, std::string_view object, std::string_view surface_type) {
+  const std::vector<size_t> rules =
+      overrides_.Matching(inputs_[input].material.name, object, surface_type);
+  const auto key = std::pair(input, rules);
+  const auto known = resolved_.find(key);
+  if (known != resolved_.end()) {
+    return known->second;
+  }
+  const std::optional<MaterialId> made = Make(input, rules, object);
+  resolved_.emplace(key, made);
+  return made;
+}
+
+std::optional<MaterialId> MaterialTable::Make(size_t input,
+                                              const std::vector<size_t>& rules,
+                                              std::string_view object) {
+  Material material = inputs_[input].material;
+  if (sides_) {
+    material.sides = *sides_;
+  }
+  std::string place = inputs_[input].place;
+  bool by_object = false;
+  for (const size_t rule : rules) {
+    overrides_.Apply(rule, material);
+    place = overrides_.Place(rule);
+    by_object = by_object || overrides_.IsByObject(rule);
+  }
+  if (material.clear) {
+    return std::nullopt;
+  }
+  if (!IsPhysical(material)) {
+    refused_.push_back({material, place});
+  }
+  if (by_object) {
+    material.name = fmt::format("{} of {}", material.name, object);
+  }
+  return Append(std::move(material));
+}
+
+void MaterialTable::ThrowIfRefused() const {
+  if (refused_.empty()) {
+    return;
+  }
+  std::string complaints;
+  std::string mends;
+  for (const InputMaterial& m : refused_) {
+    complaints += Complaint(m.material, m.place) + "\n";
+    mends += (mends.empty() ? "" : ", ") + Mend(m.material);
+  }
+  throw InputError(
+      fmt::format("{}Change it there, or with --overrides FILE.json holding "
+                  "{{\"materials\": {{{}}}}}",
+                  complaints,
+                  mends));
+}
+
+MaterialId MaterialTable::Append(Material material) {
+  materials_.push_back(std::move(material));
+  return MaterialId(materials_.size() - 1);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,72 @@
+// Materials as the faces see them: the input's own, changed by the override
+// file and the command line, and checked when a face first uses them.
+
+#pragma once
+
+#include "scene/face.h"
+#include "scene/overrides.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace enfilade {
+
+// Not thread-safe.
+class MaterialTable {
+ public:
+  // `sides`: for every material that no override speaks of.
+  MaterialTable(Overrides overrides, std::optional<int> sides);
+
+  // A material of the input; `place` (file and line) goes into errors about
+  // it. Returns its index for Resolve.
+  size_t AddInput(Material material, std::string place);
+
+  [[nodiscard]] const Material& Input(size_t index) const {
+    return inputs_[index].material;
+  }
+
+  // The material of a face of this input material, object and surface type
+  // (empty where the format has none). nullopt: clear, the face is ignored.
+  std::optional<MaterialId> Resolve(size_t input,
+                                    std::string_view object,
+                                    std::string_view surface_type);
+
+  // Throws InputError if a material in use has a reflectance or exitance out
+  // of range: names the place of each and the mend.
+  void ThrowIfRefused() const;
+
+  [[nodiscard]] const std::vector<Material>& Materials() const {
+    return materials_;
+  }
+
+  [[nodiscard]] const Overrides& TheOverrides() const { return overrides_; }
+
+  // Appends a finished material.
+  MaterialId Append(Material material);
+
+ private:
+  struct InputMaterial {
+    Material material;
+    std::string place;
+  };
+
+  std::optional<MaterialId> Make(size_t input,
+                                 const std::vector<size_t>& rules,
+                                 std::string_view object);
+
+  Overrides overrides_;
+  std::optional<int> sides_;
+  std::vector<InputMaterial> inputs_;
+  std::vector<Material> materials_;
+  std::vector<InputMaterial> refused_;
+  // By input material and the override rules that match.
+  std::map<std::pair<size_t, std::vector<size_t>>, std::optional<MaterialId>>
+      resolved_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,253 @@
+#include "scene/mesh_cleaner.h"
+
+#include "base/check.h"
+#include "scene/region_join.h"
+#include "scene/weld.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kMostWeld_m = 1e-4;
+constexpr double kRelativeWeld = 1e-5;
+constexpr double kPlaneWelds = 2;
+// Memory of cleaning: measured about 400 bytes a polygon and 100 a corner.
+constexpr uint64_t kBytesPerPolygon = 400;
+constexpr uint64_t kBytesPerCorner = 120;
+
+// Height of a polygon over its longest side, roughly: twice its area by it.
+double Thickness(std::span<const Point3> vertices, const VertexLoop& loop) {
+  double longest = 0;
+  Vec3 twice_area;
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const Point3 a = vertices[loop[i]];
+    const Point3 b = vertices[loop[(i + 1) % loop.size()]];
+    longest = std::max(longest, Length(b - a));
+    twice_area =
+        twice_area + Cross(a - vertices[loop[0]], b - vertices[loop[0]]);
+  }
+  return longest > 0 ? Length(twice_area) / longest : 0;
+}
+
+bool IsPlanar(std::span<const Point3> vertices,
+              const VertexLoop& loop,
+              double tolerance) {
+  std::vector<Point3> points;
+  for (const uint32_t v : loop) {
+    points.push_back(vertices[v]);
+  }
+  const Vec3 normal = Normalize(AreaVector(points));
+  double low = 0;
+  double high = 0;
+  for (const Point3 p : points) {
+    const double height = Dot(p - points[0], normal);
+    low = std::min(low, height);
+    high = std::max(high, height);
+  }
+  return high - low <= tolerance;
+}
+
+// Cuts off one convex corner without another vertex in it, the roundest, until
+// three are left. `normal` tells convex from concave.
+std::vector<VertexLoop> Triangulate(std::span<const Point3> vertices,
+                                    VertexLoop loop,
+                                    Vec3 normal) {
+  std::vector<VertexLoop> triangles;
+  while (loop.size() > 3) {
+    size_t best = 0;
+    double best_quality = -std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < loop.size(); ++i) {
+      const size_t n = loop.size();
+      const Point3 a = vertices[loop[(i + n - 1) % n]];
+      const Point3 b = vertices[loop[i]];
+      const Point3 c = vertices[loop[(i + 1) % n]];
+      const auto side = [&](Point3 from, Point3 to, Point3 p) {
+        return Dot(Cross(to - from, p - from), normal);
+      };
+      double quality = side(a, b, c) / (Dot(c - a, c - a) + Dot(b - a, b - a) +
+                                        Dot(c - b, c - b));
+      for (const uint32_t v : loop) {
+        const Point3 p = vertices[v];
+        if (p != a && p != b && p != c && side(a, b, p) >= 0 &&
+            side(b, c, p) >= 0 && side(c, a, p) >= 0) {
+          quality = std::min(quality, 0.0) - 1;
+        }
+      }
+      if (quality > best_quality) {
+        best_quality = quality;
+        best = i;
+      }
+    }
+    const size_t n = loop.size();
+    triangles.push_back(
+        {loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]});
+    loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
+  }
+  triangles.push_back(std::move(loop));
+  return triangles;
+}
+
+// One batch on its way through.
+class Batch {
+ public:
+  Batch(CleaningCounts& counts, const CleaningOptions& options, double weld)
+      : counts_(counts), options_(options), welder_(weld) {
+    tolerance_.weld = weld;
+    tolerance_.plane = kPlaneWelds * weld;
+  }
+
+  void Take(std::span<const Point3> corners) {
+    VertexLoop loop;
+    for (const Point3 p : corners) {
+      const uint32_t v = welder_.Vertex(p);
+      if (loop.empty() || loop.back() != v) {
+        loop.push_back(v);
+      }
+    }
+    while (loop.size() > 1 && loop.back() == loop.front()) {
+      loop.pop_back();
+    }
+    if (IsThin(loop)) {
+      ++counts_.zero_area;
+    } else if (IsDuplicate(loop)) {
+      ++counts_.duplicates;
+    } else {
+      Keep(std::move(loop));
+    }
+  }
+
+  void Deliver() {
+    const auto regions = FindRegions(
+        welder_.Vertices(), polygons_, tolerance_, options_.oriented);
+    std::vector<VertexLoop> members;
+    for (const std::vector<uint32_t>& region : regions) {
+      members.clear();
+      for (const uint32_t f : region) {
+        members.push_back(polygons_[f]);
+      }
+      const RegionPieces cut =
+          CutRegionOf(welder_.Vertices(), members, tolerance_);
+      if (region.size() > 1) {
+        ++counts_.regions;
+        counts_.joined += region.size();
+        counts_.non_manifold += cut.refused;
+      }
+      for (const std::vector<Point3>& piece : cut.pieces) {
+        ++counts_.faces;
+        options_.emit(piece);
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] bool IsThin(const VertexLoop& loop) const {
+    return loop.size() < 3 ||
+           Thickness(welder_.Vertices(), loop) < tolerance_.weld;
+  }
+
+  // The same vertices in the same cyclic order; the other way round too,
+  // unless the sides differ.
+  bool IsDuplicate(const VertexLoop& loop) {
+    VertexLoop key = Canonical(loop);
+    if (!options_.oriented) {
+      VertexLoop reversed(loop.rbegin(), loop.rend());
+      key = std::min(key, Canonical(reversed));
+    }
+    return !seen_.insert(std::move(key)).second;
+  }
+
+  static VertexLoop Canonical(VertexLoop loop) {
+    std::rotate(
+        loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+    return loop;
+  }
+
+  void Keep(VertexLoop loop) {
+    if (loop.size() == 3 ||
+        IsPlanar(welder_.Vertices(), loop, tolerance_.plane)) {
+      polygons_.push_back(std::move(loop));
+      return;
+    }
+    ++counts_.warped;
+    std::vector<Point3> points;
+    for (const uint32_t v : loop) {
+      points.push_back(welder_.Vertices()[v]);
+    }
+    for (VertexLoop& triangle :
+         Triangulate(welder_.Vertices(), loop, AreaVector(points))) {
+      if (!IsThin(triangle)) {
+        polygons_.push_back(std::move(triangle));
+      }
+    }
+  }
+
+  CleaningCounts& counts_;
+  const CleaningOptions& options_;
+  Welder welder_;
+  RegionTolerance tolerance_;
+  std::vector<VertexLoop> polygons_;
+  std::set<VertexLoop> seen_;
+};
+
+}  // namespace
+
+std::vector<std::string> CleaningCounts::Notes() const {
+  std::vector<std::string> notes;
+  const auto add = [&](uint64_t count, const char* text) {
+    if (count > 0) {
+      notes.push_back(fmt::format("{} {}", count, text));
+    }
+  };
+  add(zero_area, "polygons without area were dropped");
+  add(duplicates, "polygons that were there twice were dropped");
+  add(warped, "polygons that were not planar were cut into triangles");
+  add(non_manifold, "polygons at non-manifold edges were kept as own sheets");
+  if (regions > 0) {
+    notes.push_back(fmt::format(
+        "{} coplanar polygons were joined into {} regions", joined, regions));
+  }
+  if (polygons != faces) {
+    notes.push_back(fmt::format(
+        "{} polygons were read and {} faces kept", polygons, faces));
+  }
+  return notes;
+}
+
+void MeshCleaner::Add(std::span<const Point3> polygon) {
+  ENFILADE_CHECK(polygon.size() >= 3, "{} vertices", polygon.size());
+  corners_.insert(corners_.end(), polygon.begin(), polygon.end());
+  ends_.push_back(corners_.size());
+}
+
+void MeshCleaner::Flush(const CleaningOptions& options) {
+  if (ends_.empty()) {
+    return;
+  }
+  const MemoryCharge charge(
+      *budget_,
+      ends_.size() * kBytesPerPolygon + corners_.size() * kBytesPerCorner,
+      "cleaning the scene's polygons");
+  const double extent = Length(BoundsOf(corners_).Extent());
+  if (extent > 0) {
+    Batch batch(
+        counts_, options, std::min(kMostWeld_m, kRelativeWeld * extent));
+    size_t begin = 0;
+    for (const size_t end : ends_) {
+      batch.Take(std::span(corners_).subspan(begin, end - begin));
+      begin = end;
+    }
+    batch.Deliver();
+  } else {
+    counts_.zero_area += ends_.size();
+  }
+  counts_.polygons += ends_.size();
+  corners_.clear();
+  ends_.clear();
+}
+
+}  // namespace enfilade

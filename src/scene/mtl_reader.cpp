@@ -1,0 +1,120 @@
+#define TINYOBJLOADER_USE_DOUBLE
+#include "scene/mtl_reader.h"
+
+#include "base/error.h"
+#include "scene/input_file.h"
+#include "scene/number_text.h"
+
+#include <algorithm>
+#include <istream>
+#include <map>
+
+#include <fmt/format.h>
+#include <tiny_obj_loader.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kLeastOpacity = 0.5;
+
+Rgb ToRgb(const tinyobj::real_t (&c)[3]) {
+  return {c[0], c[1], c[2]};
+}
+
+// Lines as they pass: where each material's colour stands, and whether what
+// should be numbers are.
+class MtlChecker {
+ public:
+  explicit MtlChecker(std::string file) : file_(std::move(file)) {}
+
+  void Check(std::string_view line, uint64_t number) {
+    const std::vector<std::string_view> words = Words(line);
+    if (words.empty()) {
+      return;
+    }
+    if (words[0] == "newmtl") {
+      name_ = words.size() > 1 ? std::string(words[1]) : std::string();
+      lines_[name_] = number;
+    } else if (words[0] == "Kd" || words[0] == "Ke") {
+      CheckNumbers(words, 1, number);
+      if (words[0] == "Kd") {
+        lines_[name_] = number;
+      }
+    } else if (words[0] == "d" || words[0] == "Tr") {
+      const bool has_option = words.size() > 1 && words[1] == "-halo";
+      CheckNumbers(words, has_option ? 2 : 1, number);
+    }
+  }
+
+  [[nodiscard]] std::string Place(const std::string& material) const {
+    const auto it = lines_.find(material);
+    return it == lines_.end() ? file_ : fmt::format("{}:{}", file_, it->second);
+  }
+
+ private:
+  void CheckNumbers(const std::vector<std::string_view>& words,
+                    size_t first,
+                    uint64_t line) const {
+    for (size_t i = first; i < words.size(); ++i) {
+      if (!IsNumber(words[i])) {
+        throw InputError(
+            fmt::format("{}:{}: '{}' of material '{}' is not a "
+                        "finite number: give '{}' numbers only",
+                        file_,
+                        line,
+                        words[i],
+                        name_,
+                        words[0]));
+      }
+    }
+    if (words.size() <= first) {
+      throw InputError(fmt::format("{}:{}: '{}' of material '{}' has no value",
+                                   file_,
+                                   line,
+                                   words[0],
+                                   name_));
+    }
+  }
+
+  std::string file_;
+  std::string name_;
+  std::map<std::string, uint64_t> lines_;
+};
+
+}  // namespace
+
+std::vector<MtlMaterial> ReadMtl(const std::filesystem::path& path) {
+  InputFile file(path);
+  MtlChecker checker(path.string());
+  LineStream* stream_at = nullptr;
+  LineStream lines(file, [&](std::string_view line) {
+    checker.Check(line, stream_at->Line());
+  });
+  stream_at = &lines;
+  std::istream stream(&lines);
+  stream.exceptions(std::ios::badbit);  // lets errors of the check through
+  std::map<std::string, int> index_by_name;
+  std::vector<tinyobj::material_t> read;
+  std::string warnings;
+  std::string errors;
+  tinyobj::LoadMtl(&index_by_name, &read, &stream, &warnings, &errors);
+  if (!errors.empty()) {
+    throw InputError(fmt::format("{}: {}", path.string(), errors));
+  }
+  std::vector<MtlMaterial> materials;
+  for (const tinyobj::material_t& m : read) {
+    if (m.name.empty()) {
+      continue;  // what stands before the first newmtl
+    }
+    MtlMaterial material;
+    material.material.name = m.name;
+    material.material.reflectance = ToRgb(m.diffuse);
+    material.material.exitance = ToRgb(m.emission);
+    material.material.clear = m.dissolve < kLeastOpacity;
+    material.place = checker.Place(m.name);
+    materials.push_back(std::move(material));
+  }
+  return materials;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,64 @@
+// The override file: properties of materials by glob on the material's, the
+// object's or the surface type's name. Format: docs/overrides.md.
+
+#pragma once
+
+#include "scene/face.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace enfilade {
+
+class Overrides {
+ public:
+  // Overrides nothing.
+  Overrides() = default;
+
+  // Throws InputError with file and line for bad JSON, unknown keys, wrong
+  // types and values out of range.
+  static Overrides Load(const std::filesystem::path& path);
+
+  // Reads the text of an override file; `name` is for error messages.
+  static Overrides Parse(const std::string& text, const std::string& name);
+
+  // The rules that hold for a face, in the order they apply: sections
+  // materials, surfaces, objects, and within a section as in the file, so that
+  // the last one wins. An empty name matches no rule.
+  [[nodiscard]] std::vector<size_t> Matching(
+      std::string_view material,
+      std::string_view object,
+      std::string_view surface_type) const;
+
+  void Apply(size_t rule, Material& material) const;
+
+  // File and line, for messages.
+  [[nodiscard]] std::string Place(size_t rule) const;
+
+  [[nodiscard]] bool IsByObject(size_t rule) const {
+    return rules_[rule].section == Section::kObjects;
+  }
+
+ private:
+  friend class OverrideParser;
+
+  enum class Section { kMaterials, kSurfaces, kObjects };
+
+  struct Rule {
+    Section section{};
+    std::string glob;
+    size_t line = 0;
+    std::optional<Rgb> reflectance;
+    std::optional<Rgb> exitance;
+    std::optional<int> sides;
+    std::optional<bool> clear;
+  };
+
+  std::string file_;
+  std::vector<Rule> rules_;  // sorted by section, then as in the file
+};
+
+}  // namespace enfilade

@@ -1,0 +1,82 @@
+// Cutting a planar region, holes and all, into few convex pieces: exact cover,
+// no overlap.
+//
+// A region is given by its directed boundary edges, interior on the left, in
+// any order; loops need not be linked, and edges may touch, coincide and
+// cross: a point is inside where its winding number is at least `threshold`.
+// Both axis directions of the frame are swept into trapezoids (de Berg et al.,
+// Computational Geometry, chapter 6, without the search structure), stacked
+// trapezoids with the same legs are one, and the cheaper direction is kept.
+// Rectilinear regions come out as rectangles.
+
+#pragma once
+
+#include "base/vec.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+struct Point2 {
+  double x = 0, y = 0;
+
+  friend bool operator==(const Point2&, const Point2&) = default;
+};
+
+struct Edge2 {
+  Point2 from, to;
+};
+
+using Polygon2 = std::vector<Point2>;
+
+// A plane with two orthonormal axes in it. Axes that lie along world axes are
+// exact, so that points of an axis-parallel plane go there and back unchanged.
+struct PlaneFrame {
+  Point3 origin;
+  Vec3 u, v, normal;
+
+  [[nodiscard]] Point2 To2(Point3 p) const {
+    return {Dot(p - origin, u), Dot(p - origin, v)};
+  }
+
+  [[nodiscard]] Point3 To3(Point2 p) const {
+    return origin + u * p.x + v * p.y;
+  }
+};
+
+// The plane through `point` with that normal (any nonzero length), its first
+// axis along `direction` as projected into the plane.
+PlaneFrame MakePlaneFrame(Point3 point, Vec3 normal, Vec3 direction);
+
+// The direction that most of the length of these edges follows, or crosses at
+// a right angle. The edges run along one polygon or region.
+struct Edge3 {
+  Point3 from, to;
+};
+
+Vec3 DominantDirection(std::span<const Edge3> edges, Vec3 normal);
+
+// Convex pieces, counter-clockwise. Coordinates closer than `tolerance` count
+// as equal; pieces thinner than that are dropped.
+std::vector<Polygon2> CutRegion(std::span<const Edge2> edges,
+                                double tolerance,
+                                int threshold = 1);
+
+// Signed area, positive counter-clockwise.
+double SignedArea(std::span<const Point2> polygon);
+
+// Patches that the piece makes: 1 for a triangle or a parallelogram, n - 2 for
+// any other convex polygon of n vertices.
+size_t PatchCost(std::span<const Point2> piece, double tolerance);
+
+// Counter-clockwise, convex, and not self-overlapping.
+bool IsConvex(std::span<const Point2> polygon, double tolerance);
+
+// The edges of a closed polygon, appended.
+void AppendEdges(std::span<const Point2> polygon,
+                 bool reversed,
+                 std::vector<Edge2>& edges);
+
+}  // namespace enfilade

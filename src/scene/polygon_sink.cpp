@@ -1,0 +1,38 @@
+#include "scene/polygon_sink.h"
+
+namespace enfilade {
+
+void PolygonSink::Begin(MaterialId id,
+                        const Material& material,
+                        ObjectId object) {
+  if (id == face_.material && object == face_.object) {
+    oriented_ = Emits(material) || material.sides == 1;
+    emits_ = Emits(material);
+    return;
+  }
+  Flush();
+  face_.material = id;
+  face_.object = object;
+  oriented_ = Emits(material) || material.sides == 1;
+  emits_ = Emits(material);
+}
+
+void PolygonSink::Add(std::span<const Point3> polygon) {
+  if (cleaner_.Pending() == MeshCleaner::kMostPolygons) {
+    Flush();
+  }
+  cleaner_.Add(polygon);
+  has_light_ = has_light_ || emits_;
+}
+
+void PolygonSink::Flush() {
+  CleaningOptions options;
+  options.oriented = oriented_;
+  options.emit = [this](std::span<const Point3> polygon) {
+    face_.vertices.assign(polygon.begin(), polygon.end());
+    writer_->Add(face_);
+  };
+  cleaner_.Flush(options);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,102 @@
+#include "scene/spill_vector.h"
+
+#include "base/bytes.h"
+#include "base/check.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kPagePoints = 4096;
+constexpr uint64_t kPageBytes = kPagePoints * sizeof(Point3);
+constexpr uint64_t kLeastPages = 2;
+
+}  // namespace
+
+SpillVector::SpillVector(BlockStorage& store,
+                         MemoryBudget& budget,
+                         uint64_t resident_bytes,
+                         uint32_t scratch_key)
+    : store_(&store),
+      budget_(&budget),
+      most_pages_(std::max(kLeastPages, resident_bytes / kPageBytes)),
+      scratch_key_(scratch_key) {}
+
+SpillVector::~SpillVector() {
+  budget_->Release(resident_pages_ * kPageBytes);
+}
+
+void SpillVector::Append(Point3 p) {
+  const size_t page = size_ / kPagePoints;
+  if (page == pages_.size()) {
+    MakeRoom();
+    pages_.emplace_back();
+    pages_.back().points.reserve(kPagePoints);
+  } else if (pages_[page].points.empty()) {
+    Load(page);
+  }
+  pages_[page].last_used = ++clock_;
+  pages_[page].stored = false;
+  pages_[page].points.push_back(p);
+  ++size_;
+}
+
+Point3 SpillVector::At(uint64_t index) {
+  ENFILADE_CHECK(index < size_, "point {} of {}", index, size_);
+  const size_t page = index / kPagePoints;
+  if (pages_[page].points.empty()) {
+    Load(page);
+  }
+  pages_[page].last_used = ++clock_;
+  return pages_[page].points[index % kPagePoints];
+}
+
+void SpillVector::Load(size_t page) {
+  MakeRoom();
+  const Bytes bytes = store_->GetOrThrow(
+      {BlockKind::kScratch, scratch_key_, static_cast<uint32_t>(page), 0});
+  ByteReader in(bytes);
+  pages_[page].points = in.GetArray<Point3>();
+  pages_[page].points.reserve(kPagePoints);
+}
+
+void SpillVector::MakeRoom() {
+  if (resident_pages_ >= most_pages_) {
+    const auto in_memory_first = [](const Page& a, const Page& b) {
+      return std::pair(a.points.empty(), a.last_used) <
+             std::pair(b.points.empty(), b.last_used);
+    };
+    const auto oldest =
+        std::min_element(pages_.begin(), pages_.end(), in_memory_first);
+    Evict(static_cast<size_t>(oldest - pages_.begin()));
+  }
+  budget_->Charge(kPageBytes, "reading vertices");
+  ++resident_pages_;
+}
+
+void SpillVector::Evict(size_t page) {
+  Page& victim = pages_[page];
+  if (!victim.stored) {
+    ByteWriter out;
+    out.PutArray<Point3>(victim.points);
+    store_->Put(
+        {BlockKind::kScratch, scratch_key_, static_cast<uint32_t>(page), 0},
+        out.View());
+    victim.stored = true;
+  }
+  std::vector<Point3>().swap(victim.points);
+  budget_->Release(kPageBytes);
+  --resident_pages_;
+}
+
+void SpillVector::Clear() {
+  budget_->Release(resident_pages_ * kPageBytes);
+  resident_pages_ = 0;
+  pages_.clear();
+  size_ = 0;
+  store_->EraseAll(BlockKind::kScratch, scratch_key_);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,33 @@
+// Welding: points closer than a tolerance become one vertex.
+
+#pragma once
+
+#include "base/vec.h"
+
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace enfilade {
+
+class Welder {
+ public:
+  explicit Welder(double tolerance) : tolerance_(tolerance) {}
+
+  // The vertex at p: the first one given within the tolerance, or a new one.
+  uint32_t Vertex(Point3 p);
+
+  [[nodiscard]] const std::vector<Point3>& Vertices() const {
+    return vertices_;
+  }
+
+ private:
+  [[nodiscard]] uint64_t Key(int64_t x, int64_t y, int64_t z) const;
+
+  double tolerance_;
+  std::vector<Point3> vertices_;
+  std::unordered_multimap<uint64_t, uint32_t> grid_;
+};
+
+}  // namespace enfilade
