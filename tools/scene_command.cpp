@@ -102,17 +102,18 @@ void AddChairScenes(CLI::App& scenes) {
   command->add_option("--count", chairs->count, "number of chairs")
       ->capture_default_str();
   command
-      ->add_option(
-          "--scaling",
-          chairs->scaling,
-          "how the room grows with the chairs: both (floor and height), "
-          "horizontal (floor only), none (the room of 36 chairs)")
+      ->add_option("--scaling",
+                   chairs->scaling,
+                   "how the room grows with the chairs: floor and height, "
+                   "floor only, or not at all")
       ->transform(CLI::CheckedTransformer(
-          std::map<std::string, ChairScaling>{
-              {"both", ChairScaling::kBoth},
-              {"horizontal", ChairScaling::kHorizontal},
-              {"none", ChairScaling::kNone}},
-          CLI::ignore_case))
+                      std::map<std::string, ChairScaling>{
+                          {"both", ChairScaling::kBoth},
+                          {"horizontal", ChairScaling::kHorizontal},
+                          {"none", ChairScaling::kNone}},
+                      CLI::ignore_case)
+                      .description(""))
+      ->type_name("both|horizontal|none")
       ->default_str("both");
   AddSeed(*command, chairs->seed);
   AddExample(*command, "--count 36 chairs.obj");
