@@ -1,0 +1,32 @@
+// Builds the tree of splitting planes from the walls of the scene.
+
+#pragma once
+
+#include "partition/bsp_tree.h"
+#include "partition/convex_region.h"
+#include "partition/wall_faces.h"
+
+#include <vector>
+
+namespace enfilade {
+
+// A leaf's region, as far as it is needed to join leaves into cells.
+struct LeafShape {
+  std::vector<Point3> corners;
+  Box3 bounds;
+  Point3 center;  // inside
+  double volume_m3 = 0;
+};
+
+struct BuiltTree {
+  BspTree tree;
+  std::vector<LeafShape> leaves;  // indexed by LeafId
+  std::vector<Polygon> sections;  // indexed by NodeId: plane within its region
+};
+
+LeafShape ShapeOf(const ConvexRegion& region);
+
+// Splits `box`, which holds all walls, until no leaf holds a wall.
+BuiltTree BuildTree(const Box3& box, const WallFaces& walls);
+
+}  // namespace enfilade

@@ -1,0 +1,176 @@
+#include "partition/cell_merge.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// A border is no wall if at least this share of it is open,
+constexpr double kOpenShare = 0.75;
+// and it continues the wider of the two leaves by this share,
+constexpr double kSameSection = 0.6;
+// or is wider than a door between leaves that are deeper than a wall is thick.
+constexpr double kWideOpeningM2 = 4.0;
+constexpr double kDeeperThanWallM = 0.6;
+// A cell of less volume is no room: a doorway in a thick wall, a crack.
+constexpr double kNicheM3 = 0.5;
+
+// Disjoint sets of leaves with their numbers of face sides.
+class LeafSets {
+ public:
+  LeafSets(const std::vector<uint32_t>& sides, uint32_t most_sides)
+      : parent_(sides.size()),
+        sides_(sides.begin(), sides.end()),
+        most_sides_(most_sides) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+
+  [[nodiscard]] uint32_t Find(uint32_t leaf) {
+    while (parent_[leaf] != leaf) {
+      parent_[leaf] = parent_[parent_[leaf]];
+      leaf = parent_[leaf];
+    }
+    return leaf;
+  }
+
+  // Unless the joined set would be too large. The smaller number leads.
+  void Join(uint32_t a, uint32_t b) {
+    a = Find(a);
+    b = Find(b);
+    if (a == b || sides_[a] + sides_[b] > most_sides_) {
+      return;
+    }
+    if (b < a) {
+      std::swap(a, b);
+    }
+    parent_[b] = a;
+    sides_[a] += sides_[b];
+  }
+
+ private:
+  std::vector<uint32_t> parent_;
+  std::vector<uint64_t> sides_;
+  uint64_t most_sides_;
+};
+
+double ThicknessAlong(const LeafShape& leaf, const Vec3& axis) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Point3& p : leaf.corners) {
+    const double h = Dot(axis, p - leaf.center);
+    low = std::min(low, h);
+    high = std::max(high, h);
+  }
+  return high - low;
+}
+
+// Whether the leaves on both sides are one room by the look of it.
+bool LooksLikeOneRoom(const BuiltTree& built, const LeafBorder& border) {
+  if (border.open_m2 < kOpenShare * border.area_m2) {
+    return false;
+  }
+  const Vec3& normal = built.tree.nodes[border.node.Index()].plane.normal;
+  const LeafShape& front = built.leaves[border.front.Index()];
+  const LeafShape& back = built.leaves[border.back.Index()];
+  const double front_m = ThicknessAlong(front, normal);
+  const double back_m = ThicknessAlong(back, normal);
+  const double section_m2 =
+      std::max(front.volume_m3 / front_m, back.volume_m3 / back_m);
+  return border.open_m2 >= kSameSection * section_m2 ||
+         (border.open_m2 >= kWideOpeningM2 &&
+          std::min(front_m, back_m) >= kDeeperThanWallM);
+}
+
+// The widest openings first; the order of the borders among equals.
+std::vector<const LeafBorder*> WidestFirst(
+    const std::vector<LeafBorder>& borders) {
+  std::vector<const LeafBorder*> order;
+  order.reserve(borders.size());
+  for (const LeafBorder& border : borders) {
+    order.push_back(&border);
+  }
+  std::stable_sort(
+      order.begin(), order.end(), [](const LeafBorder* a, const LeafBorder* b) {
+        return a->open_m2 > b->open_m2;
+      });
+  return order;
+}
+
+// Gives each set that is too small for a room to the neighbour that it opens
+// to most. Two rooms are never joined by what lies between them.
+void JoinNiches(const BuiltTree& built,
+                const std::vector<LeafBorder>& borders,
+                LeafSets& sets) {
+  std::vector<double> volume(built.leaves.size());
+  for (uint32_t i = 0; i < built.leaves.size(); ++i) {
+    volume[sets.Find(i)] += built.leaves[i].volume_m3;
+  }
+  std::map<std::pair<uint32_t, uint32_t>, double> open_m2;
+  for (const LeafBorder& border : borders) {
+    const uint32_t a = sets.Find(border.front.value);
+    const uint32_t b = sets.Find(border.back.value);
+    if (volume[a] < kNicheM3 && volume[b] >= kNicheM3) {
+      open_m2[{a, b}] += border.open_m2;
+    } else if (volume[b] < kNicheM3 && volume[a] >= kNicheM3) {
+      open_m2[{b, a}] += border.open_m2;
+    }
+  }
+  std::map<uint32_t, std::pair<double, uint32_t>> widest;
+  for (const auto& [pair, m2] : open_m2) {
+    auto& best = widest[pair.first];
+    if (m2 > best.first) {
+      best = {m2, pair.second};
+    }
+  }
+  for (const auto& [niche, best] : widest) {
+    sets.Join(niche, best.second);
+  }
+}
+
+// Cells are numbered in the order of their first leaves.
+LeafCells NumberCells(
+    LeafSets& sets,
+    size_t leaf_count,
+    const std::vector<std::optional<SpaceId>>& space_of_leaf) {
+  LeafCells cells;
+  std::map<uint32_t, CellId> cell_of_set;
+  for (uint32_t leaf = 0; leaf < leaf_count; ++leaf) {
+    const auto [found, is_new] =
+        cell_of_set.try_emplace(sets.Find(leaf), CellId(cells.cell_count));
+    if (is_new) {
+      ++cells.cell_count;
+      cells.space.push_back(space_of_leaf.empty() ? std::nullopt
+                                                  : space_of_leaf[leaf]);
+    }
+    cells.cell_of_leaf.push_back(found->second);
+  }
+  return cells;
+}
+
+}  // namespace
+
+LeafCells JoinLeaves(const BuiltTree& built,
+                     const FaceSurvey& survey,
+                     const std::vector<LeafBorder>& borders,
+                     const std::vector<std::optional<SpaceId>>& space_of_leaf,
+                     const PartitionOptions& options) {
+  LeafSets sets(survey.sides, options.max_cell_patches);
+  const bool named = !space_of_leaf.empty();
+  for (const LeafBorder* border : WidestFirst(borders)) {
+    const bool join = named ? space_of_leaf[border->front.Index()] ==
+                                  space_of_leaf[border->back.Index()]
+                            : LooksLikeOneRoom(built, *border);
+    if (join) {
+      sets.Join(border->front.value, border->back.value);
+    }
+  }
+  if (!named) {
+    JoinNiches(built, borders, sets);
+  }
+  return NumberCells(sets, built.leaves.size(), space_of_leaf);
+}
+
+}  // namespace enfilade

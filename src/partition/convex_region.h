@@ -1,0 +1,59 @@
+// A convex region of space, bounded by polygons: the leaves of the partition
+// before they are joined into cells.
+
+#pragma once
+
+#include "base/vec.h"
+#include "partition/polygon.h"
+
+#include <vector>
+
+namespace enfilade {
+
+class ConvexRegion {
+ public:
+  // Empty; only to be assigned to.
+  ConvexRegion() = default;
+
+  explicit ConvexRegion(const Box3& box);
+
+  // The polygon in which the plane cuts the region, facing the plane's front;
+  // empty when it misses the region or only grazes it.
+  [[nodiscard]] Polygon CrossSection(const Plane& plane) const;
+
+  // The parts in front of and behind the plane, whose cross-section must not be
+  // empty and whose Thickness on both sides must be positive.
+  struct Halves;
+  [[nodiscard]] Halves Cut(const Plane& plane) const;
+
+  // The greatest distance of the region from the plane on either side.
+  struct Thickness {
+    double front_m = 0;
+    double back_m = 0;
+  };
+
+  [[nodiscard]] Thickness ThicknessAt(const Plane& plane) const;
+
+  [[nodiscard]] double Volume() const;
+  [[nodiscard]] Box3 Bounds() const;
+  [[nodiscard]] Point3 Center() const;
+  [[nodiscard]] std::vector<Point3> Corners() const;  // each once
+
+ private:
+  struct Facet {
+    Plane plane;  // points out of the region
+    Polygon polygon;
+  };
+
+  [[nodiscard]] ConvexRegion ClippedTo(const Plane& outward,
+                                       const Polygon& cap) const;
+
+  std::vector<Facet> facets_;
+};
+
+struct ConvexRegion::Halves {
+  ConvexRegion front;
+  ConvexRegion back;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,212 @@
+#include "partition/leaf_graph.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kChargeStepBytes = 1 << 20;
+
+// Sends the faces down the tree.
+class Surveyor {
+ public:
+  Surveyor(const BspTree& tree, MemoryBudget& budget)
+      : tree_(&tree), budget_(&budget) {
+    survey_.covers.resize(tree.nodes.size());
+    survey_.sides.resize(tree.leaf_count);
+    bytes_ = tree.nodes.size() * sizeof(std::vector<Polygon>) +
+             tree.leaf_count * sizeof(uint32_t);
+    Charge();
+  }
+
+  void Add(const Polygon& polygon) {
+    const Vec3 normal = PlaneOf(polygon).normal;
+    Descend(tree_->root, polygon, normal, kBothSides);
+  }
+
+  FaceSurvey Finish() { return std::move(survey_); }
+
+ private:
+  static constexpr int kFrontSide = 1;
+  static constexpr int kBackSide = 2;
+  static constexpr int kBothSides = 3;
+
+  void Descend(BspChild child,
+               const Polygon& polygon,
+               const Vec3& normal,
+               int sides) {
+    if (child.IsLeaf()) {
+      survey_.sides[child.Leaf().Index()] += sides == kBothSides ? 2 : 1;
+      return;
+    }
+    const BspNode& node = tree_->nodes[child.Node().Index()];
+    switch (Classify(polygon, node.plane, kOnPlaneM)) {
+      case PlaneSide::kFront:
+        return Descend(node.front, polygon, normal, sides);
+      case PlaneSide::kBack:
+        return Descend(node.back, polygon, normal, sides);
+      case PlaneSide::kOn:
+        return Cover(child.Node(), polygon, normal, sides);
+      case PlaneSide::kCut:
+        break;
+    }
+    const SplitPolygons parts = Split(polygon, node.plane, kOnPlaneM);
+    if (PolygonArea(parts.front) > kLeastAreaM2) {
+      Descend(node.front, parts.front, normal, sides);
+    }
+    if (PolygonArea(parts.back) > kLeastAreaM2) {
+      Descend(node.back, parts.back, normal, sides);
+    }
+  }
+
+  void Cover(NodeId id, const Polygon& polygon, const Vec3& normal, int sides) {
+    survey_.covers[id.Index()].push_back(polygon);
+    bytes_ += sizeof(Polygon) + polygon.size() * sizeof(Point3) + 16;
+    if (bytes_ > survey_.charge.Bytes()) {
+      Charge();
+    }
+    const BspNode& node = tree_->nodes[id.Index()];
+    const bool ahead = Dot(normal, node.plane.normal) > 0;
+    for (const int side : {kFrontSide, kBackSide}) {
+      if ((sides & side) != 0) {
+        const bool to_front = (side == kFrontSide) == ahead;
+        Descend(to_front ? node.front : node.back, polygon, normal, side);
+      }
+    }
+  }
+
+  void Charge() {
+    survey_.charge.Reset();
+    survey_.charge = MemoryCharge(*budget_,
+                                  bytes_ + bytes_ / 2 + kChargeStepBytes,
+                                  "the walls between the cells");
+  }
+
+  const BspTree* tree_;
+  MemoryBudget* budget_;
+  FaceSurvey survey_;
+  uint64_t bytes_ = 0;
+};
+
+// A piece of a node's section on its way to the leaves.
+struct Piece {
+  LeafId leaf;
+  Polygon polygon;
+};
+
+void PushDown(const BspTree& tree,
+              BspChild child,
+              const Polygon& polygon,
+              std::vector<Piece>& pieces) {
+  if (child.IsLeaf()) {
+    pieces.push_back({child.Leaf(), polygon});
+    return;
+  }
+  const BspNode& node = tree.nodes[child.Node().Index()];
+  switch (Classify(polygon, node.plane, kRoundingM)) {
+    case PlaneSide::kFront:
+      return PushDown(tree, node.front, polygon, pieces);
+    case PlaneSide::kBack:
+      return PushDown(tree, node.back, polygon, pieces);
+    case PlaneSide::kOn:
+      // It may border on either.
+      PushDown(tree, node.front, polygon, pieces);
+      return PushDown(tree, node.back, polygon, pieces);
+    case PlaneSide::kCut:
+      break;
+  }
+  const SplitPolygons parts = Split(polygon, node.plane, kRoundingM);
+  if (PolygonArea(parts.front) > kLeastAreaM2) {
+    PushDown(tree, node.front, parts.front, pieces);
+  }
+  if (PolygonArea(parts.back) > kLeastAreaM2) {
+    PushDown(tree, node.back, parts.back, pieces);
+  }
+}
+
+// The covers of one node with their boxes, sorted for quick refusal.
+class CoverIndex {
+ public:
+  explicit CoverIndex(const std::vector<Polygon>& covers) {
+    entries_.reserve(covers.size());
+    for (const Polygon& cover : covers) {
+      entries_.push_back({BoundsOf(cover), &cover});
+    }
+  }
+
+  [[nodiscard]] std::vector<const Polygon*> Near(const Polygon& polygon) const {
+    Box3 box = BoundsOf(polygon);
+    const Vec3 margin{kOnPlaneM, kOnPlaneM, kOnPlaneM};
+    box.low = box.low - margin;
+    box.high = box.high + margin;
+    std::vector<const Polygon*> near;
+    for (const Entry& entry : entries_) {
+      if (entry.box.Overlaps(box)) {
+        near.push_back(entry.cover);
+      }
+    }
+    return near;
+  }
+
+ private:
+  struct Entry {
+    Box3 box;
+    const Polygon* cover;
+  };
+
+  std::vector<Entry> entries_;
+};
+
+void FindBordersOfNode(const BspTree& tree,
+                       NodeId id,
+                       const Polygon& section,
+                       const CoverIndex& covers,
+                       std::vector<LeafBorder>& borders) {
+  const BspNode& node = tree.nodes[id.Index()];
+  std::vector<Piece> in_front;
+  PushDown(tree, node.front, section, in_front);
+  for (const Piece& piece : in_front) {
+    std::vector<Piece> behind;
+    PushDown(tree, node.back, piece.polygon, behind);
+    for (const Piece& common : behind) {
+      LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
+      border.area_m2 = PolygonArea(common.polygon);
+      border.open = Subtract(
+          common.polygon, node.plane.normal, covers.Near(common.polygon));
+      for (const Polygon& open : border.open) {
+        border.open_m2 += PolygonArea(open);
+      }
+      if (!border.open.empty()) {
+        borders.push_back(std::move(border));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+FaceSurvey SurveyFaces(const BlockStorage& store,
+                       const BspTree& tree,
+                       MemoryBudget& budget) {
+  Surveyor surveyor(tree, budget);
+  ForEachFace(store, [&surveyor](FaceId, const Face& face) {
+    surveyor.Add(face.vertices);
+  });
+  return surveyor.Finish();
+}
+
+std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
+                                        const FaceSurvey& survey) {
+  std::vector<LeafBorder> borders;
+  for (size_t i = 0; i < built.tree.nodes.size(); ++i) {
+    FindBordersOfNode(built.tree,
+                      NodeId(i),
+                      built.sections[i],
+                      CoverIndex(survey.covers[i]),
+                      borders);
+  }
+  return borders;
+}
+
+}  // namespace enfilade

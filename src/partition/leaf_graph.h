@@ -1,0 +1,45 @@
+// How the leaves of the tree border on each other, and where the border is
+// open.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+#include "partition/bsp_builder.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace enfilade {
+
+// The faces of the scene, sorted into the tree.
+struct FaceSurvey {
+  // Indexed by NodeId: the faces that lie in the node's plane, cut to it.
+  std::vector<std::vector<Polygon>> covers;
+  // Indexed by LeafId: the sides of faces that reach into the leaf.
+  std::vector<uint32_t> sides;
+  MemoryCharge charge;
+};
+
+// One pass over the store's faces.
+FaceSurvey SurveyFaces(const BlockStorage& store,
+                       const BspTree& tree,
+                       MemoryBudget& budget);
+
+// The common border of two leaves, which lies in the plane of one node.
+struct LeafBorder {
+  LeafId front;
+  LeafId back;
+  NodeId node;
+  double area_m2 = 0;
+  double open_m2 = 0;         // at most area_m2
+  std::vector<Polygon> open;  // convex, facing the plane's front
+};
+
+// All borders that are open somewhere. Conservative: a point of the border is
+// left out of `open` only if faces in the plane cover it, cracks of less than
+// kCrackM closed.
+std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
+                                        const FaceSurvey& survey);
+
+}  // namespace enfilade

@@ -1,0 +1,177 @@
+#include "partition/partition.h"
+
+#include "partition/bsp_builder.h"
+#include "partition/cell_merge.h"
+#include "partition/leaf_graph.h"
+#include "partition/patch_writer.h"
+#include "partition/portal_maker.h"
+#include "partition/space_shells.h"
+#include "partition/wall_faces.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr std::string_view kMetaName = "partition";
+constexpr size_t kPortalsPerChunk = 4096;
+constexpr double kMarginShare = 0.01;
+constexpr double kMarginM = 0.1;
+
+// The scene's bounds, enlarged so that nothing lies in the box's own walls.
+Box3 BoxAround(const Box3& bounds) {
+  if (bounds.IsEmpty()) {
+    return {{-1, -1, -1}, {1, 1, 1}};
+  }
+  const double margin = kMarginM + kMarginShare * Length(bounds.Extent());
+  const Vec3 by{margin, margin, margin};
+  return {bounds.low - by, bounds.high + by};
+}
+
+std::vector<CellInfo> DescribeCells(const BuiltTree& built,
+                                    const LeafCells& joined) {
+  std::vector<CellInfo> cells(joined.cell_count);
+  for (size_t leaf = 0; leaf < built.leaves.size(); ++leaf) {
+    cells[joined.cell_of_leaf[leaf].Index()].bounds.Include(
+        built.leaves[leaf].bounds);
+  }
+  for (size_t i = 0; i < cells.size(); ++i) {
+    cells[i].space = joined.space[i];
+  }
+  return cells;
+}
+
+void SavePartition(const Partition& partition, BlockStorage& store) {
+  ByteWriter head;
+  head.PutVarint(partition.cells.size());
+  for (const CellInfo& cell : partition.cells) {
+    head.Put(cell.bounds);
+    head.PutVarint(cell.patches);
+    head.Put(cell.area_m2);
+    head.PutVarint(cell.space ? cell.space->value + uint64_t{1} : 0);
+  }
+  head.PutVarint(partition.portals.size());
+  head.PutVarint(partition.notes.size());
+  for (const std::string& note : partition.notes) {
+    head.PutString(note);
+  }
+  const auto* text = reinterpret_cast<const char*>(head.View().data());
+  store.SetMeta(kMetaName, {text, head.Size()});
+  for (size_t first = 0; first < partition.portals.size();
+       first += kPortalsPerChunk) {
+    const size_t end =
+        std::min(partition.portals.size(), first + kPortalsPerChunk);
+    ByteWriter chunk;
+    for (size_t i = first; i < end; ++i) {
+      const Portal& portal = partition.portals[i];
+      chunk.PutVarint(portal.front.value);
+      chunk.PutVarint(portal.back.value);
+      chunk.PutArray(std::span<const Point3>(portal.vertices));
+    }
+    store.Put(
+        {BlockKind::kPortals, static_cast<uint32_t>(first / kPortalsPerChunk)},
+        chunk.View());
+  }
+}
+
+Portal ReadPortal(ByteReader& reader) {
+  Portal portal;
+  portal.front = CellId(static_cast<uint32_t>(reader.GetVarint()));
+  portal.back = CellId(static_cast<uint32_t>(reader.GetVarint()));
+  portal.vertices = reader.GetArray<Point3>();
+  return portal;
+}
+
+class StageProgress {
+ public:
+  explicit StageProgress(const PartitionOptions& options)
+      : options_(&options) {}
+
+  void Reach(double fraction) const {
+    if (options_->progress) {
+      options_->progress(fraction);
+    }
+  }
+
+ private:
+  const PartitionOptions* options_;
+};
+
+}  // namespace
+
+Partition BuildPartition(BlockStorage& store,
+                         const PartitionOptions& options,
+                         MemoryBudget& budget) {
+  const StageProgress progress(options);
+  const SceneInfo info = LoadSceneInfo(store);
+  const BuiltTree built = [&] {
+    const WallFaces walls = GatherWallFaces(store, info, budget);
+    progress.Reach(0.1);
+    return BuildTree(BoxAround(info.bounds), walls);
+  }();
+  progress.Reach(0.4);
+  const FaceSurvey survey = SurveyFaces(store, built.tree, budget);
+  const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
+  progress.Reach(0.6);
+  std::vector<std::optional<SpaceId>> spaces;
+  if (!info.spaces.empty()) {
+    spaces = SpacesOfLeaves(store, info, built.leaves, budget);
+  }
+  const LeafCells joined = JoinLeaves(built, survey, borders, spaces, options);
+  Partition partition;
+  partition.cells = DescribeCells(built, joined);
+  partition.portals = MakePortals(built.tree, borders, joined);
+  progress.Reach(0.7);
+  SaveTree(built.tree, joined.cell_of_leaf, store);
+  WritePatches(
+      info, built.tree, joined.cell_of_leaf, budget, store, partition.cells);
+  partition.notes.push_back(
+      fmt::format("split into {} convex regions, joined into {} cells with {} "
+                  "portals",
+                  built.leaves.size(),
+                  partition.cells.size(),
+                  partition.portals.size()));
+  SavePartition(partition, store);
+  progress.Reach(1);
+  return partition;
+}
+
+Partition LoadPartition(const BlockStorage& store) {
+  const auto text = store.Meta(kMetaName);
+  if (!text) {
+    throw DamagedStoreError(
+        "the store holds no cells: its partition was never finished; solve "
+        "the scene again");
+  }
+  ByteReader head(std::as_bytes(std::span<const char>(*text)));
+  Partition partition;
+  partition.cells.resize(head.GetVarint());
+  for (CellInfo& cell : partition.cells) {
+    cell.bounds = head.Get<Box3>();
+    cell.patches = static_cast<uint32_t>(head.GetVarint());
+    cell.area_m2 = head.Get<double>();
+    const uint64_t space = head.GetVarint();
+    if (space > 0) {
+      cell.space = SpaceId(static_cast<uint32_t>(space - 1));
+    }
+  }
+  const uint64_t portals = head.GetVarint();
+  partition.notes.resize(head.GetVarint());
+  for (std::string& note : partition.notes) {
+    note = head.GetString();
+  }
+  for (uint32_t chunk = 0; partition.portals.size() < portals; ++chunk) {
+    const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk});
+    ByteReader reader(bytes);
+    while (!reader.AtEnd()) {
+      partition.portals.push_back(ReadPortal(reader));
+    }
+  }
+  return partition;
+}
+
+}  // namespace enfilade

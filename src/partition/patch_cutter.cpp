@@ -1,0 +1,158 @@
+#include "partition/patch_cutter.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace enfilade {
+namespace {
+
+constexpr double kParallelogramTolerance = 1e-6;
+// Larger polygons are cut without looking for parallelograms inside them.
+constexpr size_t kMostVerticesForQuads = 20;
+
+// Corners that lie on the line through their neighbours only cost pieces.
+Polygon WithoutStraightCorners(const Polygon& polygon) {
+  Polygon kept;
+  const size_t n = polygon.size();
+  for (size_t i = 0; i < n; ++i) {
+    const Point3 before = kept.empty() ? polygon[(i + n - 1) % n] : kept.back();
+    const Vec3 in = polygon[i] - before;
+    const Vec3 out = polygon[(i + 1) % n] - polygon[i];
+    const double bend = Length(Cross(in, out));
+    if (bend > kRoundingM * std::max(Length(in), Length(out))) {
+      kept.push_back(polygon[i]);
+    }
+  }
+  return kept;
+}
+
+bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
+  const Vec3 gap = (b - a) - (c - d);
+  const double size = std::max(Length(c - a), Length(d - b));
+  return Length(gap) <= kParallelogramTolerance * size;
+}
+
+// Cutting cost: pieces first, then the sum of (longest edge)^2 / area.
+struct Cost {
+  uint32_t pieces = 0;
+  double slimness = 0;
+
+  friend Cost operator+(const Cost& a, const Cost& b) {
+    return {a.pieces + b.pieces, a.slimness + b.slimness};
+  }
+
+  friend bool operator<(const Cost& a, const Cost& b) {
+    return a.pieces != b.pieces ? a.pieces < b.pieces : a.slimness < b.slimness;
+  }
+};
+
+double Slimness(Point3 a, Point3 b, Point3 c) {
+  const double longest =
+      std::max({Length(b - a), Length(c - b), Length(a - c)});
+  const double area = Length(Cross(b - a, c - a));
+  return area > 0 ? longest * longest / area
+                  : std::numeric_limits<double>::infinity();
+}
+
+// Dynamic program over the chains of vertices i..j closed by the chord (i, j),
+// as in Klincsek's minimum-weight triangulation (1980), with parallelograms as
+// further pieces.
+class Cutter {
+ public:
+  explicit Cutter(const Polygon& polygon)
+      : p_(polygon), n_(polygon.size()), table_(n_ * n_) {}
+
+  std::vector<PatchPiece> Cut() {
+    for (size_t span = 2; span < n_; ++span) {
+      for (size_t i = 0; i + span < n_; ++i) {
+        SolveChain(i, i + span);
+      }
+    }
+    Emit(0, n_ - 1);
+    return std::move(pieces_);
+  }
+
+ private:
+  // The piece at chord (i, j): a triangle (i, k, j) or, with l > k, a
+  // parallelogram (i, k, l, j).
+  struct Entry {
+    Cost cost;
+    size_t k = 0;
+    size_t l = 0;
+  };
+
+  [[nodiscard]] Entry& At(size_t i, size_t j) { return table_[i * n_ + j]; }
+
+  void SolveChain(size_t i, size_t j) {
+    Entry best{{std::numeric_limits<uint32_t>::max(), 0}, i + 1, 0};
+    for (size_t k = i + 1; k < j; ++k) {
+      const Cost triangle{1, Slimness(p_[i], p_[k], p_[j])};
+      const Cost cost = triangle + At(i, k).cost + At(k, j).cost;
+      if (cost < best.cost) {
+        best = {cost, k, 0};
+      }
+    }
+    if (n_ <= kMostVerticesForQuads) {
+      TryParallelograms(i, j, best);
+    }
+    At(i, j) = best;
+  }
+
+  void TryParallelograms(size_t i, size_t j, Entry& best) {
+    for (size_t k = i + 1; k < j; ++k) {
+      for (size_t l = k + 1; l < j; ++l) {
+        if (!IsParallelogram(p_[i], p_[k], p_[l], p_[j])) {
+          continue;
+        }
+        const Cost quad{1, Slimness(p_[i], p_[k], p_[l])};
+        const Cost cost = quad + At(i, k).cost + At(k, l).cost + At(l, j).cost;
+        if (cost < best.cost) {
+          best = {cost, k, l};
+        }
+      }
+    }
+  }
+
+  void Emit(size_t i, size_t j) {
+    if (j - i < 2) {
+      return;
+    }
+    const Entry entry = At(i, j);
+    if (entry.l > 0) {
+      pieces_.push_back({p_[i],
+                         p_[entry.k] - p_[i],
+                         p_[j] - p_[i],
+                         PatchShape::kParallelogram});
+      Emit(i, entry.k);
+      Emit(entry.k, entry.l);
+      Emit(entry.l, j);
+    } else {
+      pieces_.push_back(
+          {p_[i], p_[entry.k] - p_[i], p_[j] - p_[i], PatchShape::kTriangle});
+      Emit(i, entry.k);
+      Emit(entry.k, j);
+    }
+  }
+
+  const Polygon& p_;
+  size_t n_;
+  std::vector<Entry> table_;
+  std::vector<PatchPiece> pieces_;
+};
+
+}  // namespace
+
+std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
+  const Polygon corners = WithoutStraightCorners(polygon);
+  if (corners.size() < 3 || PolygonArea(corners) < kLeastAreaM2) {
+    return {};
+  }
+  std::vector<PatchPiece> pieces = Cutter(corners).Cut();
+  std::erase_if(pieces, [](const PatchPiece& piece) {
+    return Length(Cross(piece.u, piece.v)) < kLeastAreaM2;
+  });
+  return pieces;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,26 @@
+// Cuts convex polygons into the fewest parallelograms and triangles.
+
+#pragma once
+
+#include "base/vec.h"
+#include "partition/patch.h"
+#include "partition/polygon.h"
+
+#include <vector>
+
+namespace enfilade {
+
+// Origin, edges and shape of a patch.
+struct PatchPiece {
+  Point3 origin;
+  Vec3 u, v;
+  PatchShape shape{};
+};
+
+// The pieces cover the polygon without overlap, face the same way as it does,
+// and have its vertices as corners. Among the fewest pieces, the best shaped.
+// A quadrilateral counts as a parallelogram up to 1e-6 of its size. Empty for
+// a polygon without area.
+std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
+
+}  // namespace enfilade

@@ -1,0 +1,175 @@
+#include "partition/patch_writer.h"
+
+#include "partition/patch_cutter.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kHeldPatches = 32768;
+
+// Patches by cell, parked in scratch blocks when there are many.
+class CellPatchSink {
+ public:
+  CellPatchSink(size_t cells, MemoryBudget& budget, BlockStorage& store)
+      : store_(&store),
+        held_(cells),
+        chunks_(cells),
+        counts_(cells),
+        charge_(budget,
+                2 * kHeldPatches * sizeof(Patch) +
+                    cells * (sizeof(std::vector<Patch>) + 8),
+                "patches on their way to their cells") {}
+
+  // Returns the patch's id within the cell.
+  PatchId Add(CellId cell, const Patch& patch) {
+    held_[cell.Index()].push_back(patch);
+    if (++held_count_ >= kHeldPatches) {
+      Park();
+    }
+    return PatchId(counts_[cell.Index()]++);
+  }
+
+  // All patches of a cell, in the order of their ids.
+  std::vector<Patch> Take(CellId cell) {
+    std::vector<Patch> patches;
+    for (uint32_t i = 0; i < chunks_[cell.Index()]; ++i) {
+      const Bytes chunk =
+          store_->GetOrThrow({BlockKind::kScratch, cell.value, i});
+      CellPatches part = DecodeCellPatches(chunk);
+      patches.insert(patches.end(), part.patches.begin(), part.patches.end());
+    }
+    const std::vector<Patch> rest = std::exchange(held_[cell.Index()], {});
+    patches.insert(patches.end(), rest.begin(), rest.end());
+    return patches;
+  }
+
+ private:
+  void Park() {
+    for (uint32_t cell = 0; cell < held_.size(); ++cell) {
+      if (!held_[cell].empty()) {
+        CellPatches part{{}, std::exchange(held_[cell], {})};
+        store_->Put({BlockKind::kScratch, cell, chunks_[cell]++},
+                    EncodeCellPatches(part));
+      }
+    }
+    held_count_ = 0;
+  }
+
+  BlockStorage* store_;
+  std::vector<std::vector<Patch>> held_;  // indexed by CellId, like the others
+  std::vector<uint32_t> chunks_;
+  std::vector<uint32_t> counts_;
+  size_t held_count_ = 0;
+  MemoryCharge charge_;
+};
+
+// Cuts one face after the other.
+class FaceCutter {
+ public:
+  FaceCutter(const SceneInfo& info,
+             const BspTree& tree,
+             const std::vector<CellId>& cell_of_leaf,
+             CellPatchSink& sink)
+      : info_(&info),
+        tree_(&tree),
+        cell_of_leaf_(&cell_of_leaf),
+        sink_(&sink) {}
+
+  void Add(FaceId id, const Face& face) {
+    const Vec3 normal = PlaneOf(face.vertices).normal;
+    const auto fronts = ClipSide(*tree_, *cell_of_leaf_, face.vertices, normal);
+    const auto backs = ClipSide(*tree_, *cell_of_leaf_, face.vertices, -normal);
+    for (const FacePiece& piece : fronts) {
+      AddFront(id, face, piece, SameIn(backs, piece));
+    }
+    for (const FacePiece& piece : backs) {
+      if (!SameIn(fronts, piece)) {
+        AddBack(id, face, piece);
+      }
+    }
+  }
+
+ private:
+  // Whether the other side of the piece is a piece of the same cell too.
+  static bool SameIn(const std::vector<FacePiece>& others,
+                     const FacePiece& piece) {
+    return std::any_of(
+        others.begin(), others.end(), [&piece](const FacePiece& other) {
+          return other.cell == piece.cell && other.polygon == piece.polygon;
+        });
+  }
+
+  [[nodiscard]] const Material& MaterialOf(const Face& face) const {
+    return info_->materials[face.material.Index()];
+  }
+
+  void AddFront(FaceId id,
+                const Face& face,
+                const FacePiece& piece,
+                bool both_sides) {
+    const Material& material = MaterialOf(face);
+    for (const PatchPiece& cut : CutIntoPatches(piece.polygon)) {
+      Patch patch{cut.origin,
+                  cut.u,
+                  cut.v,
+                  cut.shape,
+                  face.material,
+                  id,
+                  Emits(material)};
+      sink_->Add(piece.cell, patch);
+      if (both_sides && material.sides == 2) {
+        std::swap(patch.u, patch.v);
+        patch.emits = false;
+        patch.is_twin = true;
+        sink_->Add(piece.cell, patch);
+      }
+    }
+  }
+
+  void AddBack(FaceId id, const Face& face, const FacePiece& piece) {
+    for (const PatchPiece& cut : CutIntoPatches(piece.polygon)) {
+      const Patch patch{cut.origin,
+                        cut.v,
+                        cut.u,
+                        cut.shape,
+                        face.material,
+                        id,
+                        false,
+                        MaterialOf(face).sides == 2};
+      sink_->Add(piece.cell, patch);
+    }
+  }
+
+  const SceneInfo* info_;
+  const BspTree* tree_;
+  const std::vector<CellId>* cell_of_leaf_;
+  CellPatchSink* sink_;
+};
+
+}  // namespace
+
+void WritePatches(const SceneInfo& info,
+                  const BspTree& tree,
+                  const std::vector<CellId>& cell_of_leaf,
+                  MemoryBudget& budget,
+                  BlockStorage& store,
+                  std::vector<CellInfo>& cells) {
+  CellPatchSink sink(cells.size(), budget, store);
+  FaceCutter cutter(info, tree, cell_of_leaf, sink);
+  ForEachFace(store,
+              [&cutter](FaceId id, const Face& face) { cutter.Add(id, face); });
+  for (uint32_t i = 0; i < cells.size(); ++i) {
+    CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
+    cells[i].patches = static_cast<uint32_t>(content.patches.size());
+    for (const Patch& patch : content.patches) {
+      cells[i].area_m2 += PatchArea(patch);
+    }
+    store.Put({BlockKind::kCellPatches, i}, EncodeCellPatches(content));
+  }
+  store.EraseAll(BlockKind::kScratch);
+}
+
+}  // namespace enfilade

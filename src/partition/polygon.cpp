@@ -1,0 +1,220 @@
+#include "partition/polygon.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Two axes that span the plane of a unit normal: (u, v, normal) right-handed.
+struct PlaneAxes {
+  Vec3 u, v;
+};
+
+PlaneAxes AxesOf(const Vec3& normal) {
+  const Vec3 helper = std::abs(normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = Normalize(Cross(helper, normal));
+  return {u, Cross(normal, u)};
+}
+
+Vec3 SnappedToAxis(Vec3 normal) {
+  constexpr double kSnap = 1e-9;
+  const std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  for (const Vec3& axis : axes) {
+    const double c = Dot(axis, normal);
+    if (std::abs(c) > 0.9 && Length(normal - axis * c) < kSnap) {
+      return axis * (c > 0 ? 1.0 : -1.0);
+    }
+  }
+  return normal;
+}
+
+double SnappedDistance(Point3 p, const Plane& plane, double tolerance_m) {
+  const double d = plane.Distance(p);
+  return std::abs(d) <= tolerance_m ? 0.0 : d;
+}
+
+// Appends polygon \ cover. A cover that overlaps by less than kCrackM leaves
+// the polygon whole.
+void SubtractOne(Polygon polygon,
+                 const Vec3& normal,
+                 const Polygon& cover,
+                 std::vector<Polygon>& outside) {
+  const double turn = Dot(AreaVector(cover), normal) > 0 ? 1.0 : -1.0;
+  std::vector<Polygon> cut_off;
+  Polygon rest = polygon;
+  for (size_t i = 0; i < cover.size(); ++i) {
+    const Point3 a = cover[i];
+    const Vec3 edge = cover[(i + 1) % cover.size()] - a;
+    if (Length(edge) < kRoundingM) {
+      continue;
+    }
+    const Vec3 out = Normalize(Cross(edge, normal)) * turn;
+    const Plane side{out, Dot(out, Vec3{a.x, a.y, a.z})};
+    const PlaneSide where = Classify(rest, side, kCrackM);
+    if (where == PlaneSide::kFront) {
+      outside.push_back(std::move(polygon));
+      return;
+    }
+    if (where == PlaneSide::kCut) {
+      SplitPolygons parts = Split(rest, side, kRoundingM);
+      cut_off.push_back(std::move(parts.front));
+      rest = std::move(parts.back);
+    }
+  }
+  std::move(cut_off.begin(), cut_off.end(), std::back_inserter(outside));
+}
+
+}  // namespace
+
+Plane PlaneOf(const Polygon& polygon) {
+  const Vec3 normal = SnappedToAxis(Normalize(AreaVector(polygon)));
+  const Point3 mean = VertexMean(polygon);
+  return {normal, Dot(normal, Vec3{mean.x, mean.y, mean.z})};
+}
+
+double PolygonArea(const Polygon& polygon) {
+  return Length(AreaVector(polygon));
+}
+
+Point3 VertexMean(const Polygon& polygon) {
+  Vec3 sum;
+  for (const Point3& p : polygon) {
+    sum = sum + (p - polygon.front());
+  }
+  return polygon.front() + sum / static_cast<double>(polygon.size());
+}
+
+PlaneSide Classify(const Polygon& polygon,
+                   const Plane& plane,
+                   double tolerance_m) {
+  bool front = false;
+  bool back = false;
+  for (const Point3& p : polygon) {
+    const double d = plane.Distance(p);
+    front = front || d > tolerance_m;
+    back = back || d < -tolerance_m;
+  }
+  if (front && back) {
+    return PlaneSide::kCut;
+  }
+  return front ? PlaneSide::kFront : back ? PlaneSide::kBack : PlaneSide::kOn;
+}
+
+SplitPolygons Split(const Polygon& polygon,
+                    const Plane& plane,
+                    double tolerance_m) {
+  SplitPolygons parts;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Point3 a = polygon[i];
+    const Point3 b = polygon[(i + 1) % polygon.size()];
+    const double da = SnappedDistance(a, plane, tolerance_m);
+    const double db = SnappedDistance(b, plane, tolerance_m);
+    if (da >= 0) {
+      parts.front.push_back(a);
+    }
+    if (da <= 0) {
+      parts.back.push_back(a);
+    }
+    if (da * db < 0) {
+      // Always from front to back, so that a shared edge is cut alike.
+      const Point3 cut =
+          da > 0 ? Lerp(a, b, da / (da - db)) : Lerp(b, a, db / (db - da));
+      parts.front.push_back(cut);
+      parts.back.push_back(cut);
+    }
+  }
+  return parts;
+}
+
+Polygon ClipToFront(const Polygon& polygon,
+                    const Plane& plane,
+                    double tolerance_m) {
+  switch (Classify(polygon, plane, tolerance_m)) {
+    case PlaneSide::kOn:
+    case PlaneSide::kFront:
+      return polygon;
+    case PlaneSide::kBack:
+      return {};
+    case PlaneSide::kCut:
+      break;
+  }
+  return Split(polygon, plane, tolerance_m).front;
+}
+
+Polygon RectangleAround(const Box3& box, const Plane& plane) {
+  const PlaneAxes axes = AxesOf(plane.normal);
+  const Point3 center =
+      box.Center() - plane.normal * plane.Distance(box.Center());
+  const double r = Length(box.Extent()) + 1.0;
+  return {center - axes.u * r - axes.v * r,
+          center + axes.u * r - axes.v * r,
+          center + axes.u * r + axes.v * r,
+          center - axes.u * r + axes.v * r};
+}
+
+std::vector<Polygon> Subtract(const Polygon& polygon,
+                              const Vec3& normal,
+                              const std::vector<const Polygon*>& covers) {
+  std::vector<Polygon> left{polygon};
+  for (const Polygon* cover : covers) {
+    std::vector<Polygon> outside;
+    for (Polygon& piece : left) {
+      SubtractOne(std::move(piece), normal, *cover, outside);
+    }
+    left = std::move(outside);
+  }
+  return left;
+}
+
+Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal) {
+  const PlaneAxes axes = AxesOf(normal);
+
+  struct Point2 {
+    double x, y;
+    Point3 at;
+  };
+
+  std::vector<Point2> sorted;
+  sorted.reserve(points.size());
+  for (const Point3& p : points) {
+    const Vec3 d = p - points.front();
+    sorted.push_back({Dot(d, axes.u), Dot(d, axes.v), p});
+  }
+  std::sort(sorted.begin(), sorted.end(), [](const Point2& a, const Point2& b) {
+    return a.x != b.x ? a.x < b.x : a.y < b.y;
+  });
+  // Andrew's monotone chain, lower then upper.
+  std::vector<Point2> hull;
+  const auto add = [&hull](const Point2& p, size_t least) {
+    while (hull.size() >= least + 2) {
+      const Point2& a = hull[hull.size() - 2];
+      const Point2& b = hull.back();
+      const double cross =
+          (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+      if (cross > kLeastAreaM2) {
+        break;
+      }
+      hull.pop_back();
+    }
+    hull.push_back(p);
+  };
+  for (const Point2& p : sorted) {
+    add(p, 0);
+  }
+  const size_t lower = hull.size();
+  for (size_t i = sorted.size() - 1; i-- > 0;) {
+    add(sorted[i], lower - 1);
+  }
+  hull.pop_back();
+  Polygon result;
+  for (const Point2& p : hull) {
+    result.push_back(p.at);
+  }
+  return result.size() < 3 ? Polygon{} : result;
+}
+
+}  // namespace enfilade

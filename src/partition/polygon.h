@@ -1,0 +1,86 @@
+// Convex planar polygons and planes: the exact small geometry of the partition.
+//
+// Notation: a plane is { x : n . x = offset }, |n| = 1; its front is where
+// n . x > offset. Polygons are convex, planar, and counter-clockwise seen from
+// their front. Lengths and tolerances are in metres.
+
+#pragma once
+
+#include "base/vec.h"
+
+#include <vector>
+
+namespace enfilade {
+
+using Polygon = std::vector<Point3>;
+
+// Within this distance a face counts as lying in a plane. It is also the width
+// of the cracks between faces that are taken for closed: the rounding of input
+// files, and less than a ray can be trusted to find.
+inline constexpr double kOnPlaneM = 2e-5;
+inline constexpr double kCrackM = 2 * kOnPlaneM;
+
+// Within this distance a vertex that was computed (a corner of a region or an
+// opening) counts as lying in a plane.
+inline constexpr double kRoundingM = 1e-7;
+
+// Pieces of less area are nothing but rounding.
+inline constexpr double kLeastAreaM2 = 1e-10;
+
+struct Plane {
+  Vec3 normal;
+  double offset = 0;
+
+  [[nodiscard]] double Distance(Point3 p) const {
+    return Dot(normal, Vec3{p.x, p.y, p.z}) - offset;
+  }
+
+  [[nodiscard]] Plane Flipped() const { return {-normal, -offset}; }
+};
+
+// The plane of a polygon of nonzero area, through its centroid, front to front.
+// A normal that is an axis up to rounding is made exactly that axis.
+Plane PlaneOf(const Polygon& polygon);
+
+double PolygonArea(const Polygon& polygon);
+Point3 VertexMean(const Polygon& polygon);
+
+// Where a polygon lies with respect to a plane: `on` if all its vertices are
+// within the tolerance, else on one side, or cut.
+enum class PlaneSide { kOn, kFront, kBack, kCut };
+PlaneSide Classify(const Polygon& polygon,
+                   const Plane& plane,
+                   double tolerance_m);
+
+struct SplitPolygons {
+  Polygon front;
+  Polygon back;
+};
+
+// Cuts a polygon that Classify calls kCut with the same tolerance: vertices
+// within it are shared by both parts. Cutting two polygons that share an edge
+// gives the same point of that edge.
+SplitPolygons Split(const Polygon& polygon,
+                    const Plane& plane,
+                    double tolerance_m);
+
+// The part of the polygon in front of (or on) the plane; may be empty.
+Polygon ClipToFront(const Polygon& polygon,
+                    const Plane& plane,
+                    double tolerance_m);
+
+// A rectangle in `plane` around the box.
+Polygon RectangleAround(const Box3& box, const Plane& plane);
+
+// Removes `covers` (convex polygons that lie in the plane of `polygon`, facing
+// either way) from the polygon: what is left, as convex polygons. Gaps of less
+// than kCrackM between covers close.
+std::vector<Polygon> Subtract(const Polygon& polygon,
+                              const Vec3& normal,
+                              const std::vector<const Polygon*>& covers);
+
+// The convex hull of points that lie in a plane of the given normal,
+// counter-clockwise seen from the normal's tip. Empty if they are collinear.
+Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal);
+
+}  // namespace enfilade

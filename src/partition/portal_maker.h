@@ -1,0 +1,21 @@
+// Makes the portals between cells of the open borders between their leaves.
+
+#pragma once
+
+#include "partition/cell_merge.h"
+#include "partition/leaf_graph.h"
+#include "partition/partition.h"
+
+#include <vector>
+
+namespace enfilade {
+
+// Openings of one plane between the same two cells are joined where their
+// convex hull is hardly larger than they are, so that an opening that the tree
+// or its neighbours' outlines have cut up is one portal again. Covers every
+// open border between different cells.
+std::vector<Portal> MakePortals(const BspTree& tree,
+                                const std::vector<LeafBorder>& borders,
+                                const LeafCells& cells);
+
+}  // namespace enfilade

@@ -1,0 +1,125 @@
+#include "partition/space_shells.h"
+
+#include "base/photometry.h"
+
+#include <cmath>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// A triangle of a shell, counter-clockwise seen from inside the Space.
+struct ShellTriangle {
+  Point3 a, b, c;
+};
+
+struct Shell {
+  Box3 bounds;
+  std::vector<ShellTriangle> triangles;
+};
+
+// Signed solid angle in steradian (van Oosterom & Strackee 1983), positive
+// when the triangle is counter-clockwise seen from p.
+double SolidAngle(const ShellTriangle& t, Point3 p) {
+  const Vec3 a = t.a - p;
+  const Vec3 b = t.b - p;
+  const Vec3 c = t.c - p;
+  const double la = Length(a);
+  const double lb = Length(b);
+  const double lc = Length(c);
+  const double volume = Dot(a, Cross(b, c));
+  const double rest =
+      la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb;
+  return -2.0 * std::atan2(volume, rest);
+}
+
+double WindingNumber(const Shell& shell, Point3 p) {
+  double sum = 0;
+  for (const ShellTriangle& t : shell.triangles) {
+    sum += SolidAngle(t, p);
+  }
+  return sum / (4 * kPi);
+}
+
+class ShellCollector {
+ public:
+  explicit ShellCollector(size_t spaces) : shells_(spaces) {}
+
+  // A polygon that Spaces, or a Space and the outside, share.
+  void Add(const Polygon& polygon,
+           const std::optional<SpaceId>& front,
+           const std::optional<SpaceId>& back) {
+    if (front == back) {
+      return;
+    }
+    for (size_t i = 1; i + 1 < polygon.size(); ++i) {
+      const ShellTriangle t{polygon[0], polygon[i], polygon[i + 1]};
+      if (front) {
+        AddTriangle(*front, t);
+      }
+      if (back) {
+        AddTriangle(*back, {t.a, t.c, t.b});
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<Shell> Take() { return std::move(shells_); }
+
+  [[nodiscard]] uint64_t Bytes() const { return bytes_; }
+
+ private:
+  void AddTriangle(SpaceId space, const ShellTriangle& t) {
+    Shell& shell = shells_[space.Index()];
+    shell.bounds.Include(t.a);
+    shell.bounds.Include(t.b);
+    shell.bounds.Include(t.c);
+    shell.triangles.push_back(t);
+    bytes_ += 2 * sizeof t;
+  }
+
+  std::vector<Shell> shells_;
+  uint64_t bytes_ = 0;
+};
+
+std::optional<SpaceId> SpaceOf(const std::vector<Shell>& shells, Point3 p) {
+  double best = 0.5;
+  std::optional<SpaceId> space;
+  for (uint32_t i = 0; i < shells.size(); ++i) {
+    if (!shells[i].bounds.Contains(p)) {
+      continue;
+    }
+    const double winding = WindingNumber(shells[i], p);
+    if (winding > best) {
+      best = winding;
+      space = SpaceId(i);
+    }
+  }
+  return space;
+}
+
+}  // namespace
+
+std::vector<std::optional<SpaceId>> SpacesOfLeaves(
+    const BlockStorage& store,
+    const SceneInfo& info,
+    const std::vector<LeafShape>& leaves,
+    MemoryBudget& budget) {
+  ShellCollector collector(info.spaces.size());
+  ForEachFace(store, [&collector](FaceId, const Face& face) {
+    collector.Add(face.vertices, face.front_space, face.back_space);
+  });
+  for (const Opening& opening : info.openings) {
+    collector.Add(opening.vertices, opening.front_space, opening.back_space);
+  }
+  const MemoryCharge charge(
+      budget, collector.Bytes(), "the shells of the model's spaces");
+  const std::vector<Shell> shells = collector.Take();
+  std::vector<std::optional<SpaceId>> spaces;
+  spaces.reserve(leaves.size());
+  for (const LeafShape& leaf : leaves) {
+    spaces.push_back(SpaceOf(shells, leaf.center));
+  }
+  return spaces;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,205 @@
+#include "partition/split_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace enfilade {
+namespace {
+
+// A plane is a wall if its fragments cover this share of the cross-section,
+constexpr double kCoverShare = 0.45;
+// or stand this share of the region's height and add up to this area,
+constexpr double kTallShare = 0.75;
+constexpr double kLeastTallM2 = 0.7;
+// or are a slab of this area and share, or of that area alone.
+constexpr double kSlabM2 = 8.0;
+constexpr double kSlabShare = 0.25;
+constexpr double kLargeSlabM2 = 30.0;
+// Planes are examined in the order of their area, up to this many; as many of
+// the best as that are compared in full.
+constexpr size_t kMostPlanes = 128;
+constexpr size_t kMostCompared = 12;
+// A region is not split into parts thinner than this.
+constexpr double kLeastThicknessM = 2 * kOnPlaneM;
+
+// The fragments of one plane group within the region.
+struct Group {
+  std::vector<uint32_t> fragments;
+  double area_m2 = 0;
+  double tall_m2 = 0;  // of the fragments that stand the region's height
+};
+
+struct Candidate {
+  Plane plane;
+  double share = 0;  // of the cross-section, covered
+  double score = 0;
+};
+
+double Extent(const Polygon& polygon, const Vec3& axis) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Point3& p : polygon) {
+    const double h = Dot(axis, Vec3{p.x, p.y, p.z});
+    low = std::min(low, h);
+    high = std::max(high, h);
+  }
+  return high - low;
+}
+
+class SplitChooser {
+ public:
+  SplitChooser(const ConvexRegion& region,
+               const std::vector<WallFragment>& fragments,
+               const WallFaces& walls)
+      : region_(&region), fragments_(&fragments), walls_(&walls) {
+    const Vec3 extent = region.Bounds().Extent();
+    height_m_ = std::abs(Dot(extent, walls.up));
+  }
+
+  [[nodiscard]] std::optional<Plane> Choose() const {
+    std::vector<Candidate> candidates = Walls();
+    if (candidates.empty()) {
+      return std::nullopt;
+    }
+    const size_t compared = std::min(candidates.size(), kMostCompared);
+    for (size_t i = 0; i < compared; ++i) {
+      candidates[i].score = Score(candidates[i]);
+    }
+    candidates.resize(compared);
+    // The first of equals: the order is by share and then by group.
+    const auto best =
+        std::max_element(candidates.begin(),
+                         candidates.end(),
+                         [](const Candidate& a, const Candidate& b) {
+                           return a.score < b.score;
+                         });
+    return best->plane;
+  }
+
+ private:
+  [[nodiscard]] std::vector<Group> GroupsByArea() const {
+    std::map<uint32_t, Group> by_plane;
+    for (uint32_t i = 0; i < fragments_->size(); ++i) {
+      const WallFragment& fragment = (*fragments_)[i];
+      Group& group = by_plane[walls_->faces[fragment.face].plane_group];
+      const double area = PolygonArea(fragment.polygon);
+      group.fragments.push_back(i);
+      group.area_m2 += area;
+      if (Extent(fragment.polygon, walls_->up) >= kTallShare * height_m_) {
+        group.tall_m2 += area;
+      }
+    }
+    std::vector<Group> groups;
+    groups.reserve(by_plane.size());
+    for (auto& [plane, group] : by_plane) {
+      groups.push_back(std::move(group));
+    }
+    std::stable_sort(
+        groups.begin(), groups.end(), [](const Group& a, const Group& b) {
+          return a.area_m2 > b.area_m2;
+        });
+    return groups;
+  }
+
+  // The plane of the group's largest fragment that can cut the region.
+  [[nodiscard]] std::optional<Plane> PlaneOfGroup(const Group& group) const {
+    std::optional<Plane> best;
+    double best_m2 = 0;
+    for (const uint32_t i : group.fragments) {
+      const WallFragment& fragment = (*fragments_)[i];
+      const double area = PolygonArea(fragment.polygon);
+      if (area > best_m2) {
+        const Plane& plane = walls_->faces[fragment.face].plane;
+        const auto thickness = region_->ThicknessAt(plane);
+        if (std::min(thickness.front_m, thickness.back_m) > kLeastThicknessM) {
+          best = plane;
+          best_m2 = area;
+        }
+      }
+    }
+    return best;
+  }
+
+  // The planes that are walls of the region, those that cover most first.
+  [[nodiscard]] std::vector<Candidate> Walls() const {
+    std::vector<Candidate> candidates;
+    const std::vector<Group> groups = GroupsByArea();
+    for (size_t i = 0; i < std::min(groups.size(), kMostPlanes); ++i) {
+      const auto plane = PlaneOfGroup(groups[i]);
+      if (!plane) {
+        continue;
+      }
+      const Polygon section = region_->CrossSection(*plane);
+      if (section.empty()) {
+        continue;
+      }
+      const double share =
+          std::min(1.0, groups[i].area_m2 / PolygonArea(section));
+      if (walls_->all_split || IsWall(groups[i], *plane, share)) {
+        candidates.push_back({*plane, share, 0});
+      }
+    }
+    std::stable_sort(candidates.begin(),
+                     candidates.end(),
+                     [](const Candidate& a, const Candidate& b) {
+                       return a.share > b.share;
+                     });
+    return candidates;
+  }
+
+  [[nodiscard]] bool IsWall(const Group& group,
+                            const Plane& plane,
+                            double share) const {
+    if (share >= kCoverShare) {
+      return true;
+    }
+    const bool upright = std::abs(Dot(plane.normal, walls_->up)) < 0.5;
+    if (upright) {
+      return group.tall_m2 >= kLeastTallM2;
+    }
+    return (group.area_m2 >= kSlabM2 && share >= kSlabShare) ||
+           group.area_m2 >= kLargeSlabM2;
+  }
+
+  [[nodiscard]] double Score(const Candidate& candidate) const {
+    double front = 0;
+    double back = 0;
+    double cut = 0;
+    for (const WallFragment& fragment : *fragments_) {
+      switch (Classify(fragment.polygon, candidate.plane, kOnPlaneM)) {
+        case PlaneSide::kFront:
+          front += 1;
+          break;
+        case PlaneSide::kBack:
+          back += 1;
+          break;
+        case PlaneSide::kCut:
+          cut += 1;
+          break;
+        case PlaneSide::kOn:
+          break;
+      }
+    }
+    const double all = static_cast<double>(fragments_->size());
+    const double level =
+        std::abs(Dot(candidate.plane.normal, walls_->up)) > 0.99 ? 0.3 : 0.0;
+    return candidate.share + level + 0.8 * std::min(front, back) / all -
+           cut / all;
+  }
+
+  const ConvexRegion* region_;
+  const std::vector<WallFragment>* fragments_;
+  const WallFaces* walls_;
+  double height_m_ = 0;
+};
+
+}  // namespace
+
+std::optional<Plane> ChooseSplit(const ConvexRegion& region,
+                                 const std::vector<WallFragment>& fragments,
+                                 const WallFaces& walls) {
+  return SplitChooser(region, fragments, walls).Choose();
+}
+
+}  // namespace enfilade

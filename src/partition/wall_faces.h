@@ -1,0 +1,38 @@
+// The faces that may split space: what the tree of planes is chosen from.
+
+#pragma once
+
+#include "base/memory.h"
+#include "partition/polygon.h"
+#include "scene/scene_store.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace enfilade {
+
+struct WallFace {
+  Polygon polygon;
+  Plane plane;
+  double area_m2 = 0;
+  // Faces of one group lie in one plane, give or take a millimetre.
+  uint32_t plane_group = 0;
+};
+
+struct WallFaces {
+  std::vector<WallFace> faces;
+  // Every face bounds rooms: a building model without furniture (gbXML).
+  bool all_split = false;
+  Vec3 up{0, 0, 1};
+  MemoryCharge charge;  // of the faces
+};
+
+// Reads the candidates for splitting: of a gbXML model every surface, and the
+// openings that it names; of a soup the faces of at least 0.05 m2 that are not
+// luminaires. The up axis is the one that most of the area of the faces is
+// square to.
+WallFaces GatherWallFaces(const BlockStorage& store,
+                          const SceneInfo& info,
+                          MemoryBudget& budget);
+
+}  // namespace enfilade

@@ -1,0 +1,161 @@
+// Cells and portals of small buildings.
+
+#include "partition/partition.h"
+
+#include "tests/partition/test_scenes.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using testing::Built;
+using testing::SceneBuilder;
+using testing::TwoRoomsWithDoor;
+
+double Area(const std::vector<Portal>& portals) {
+  double area = 0;
+  for (const Portal& portal : portals) {
+    area += PolygonArea(portal.vertices);
+  }
+  return area;
+}
+
+TEST(Cells, RoomsWithADoorAreTwoCellsJoinedByThatDoor) {
+  const Built built(TwoRoomsWithDoor());
+  const CellId left = built.At({1, 1, 1});
+  const CellId right = built.At({7, 1, 1});
+  const CellId outside = built.At({-0.05, 1, 1});
+  EXPECT_NE(left, right);
+  EXPECT_NE(left, outside);
+  const auto portals = built.Between(left, right);
+  ASSERT_EQ(portals.size(), 1U);
+  const Box3 bounds = BoundsOf(portals[0].vertices);
+  EXPECT_NEAR(bounds.low.y, 1.0, 1e-6);
+  EXPECT_NEAR(bounds.high.y, 1.9, 1e-6);
+  EXPECT_NEAR(bounds.low.z, 0.0, 1e-6);
+  EXPECT_NEAR(bounds.high.z, 2.1, 1e-6);
+  EXPECT_NEAR(bounds.low.x, 4.0, 1e-9);
+  EXPECT_TRUE(built.Between(left, outside).empty());
+  EXPECT_EQ(built.partition.cells.size(), 3U);
+}
+
+TEST(Cells, PortalFacesTheCellInFrontOfIt) {
+  const Built built(TwoRoomsWithDoor());
+  for (const Portal& portal : built.partition.portals) {
+    const Vec3 normal = Normalize(AreaVector(portal.vertices));
+    const Point3 middle = VertexMean(portal.vertices);
+    EXPECT_EQ(built.At(middle + normal * 1e-3), portal.front);
+    EXPECT_EQ(built.At(middle - normal * 1e-3), portal.back);
+  }
+}
+
+TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
+  SceneBuilder scene;
+  scene.AddBox({{-0.3, -0.3, -0.3}, {8.3, 3.3, 3.0}});
+  scene.AddBox({{0, 0, 0}, {8, 3, 2.7}});
+  const SceneBuilder::Rectangle door{0, 0, 1, 0, 1.9, 2.1};
+  for (const double x : {3.9, 4.1}) {
+    scene.AddWithHole({0, x, 0, 0, 3, 2.7}, door);
+  }
+  scene.Add({1, 1.0, 3.9, 0, 4.1, 2.1});
+  scene.Add({1, 1.9, 3.9, 0, 4.1, 2.1});
+  scene.Add({2, 2.1, 3.9, 1, 4.1, 1.9});
+  const Built built(scene);
+  const CellId left = built.At({1, 1, 1});
+  const CellId right = built.At({7, 1, 1});
+  EXPECT_NE(left, right);
+  EXPECT_NE(built.At({4, 0.5, 1}), left);
+  EXPECT_NE(built.At({4, 0.5, 1}), right);
+  // The doorway is a cell of its own or part of one room.
+  const CellId doorway = built.At({4, 1.5, 1});
+  EXPECT_TRUE(doorway == left || doorway == right ||
+              (!built.Between(left, doorway).empty() &&
+               !built.Between(doorway, right).empty()));
+  const CellId door_side = doorway == right ? right : doorway;
+  EXPECT_NEAR(Area(built.Between(left, door_side == left ? right : door_side)),
+              0.9 * 2.1,
+              1e-6);
+}
+
+TEST(Cells, FurnitureDoesNotSplit) {
+  SceneBuilder scene = TwoRoomsWithDoor();
+  scene.AddBox({{0.5, 0.5, 0.70}, {2.1, 1.3, 0.74}});  // a table top
+  scene.AddBox({{0.5, 2.6, 0}, {1.5, 3.0, 1.9}});      // a cupboard
+  scene.AddBox({{6, 1, 0}, {6.5, 1.5, 0.9}});          // a chair
+  const Built built(scene);
+  EXPECT_EQ(built.At({0.3, 0.3, 0.3}), built.At({3, 2, 2}));
+  EXPECT_EQ(built.At({1, 1, 0.5}), built.At({1, 1, 1.5}));
+  EXPECT_EQ(built.At({5, 0.5, 0.2}), built.At({7, 2, 2}));
+  EXPECT_EQ(built.partition.cells.size(), 3U);
+}
+
+TEST(Cells, AnLShapedRoomIsOneCell) {
+  SceneBuilder scene = TwoRoomsWithDoor();
+  // Behind the left room another one, that opens to it over its whole side.
+  scene.Add({2, 0, 0, 3, 4, 6});
+  scene.Add({2, 2.7, 0, 3, 4, 6});
+  SceneBuilder l_shape;
+  l_shape.Add({2, 0, 0, 0, 8, 3});
+  l_shape.Add({2, 0, 0, 3, 4, 6});
+  l_shape.Add({2, 2.7, 0, 0, 8, 3});
+  l_shape.Add({2, 2.7, 0, 3, 4, 6});
+  l_shape.Add({0, 0, 0, 0, 6, 2.7});
+  l_shape.Add({0, 8, 0, 0, 3, 2.7});
+  l_shape.Add({0, 4, 3, 0, 6, 2.7});
+  l_shape.Add({1, 0, 0, 0, 8, 2.7});
+  l_shape.Add({1, 3, 4, 0, 8, 2.7});
+  l_shape.Add({1, 6, 0, 0, 4, 2.7});
+  const Built built(l_shape);
+  EXPECT_EQ(built.At({1, 1, 1}), built.At({7, 1, 1}));
+  EXPECT_EQ(built.At({1, 1, 1}), built.At({1, 5, 1}));
+  EXPECT_NE(built.At({1, 1, 1}), built.At({7, 5, 1}));
+  EXPECT_EQ(built.partition.cells.size(), 2U);
+}
+
+TEST(Cells, TJunctionsLeaveNoOpening) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {8, 3, 2.7}});
+  // A wall in three unequal pieces that share no corners.
+  scene.Add({0, 4, 0, 0, 3, 1});
+  scene.Add({0, 4, 0, 1, 1.3, 2.7});
+  scene.Add({0, 4, 1.3, 1, 3, 2.7});
+  const Built built(scene);
+  EXPECT_TRUE(built.Between(built.At({1, 1, 1}), built.At({7, 1, 1})).empty());
+}
+
+TEST(Cells, ACrackWiderThanRoundingIsAPortal) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {8, 3, 2.7}});
+  scene.Add({0, 4, 0, 0, 1.0, 2.7});
+  scene.Add({0, 4, 1.0005, 0, 3, 2.7});
+  const Built built(scene);
+  const auto portals = built.Between(built.At({1, 1, 1}), built.At({7, 1, 1}));
+  ASSERT_EQ(portals.size(), 1U);
+  EXPECT_NEAR(Area(portals), 0.0005 * 2.7, 1e-8);
+}
+
+TEST(Cells, AnEmptySceneIsOneCell) {
+  const Built built{SceneBuilder()};
+  EXPECT_EQ(built.partition.cells.size(), 1U);
+  EXPECT_TRUE(built.partition.portals.empty());
+}
+
+TEST(Cells, LoadedPartitionIsTheOneBuilt) {
+  const Built built(TwoRoomsWithDoor());
+  const Partition loaded = LoadPartition(*built.store);
+  ASSERT_EQ(loaded.cells.size(), built.partition.cells.size());
+  for (size_t i = 0; i < loaded.cells.size(); ++i) {
+    EXPECT_EQ(loaded.cells[i].patches, built.partition.cells[i].patches);
+    EXPECT_EQ(loaded.cells[i].area_m2, built.partition.cells[i].area_m2);
+    EXPECT_EQ(loaded.cells[i].bounds.low, built.partition.cells[i].bounds.low);
+  }
+  ASSERT_EQ(loaded.portals.size(), built.partition.portals.size());
+  for (size_t i = 0; i < loaded.portals.size(); ++i) {
+    EXPECT_EQ(loaded.portals[i].vertices, built.partition.portals[i].vertices);
+    EXPECT_EQ(loaded.portals[i].front, built.partition.portals[i].front);
+  }
+  EXPECT_EQ(loaded.notes, built.partition.notes);
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,150 @@
+// Small buildings for the tests of the partition.
+
+#pragma once
+
+#include "base/memory.h"
+#include "partition/bsp_tree.h"
+#include "partition/partition.h"
+#include "scene/scene_store.h"
+#include "store/sqlite_store.h"
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace enfilade::testing {
+
+// Collects faces; grey is material 0, one-sided grey is material 1, and
+// material 2 emits.
+class SceneBuilder {
+ public:
+  void Add(std::vector<Point3> polygon, MaterialId material = MaterialId(0U)) {
+    faces_.push_back({material,
+                      ObjectId(0U),
+                      std::move(polygon),
+                      std::nullopt,
+                      std::nullopt});
+  }
+
+  // A rectangle square to an axis (0 x, 1 y, 2 z) at a coordinate; low and
+  // high are the other two coordinates in the order of the axes.
+  struct Rectangle {
+    size_t axis;
+    double at;
+    double low_a, low_b, high_a, high_b;
+  };
+
+  void Add(const Rectangle& r, MaterialId material = MaterialId(0U)) {
+    const auto point = [&r](double a, double b) {
+      return r.axis == 0   ? Point3{r.at, a, b}
+             : r.axis == 1 ? Point3{a, r.at, b}
+                           : Point3{a, b, r.at};
+    };
+    Add(std::vector<Point3>{point(r.low_a, r.low_b),
+                            point(r.high_a, r.low_b),
+                            point(r.high_a, r.high_b),
+                            point(r.low_a, r.high_b)},
+        material);
+  }
+
+  // A rectangle with a rectangular hole: four faces.
+  void AddWithHole(const Rectangle& r, const Rectangle& hole) {
+    const size_t axis = r.axis;
+    const double at = r.at;
+    AddUnlessFlat({axis, at, r.low_a, r.low_b, hole.low_a, r.high_b});
+    AddUnlessFlat({axis, at, hole.high_a, r.low_b, r.high_a, r.high_b});
+    AddUnlessFlat({axis, at, hole.low_a, r.low_b, hole.high_a, hole.low_b});
+    AddUnlessFlat({axis, at, hole.low_a, hole.high_b, hole.high_a, r.high_b});
+  }
+
+  // The six sides of a box, facing outwards.
+  void AddBox(const Box3& box, MaterialId material = MaterialId(0U)) {
+    const Point3 l = box.low;
+    const Point3 h = box.high;
+    Add({0, h.x, l.y, l.z, h.y, h.z}, material);
+    Add({2, h.z, l.x, l.y, h.x, h.y}, material);
+    Add(
+        Polygon{
+            {l.x, l.y, l.z}, {l.x, l.y, h.z}, {l.x, h.y, h.z}, {l.x, h.y, l.z}},
+        material);
+    Add(
+        Polygon{
+            {l.x, l.y, l.z}, {l.x, h.y, l.z}, {h.x, h.y, l.z}, {h.x, l.y, l.z}},
+        material);
+    Add(
+        Polygon{
+            {l.x, l.y, l.z}, {h.x, l.y, l.z}, {h.x, l.y, h.z}, {l.x, l.y, h.z}},
+        material);
+    Add(
+        Polygon{
+            {l.x, h.y, l.z}, {l.x, h.y, h.z}, {h.x, h.y, h.z}, {h.x, h.y, l.z}},
+        material);
+  }
+
+  [[nodiscard]] const std::vector<Face>& Faces() const { return faces_; }
+
+  // A store that holds the scene.
+  [[nodiscard]] std::unique_ptr<BlockStorage> Store() const {
+    auto store = CreateStoreInMemory();
+    SceneWriter writer(*store);
+    for (const Face& face : faces_) {
+      writer.Add(face);
+    }
+    SceneInfo info;
+    info.source_path = "test.obj";
+    info.materials = {{"grey", {0.5, 0.5, 0.5}, {}, 2, false},
+                      {"one-sided", {0.5, 0.5, 0.5}, {}, 1, false},
+                      {"lamp", {}, {10, 10, 10}, 2, false}};
+    writer.Finish(std::move(info));
+    return store;
+  }
+
+ private:
+  void AddUnlessFlat(const Rectangle& r) {
+    if (r.high_a - r.low_a > 0 && r.high_b - r.low_b > 0) {
+      Add(r);
+    }
+  }
+
+  std::vector<Face> faces_;
+};
+
+// A partition with what tests ask of it.
+class Built {
+ public:
+  explicit Built(const SceneBuilder& scene, PartitionOptions options = {})
+      : store(scene.Store()),
+        partition(BuildPartition(*store, options, budget)),
+        locator(*store) {}
+
+  [[nodiscard]] CellId At(Point3 p) const { return locator.Locate(p); }
+
+  // The portals between two cells.
+  [[nodiscard]] std::vector<Portal> Between(CellId a, CellId b) const {
+    std::vector<Portal> found;
+    for (const Portal& portal : partition.portals) {
+      if ((portal.front == a && portal.back == b) ||
+          (portal.front == b && portal.back == a)) {
+        found.push_back(portal);
+      }
+    }
+    return found;
+  }
+
+  MemoryBudget budget{256ULL << 20};
+  std::unique_ptr<BlockStorage> store;
+  Partition partition;
+  PartitionLocator locator;
+};
+
+// Two rooms of 4 x 3 x 2.7 m side by side along x, a door of 0.9 x 2.1 m in
+// the thin wall between them, at y = 1.
+inline SceneBuilder TwoRoomsWithDoor() {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {8, 3, 2.7}});
+  scene.AddWithHole({0, 4, 0, 0, 3, 2.7}, {0, 4, 1, 0, 1.9, 2.1});
+  return scene;
+}
+
+}  // namespace enfilade::testing
