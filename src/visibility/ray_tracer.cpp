@@ -85,6 +85,7 @@ TraceHit Resolve(const RayState& state, Vec3 d) {
     hit.patch = side.patch;
     hit.a = side.a;
     hit.b = side.b;
+    hit.on_front = is_front;
   }
   return hit;
 }

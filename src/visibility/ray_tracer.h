@@ -39,6 +39,9 @@ struct TraceHit {
   PatchId patch;  // within the cell
   double a = 0;   // patch coordinates of the hit (patch.h)
   double b = 0;
+  // Hit on the front, the side that the normal points to. False: no front lies
+  // there, the ray came from behind.
+  bool on_front = true;
 };
 
 // Sorts the triangles of all cells' patches into chunks; after BuildPartition.
@@ -51,11 +54,11 @@ class RayTracer {
   RayTracer(const RayTracer&) = delete;
   RayTracer& operator=(const RayTracer&) = delete;
 
-  // hits.size() == rays.size(). Traces in parallel; to be called from one
-  // thread at a time. Equal bits whatever the budget and the threads. Takes up
-  // to half of what the budget had left at construction; DoesNotFitError when
-  // that does not hold one chunk (about 2 MiB). Where two sides of one wall lie
-  // at the same distance, the one whose front faces the ray is returned.
+  // hits.size() == rays.size(). Where two sides of one wall lie at the same
+  // distance, the one whose front faces the ray is returned. Traces in
+  // parallel; to be called from one thread at a time. Equal bits whatever the
+  // budget and the threads. Takes up to half of what the budget had left at
+  // construction; DoesNotFitError when that does not hold one chunk (2 MiB).
   void Trace(std::span<const TraceRay> rays, std::span<TraceHit> hits);
 
  private:

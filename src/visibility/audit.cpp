@@ -1,0 +1,320 @@
+#include "visibility/audit.h"
+
+#include "base/parallel.h"
+#include "base/random.h"
+#include "partition/patch.h"
+#include "visibility/ray_tracer.h"
+#include "visibility/visible_set.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <unordered_set>
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kLeastBatch = 4096;
+constexpr size_t kMostBatch = 1U << 18;
+constexpr size_t kRaysPerTask = 1024;
+constexpr size_t kMostMissedKept = 10;
+
+// Rays start this far from the edges of their patch, so that those shifted
+// beside them start on it too.
+constexpr double kEdgeMetres = 5e-4;
+constexpr double kShiftMetres = 1e-4;
+constexpr size_t kBeside = 4;  // rays beside a suspect
+
+constexpr uint64_t kKey = 0x61756469742d3031;  // of the audit's random numbers
+
+// How many rays start in each cell.
+struct CellShare {
+  CellId cell;
+  double area_m2 = 0;
+  uint64_t rays = 0;
+};
+
+std::vector<CellShare> ShareRays(const BlockStorage& store, uint64_t rays) {
+  std::vector<CellShare> shares;
+  store.ForEachKey(BlockKind::kCellPatches, [&](const BlockKey& key) {
+    shares.push_back({CellId(key.a), 0, 0});
+  });
+  double total = 0;
+  for (CellShare& share : shares) {
+    for (const Patch& p : LoadCellPatches(store, share.cell).patches) {
+      share.area_m2 += PatchArea(p);
+    }
+    total += share.area_m2;
+  }
+  std::erase_if(shares, [](const CellShare& s) { return s.area_m2 <= 0; });
+  double sum = 0;
+  uint64_t given = 0;
+  for (size_t i = 0; i < shares.size(); ++i) {
+    sum += 0.5 * shares[i].area_m2 / total +
+           0.5 / static_cast<double>(shares.size());
+    const bool is_last = i + 1 == shares.size();
+    const auto until =
+        is_last ? rays : static_cast<uint64_t>(sum * static_cast<double>(rays));
+    shares[i].rays = until - std::min(until, given);
+    given = std::max(given, until);
+  }
+  return shares;
+}
+
+// A point in [0,1]^2 drawn into the patch, off its edges.
+Point3 PointOn(const Patch& p, double s, double t) {
+  if (p.shape == PatchShape::kTriangle) {
+    if (s + t > 1) {
+      s = 1 - s;
+      t = 1 - t;
+    }
+    // Towards the centroid: off all three edges.
+    const double height =
+        2 * PatchArea(p) /
+        std::max({Length(p.u), Length(p.v), Length(p.u - p.v)});
+    const double pull = std::min(0.5, 3 * kEdgeMetres / height);
+    s += pull * (1.0 / 3 - s);
+    t += pull * (1.0 / 3 - t);
+  } else {
+    const double area = PatchArea(p);
+    const double margin_s = std::min(0.4, kEdgeMetres * Length(p.v) / area);
+    const double margin_t = std::min(0.4, kEdgeMetres * Length(p.u) / area);
+    s = margin_s + (1 - 2 * margin_s) * s;
+    t = margin_t + (1 - 2 * margin_t) * t;
+  }
+  return p.origin + p.u * s + p.v * t;
+}
+
+// A unit vector about the unit normal n, `cosine` being that to n.
+Vec3 DirectionAbout(Vec3 n, double cosine, double turn) {
+  const Vec3 helper = std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 s = Normalize(Cross(helper, n));
+  const Vec3 t = Cross(n, s);
+  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  const double phi = 2 * std::numbers::pi * turn;
+  return n * cosine + s * (sine * std::cos(phi)) + t * (sine * std::sin(phi));
+}
+
+// Draws the rays of one cell, each a function of the cell and its number.
+class CellSampler {
+ public:
+  CellSampler(CellId cell, const CellPatches& content)
+      : cell_(cell), patches_(&content.patches) {
+    double sum = 0;
+    for (const Patch& p : *patches_) {
+      sum += PatchArea(p);
+      area_until_.push_back(sum);
+    }
+  }
+
+  [[nodiscard]] TraceRay Draw(uint64_t number) const {
+    Random random(MixKey(MixKey(kKey, cell_.value), number));
+    const double at = random.Next() * area_until_.back();
+    const auto found =
+        std::upper_bound(area_until_.begin(), area_until_.end() - 1, at);
+    const Patch& p =
+        (*patches_)[static_cast<size_t>(found - area_until_.begin())];
+    const double s = random.Next();
+    const double t = random.Next();
+    const Vec3 n = PatchNormal(p);
+    const double u = random.Next();
+    const double cosine = number % 2 == 0 ? std::sqrt(u) : u;
+    const Vec3 d = DirectionAbout(n, cosine, random.Next());
+    return {PointOn(p, s, t) + n * kRayOffsetMetres, d};
+  }
+
+ private:
+  CellId cell_;
+  const std::vector<Patch>* patches_;
+  std::vector<double> area_until_;
+};
+
+class Auditor {
+ public:
+  Auditor(const BlockStorage& store, MemoryBudget& budget)
+      : store_(&store), tracer_(store, budget) {
+    summary_.conservative_pairs = LoadVisibilitySummary(store).visible_pairs;
+    constexpr uint64_t kBytesPerPair = 40;
+    pair_charge_ = MemoryCharge(budget,
+                                summary_.conservative_pairs * kBytesPerPair,
+                                "the pairs that the audit finds");
+    constexpr size_t kBytesPerRay = sizeof(TraceRay) + sizeof(TraceHit);
+    batch_ = std::clamp(
+        budget.FreeBytes() / 8 / kBytesPerRay, kLeastBatch, kMostBatch);
+    ray_charge_ = MemoryCharge(budget, batch_ * kBytesPerRay, "audit rays");
+    rays_.reserve(batch_);
+    hits_.reserve(batch_);
+  }
+
+  AuditSummary Run(uint64_t rays, const std::function<void(double)>& progress) {
+    for (const CellShare& share : ShareRays(*store_, rays)) {
+      ShootFrom(share);
+      if (progress) {
+        progress(static_cast<double>(summary_.audit_rays) /
+                 static_cast<double>(rays));
+      }
+    }
+    TraceBatch();
+    for (const uint64_t pair : pairs_) {
+      summary_.sampled_pairs += pair >> 32 == (pair & ~0U) ? 1U : 2U;
+    }
+    return summary_;
+  }
+
+ private:
+  // A ray that joins a pair the sets lack.
+  struct Suspect {
+    CellId origin;
+    TraceHit hit;
+    TraceRay ray;
+  };
+
+  // A run of rays in the batch that start in one cell.
+  struct BatchRun {
+    CellId cell;
+    size_t end = 0;
+  };
+
+  void ShootFrom(const CellShare& share) {
+    const CellPatches content = LoadCellPatches(*store_, share.cell);
+    const CellSampler sampler(share.cell, content);
+    for (uint64_t done = 0; done < share.rays;) {
+      const size_t first = rays_.size();
+      const size_t count =
+          std::min<uint64_t>(share.rays - done, batch_ - first);
+      rays_.resize(first + count);
+      const size_t tasks = (count + kRaysPerTask - 1) / kRaysPerTask;
+      ParallelFor(tasks, [&](size_t task) {
+        const size_t end = std::min(count, (task + 1) * kRaysPerTask);
+        for (size_t i = task * kRaysPerTask; i < end; ++i) {
+          rays_[first + i] = sampler.Draw(done + i);
+        }
+      });
+      done += count;
+      runs_.push_back({share.cell, rays_.size()});
+      if (rays_.size() == batch_) {
+        TraceBatch();
+      }
+    }
+  }
+
+  void TraceBatch() {
+    hits_.resize(rays_.size());
+    tracer_.Trace(rays_, hits_);
+    size_t i = 0;
+    for (const BatchRun& run : runs_) {
+      LoadSources(run.cell);
+      for (; i < run.end; ++i) {
+        Judge(run.cell, rays_[i], hits_[i]);
+      }
+    }
+    summary_.audit_rays += rays_.size();
+    Reexamine();
+    rays_.clear();
+    hits_.clear();
+    runs_.clear();
+  }
+
+  void LoadSources(CellId receiver) {
+    if (receiver_ == receiver) {
+      return;
+    }
+    receiver_ = receiver;
+    sources_.clear();
+    for (const VisibleCell& v : LoadVisibleSet(*store_, receiver)) {
+      sources_.push_back(v.source);
+    }
+  }
+
+  void Judge(CellId origin, const TraceRay& ray, const TraceHit& hit) {
+    if (!hit.hit) {
+      return;
+    }
+    if (!hit.on_front) {
+      ++summary_.audit_leaks;
+      return;
+    }
+    if (!std::binary_search(sources_.begin(), sources_.end(), hit.cell)) {
+      suspects_.push_back({origin, hit, ray});
+      return;
+    }
+    const auto [low, high] = std::minmax(origin.value, hit.cell.value);
+    pairs_.insert(uint64_t{low} << 32 | high);
+  }
+
+  // A ray that found a missing pair counts only if the rays a little beside it
+  // find it too: an opening has some width, a crack between patches has none.
+  // Uses the batch's buffers.
+  void Reexamine() {
+    const size_t per_trace = batch_ / kBeside;
+    for (size_t first = 0; first < suspects_.size(); first += per_trace) {
+      const auto slice = std::span(suspects_).subspan(
+          first, std::min(per_trace, suspects_.size() - first));
+      rays_.clear();
+      for (const Suspect& s : slice) {
+        AppendRaysBeside(s.ray);
+      }
+      hits_.resize(rays_.size());
+      tracer_.Trace(rays_, hits_);
+      for (size_t i = 0; i < slice.size(); ++i) {
+        Convict(slice[i], std::span(hits_).subspan(kBeside * i, kBeside));
+      }
+    }
+    suspects_.clear();
+  }
+
+  void AppendRaysBeside(const TraceRay& ray) {
+    const Vec3 across = DirectionAbout(ray.direction, 0, 0) * kShiftMetres;
+    const Vec3 along = Cross(ray.direction, across);
+    for (const Vec3 shift : {across, -across, along, -along}) {
+      rays_.push_back({ray.origin + shift, ray.direction});
+    }
+  }
+
+  void Convict(const Suspect& s, std::span<const TraceHit> beside) {
+    const bool is_real =
+        std::all_of(beside.begin(), beside.end(), [&](const TraceHit& hit) {
+          return hit.hit && hit.on_front && hit.cell == s.hit.cell;
+        });
+    if (!is_real) {
+      ++summary_.audit_leaks;
+      return;
+    }
+    ++summary_.audit_missed;
+    if (summary_.first_missed.size() < kMostMissedKept) {
+      summary_.first_missed.push_back(
+          {s.origin,
+           s.hit.cell,
+           s.ray.origin,
+           s.ray.origin + s.ray.direction * s.hit.distance});
+    }
+  }
+
+  const BlockStorage* store_;
+  RayTracer tracer_;
+  MemoryCharge pair_charge_;
+  MemoryCharge ray_charge_;
+  size_t batch_ = 0;
+  std::vector<TraceRay> rays_;
+  std::vector<TraceHit> hits_;
+  std::vector<BatchRun> runs_;
+  std::optional<CellId> receiver_;
+  std::vector<CellId> sources_;  // that the receiver sees, ascending
+  std::vector<Suspect> suspects_;
+  std::unordered_set<uint64_t> pairs_;  // found by a ray: low << 32 | high
+  AuditSummary summary_;
+};
+
+}  // namespace
+
+AuditSummary Audit(const BlockStorage& store,
+                   uint64_t rays,
+                   MemoryBudget& budget,
+                   const std::function<void(double)>& progress) {
+  return Auditor(store, budget).Run(rays, progress);
+}
+
+}  // namespace enfilade
