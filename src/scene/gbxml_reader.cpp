@@ -1,15 +1,333 @@
 #include "scene/gbxml_reader.h"
 
-#include "base/error.h"
+#include "scene/figure_cut.h"
+#include "scene/gbxml_model.h"
+#include "scene/space_shell.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
 
 namespace enfilade {
+namespace {
+
+constexpr double kShellTolerance_m = 0.01;
+constexpr double kCutTolerance_m = 5e-4;
+constexpr double kLeastThickness_m = 1e-3;  // thinner polygons have no area
+constexpr double kOffsets_m[] = {0.01, 0.05};
+
+// Reflectances by surface type, as of common finishes (floors 0.2, walls 0.5,
+// ceilings 0.7); a face between two storeys is floor and ceiling in one.
+double DefaultReflectance(std::string_view type) {
+  const std::pair<std::string_view, double> known[] = {
+      {"Roof", 0.7},
+      {"Ceiling", 0.7},
+      {"UndergroundCeiling", 0.7},
+      {"InteriorFloor", 0.4},
+      {"RaisedFloor", 0.2},
+      {"SlabOnGrade", 0.2},
+      {"UndergroundSlab", 0.2},
+      {"ExposedFloor", 0.2},
+      {"Shade", 0.3},
+      {"FixedWindow", 0.1},
+      {"OperableWindow", 0.1},
+      {"FixedSkylight", 0.1},
+      {"OperableSkylight", 0.1}};
+  for (const auto& [name, reflectance] : known) {
+    if (type == name) {
+      return reflectance;
+    }
+  }
+  return 0.5;
+}
+
+bool IsDoor(std::string_view opening_type) {
+  return opening_type.ends_with("Door");
+}
+
+bool IsAir(std::string_view type) {
+  return type == "Air";
+}
+
+double Thickness(std::span<const Point3> polygon) {
+  double longest = 0;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    longest = std::max(longest,
+                       Length(polygon[(i + 1) % polygon.size()] - polygon[i]));
+  }
+  return longest > 0 ? 2 * Length(AreaVector(polygon)) / longest : 0;
+}
+
+Point3 MeanOf(const Polygon3& polygon) {
+  Vec3 sum;
+  for (const Point3 p : polygon) {
+    sum = sum + (p - polygon[0]);
+  }
+  return polygon[0] + sum / static_cast<double>(polygon.size());
+}
+
+bool BoundsSpace(const GbxmlSurface& surface) {
+  return surface.first && surface.first != surface.second;
+}
+
+// Turns one model into faces.
+class GbxmlImport {
+ public:
+  GbxmlImport(GbxmlModel model,
+              std::string file,
+              MaterialTable& materials,
+              SceneWriter& writer,
+              SceneInfo& info)
+      : model_(std::move(model)),
+        file_(std::move(file)),
+        materials_(materials),
+        writer_(writer),
+        info_(info) {}
+
+  void Run() {
+    DropThinSurfaces();
+    BuildShells();
+    Count();
+    for (size_t i = 0; i < model_.surfaces.size(); ++i) {
+      object_ = ObjectId(i);
+      Import(model_.surfaces[i]);
+    }
+    Notes();
+  }
+
+ private:
+  void DropThinSurfaces() {
+    info_.gbxml.emplace();
+    info_.gbxml->surfaces = static_cast<uint32_t>(model_.surfaces.size());
+    info_.input_polygons = model_.surfaces.size();
+    for (GbxmlSurface& s : model_.surfaces) {
+      info_.input_polygons += s.openings.size();
+      dropped_ += std::erase_if(s.openings, [](const GbxmlOpening& o) {
+        return Thickness(o.polygon) < kLeastThickness_m;
+      });
+    }
+    dropped_ += std::erase_if(model_.surfaces, [](const GbxmlSurface& s) {
+      return Thickness(s.polygon) < kLeastThickness_m;
+    });
+  }
+
+  void BuildShells() {
+    shells_.resize(model_.spaces.size());
+    for (const GbxmlSurface& s : model_.surfaces) {
+      if (BoundsSpace(s)) {
+        shells_[s.first->Index()].Add(s.polygon);
+        if (s.second) {
+          shells_[s.second->Index()].Add(s.polygon);
+        }
+      }
+    }
+    for (size_t i = 0; i < shells_.size(); ++i) {
+      Space space;
+      space.name = model_.spaces[i].name;
+      space.bounds = shells_[i].Bounds();
+      space.closed = shells_[i].IsClosed(kShellTolerance_m);
+      info_.spaces.push_back(std::move(space));
+    }
+  }
+
+  void Count() {
+    GbxmlCounts& counts = *info_.gbxml;
+    counts.spaces = static_cast<uint32_t>(model_.spaces.size());
+    for (const Space& space : info_.spaces) {
+      counts.closed_spaces += space.closed ? 1 : 0;
+    }
+    for (const GbxmlSurface& s : model_.surfaces) {
+      if (!s.second || !BoundsSpace(s)) {
+        continue;
+      }
+      counts.open_boundaries += IsAir(s.type) ? 1 : 0;
+      for (const GbxmlOpening& o : s.openings) {
+        counts.interior_doors += IsDoor(o.type) ? 1 : 0;
+        counts.open_boundaries += IsAir(o.type) && !IsAir(s.type) ? 1 : 0;
+      }
+    }
+  }
+
+  void Import(const GbxmlSurface& surface) {
+    const Vec3 normal = AreaVector(surface.polygon);
+    const auto [front, back] = Sides(surface);
+    face_.object = object_;
+    face_.front_space = front;
+    face_.back_space = back;
+    std::vector<Edge3> edges;
+    AppendSides(surface.polygon, false, edges);
+    const std::vector<Edge3> outline = edges;
+    const std::optional<MaterialId> material =
+        MaterialOf(surface.type, surface.name, IsAir(surface.type));
+    if (!material) {
+      AddOpening(CutOutline(outline, normal));
+      return;
+    }
+    for (const GbxmlOpening& opening : surface.openings) {
+      const bool reversed = Dot(AreaVector(opening.polygon), normal) < 0;
+      AppendSides(opening.polygon, !reversed, edges);
+      ImportOpening(opening, surface, outline, reversed);
+    }
+    AddFaces(*material,
+             surface.openings.empty()
+                 ? CutOutline(outline, normal)
+                 : CutFigure(edges, normal, kCutTolerance_m));
+  }
+
+  // The part of the opening that is in its surface.
+  void ImportOpening(const GbxmlOpening& opening,
+                     const GbxmlSurface& surface,
+                     std::vector<Edge3> edges,
+                     bool reversed) {
+    AppendSides(opening.polygon, reversed, edges);
+    const std::vector<Polygon3> pieces =
+        CutFigure(edges, AreaVector(surface.polygon), kCutTolerance_m, 2);
+    const std::optional<MaterialId> material =
+        MaterialOf(opening.type, surface.name, true);
+    if (material) {
+      AddFaces(*material, pieces);
+    } else {
+      AddOpening(pieces);
+    }
+  }
+
+  static std::vector<Polygon3> CutOutline(const std::vector<Edge3>& outline,
+                                          Vec3 normal) {
+    std::optional<Polygon3> convex = AsConvex(outline, normal);
+    if (convex) {
+      Polygon3 corners = WithoutStraightCorners(*convex, kCutTolerance_m);
+      if (corners.size() >= 3) {
+        return {std::move(corners)};
+      }
+    }
+    return CutFigure(outline, normal, kCutTolerance_m);
+  }
+
+  void AddFaces(MaterialId material, const std::vector<Polygon3>& pieces) {
+    face_.material = material;
+    for (const Polygon3& piece : pieces) {
+      face_.vertices = piece;
+      writer_.Add(face_);
+    }
+  }
+
+  // Nothing opens between a Space and itself, or outside.
+  void AddOpening(const std::vector<Polygon3>& pieces) {
+    if (face_.front_space == face_.back_space) {
+      return;
+    }
+    for (const Polygon3& piece : pieces) {
+      info_.openings.push_back({piece, face_.front_space, face_.back_space});
+    }
+  }
+
+  std::optional<MaterialId> MaterialOf(const std::string& type,
+                                       const std::string& object,
+                                       bool clear) {
+    const auto [it, is_new] = input_by_type_.try_emplace({type, clear}, 0);
+    if (is_new) {
+      Material material;
+      material.name = type;
+      material.reflectance.fill(DefaultReflectance(type));
+      material.clear = clear;
+      it->second = materials_.AddInput(std::move(material), file_);
+    }
+    return materials_.Resolve(it->second, object, type);
+  }
+
+  using SpacePair = std::pair<std::optional<SpaceId>, std::optional<SpaceId>>;
+
+  // The Spaces in front of and behind the polygon as it is wound.
+  SpacePair Sides(const GbxmlSurface& surface) {
+    if (!BoundsSpace(surface)) {
+      return {surface.first, surface.second};
+    }
+    const int votes = FirstInFront(surface);
+    if (votes == 0) {
+      ++unclear_;
+    } else if (votes > 0) {
+      ++turned_;
+    }
+    return votes > 0 ? SpacePair{surface.first, surface.second}
+                     : SpacePair{surface.second, surface.first};
+  }
+
+  // Positive if the first Space is in front, negative if it is behind, by
+  // points just off the surface; 0 if the shells don't tell.
+  [[nodiscard]] int FirstInFront(const GbxmlSurface& surface) const {
+    const Vec3 area = AreaVector(surface.polygon);
+    const Vec3 normal = Normalize(area);
+    std::vector<Edge3> outline;
+    AppendSides(surface.polygon, false, outline);
+    const std::vector<Polygon3> pieces =
+        CutFigure(outline, area, kCutTolerance_m);
+    for (const double offset : kOffsets_m) {
+      int votes = 0;
+      for (const Polygon3& piece : pieces) {
+        const Point3 p = MeanOf(piece);
+        votes += Vote(surface, p + normal * offset, p - normal * offset);
+      }
+      if (votes != 0) {
+        return votes;
+      }
+    }
+    return 0;
+  }
+
+  [[nodiscard]] int Vote(const GbxmlSurface& surface,
+                         Point3 front,
+                         Point3 back) const {
+    const auto lean = [&](SpaceId space) {
+      const SpaceShell& shell = shells_[space.Index()];
+      return (shell.Contains(front) ? 1 : 0) - (shell.Contains(back) ? 1 : 0);
+    };
+    return lean(*surface.first) - (surface.second ? lean(*surface.second) : 0);
+  }
+
+  void Notes() {
+    const auto add = [&](uint64_t count, const char* text) {
+      if (count > 0) {
+        info_.notes.push_back(fmt::format("{} {}", count, text));
+      }
+    };
+    add(dropped_, "polygons without area were dropped");
+    add(turned_,
+        "surfaces are wound against the rule that their normal points out of "
+        "their first Space; their sides were found from the Spaces' shells");
+    add(unclear_,
+        "surfaces lie in shells too broken to tell their sides; the file's "
+        "winding was believed");
+    add(info_.gbxml->spaces - info_.gbxml->closed_spaces,
+        "Spaces have shells that don't close");
+  }
+
+  GbxmlModel model_;
+  std::string file_;
+  MaterialTable& materials_;
+  SceneWriter& writer_;
+  SceneInfo& info_;
+  std::vector<SpaceShell> shells_;  // indexed by SpaceId
+  std::map<std::pair<std::string, bool>, size_t> input_by_type_;
+  Face face_;
+  ObjectId object_;
+  uint64_t dropped_ = 0;
+  uint64_t turned_ = 0;
+  uint64_t unclear_ = 0;
+};
+
+}  // namespace
 
 void ReadGbxml(const std::filesystem::path& path,
-               MaterialTable& /*materials*/,
-               MemoryBudget& /*budget*/,
-               SceneWriter& /*writer*/,
-               SceneInfo& /*info*/) {
-  throw InputError(path.string() + ": gbXML is not read yet");
+               MaterialTable& materials,
+               MemoryBudget& budget,
+               SceneWriter& writer,
+               SceneInfo& info) {
+  GbxmlModel model = ReadGbxmlModel(path, budget);
+  GbxmlImport(std::move(model), path.string(), materials, writer, info).Run();
 }
 
 }  // namespace enfilade

@@ -303,29 +303,6 @@ PlaneFrame MakePlaneFrame(Point3 point, Vec3 normal, Vec3 direction) {
   return frame;
 }
 
-Vec3 DominantDirection(std::span<const Edge3> edges, Vec3 normal) {
-  constexpr size_t kBins = 180;  // of half a degree, over a right angle
-  const PlaneFrame frame = MakePlaneFrame({}, normal, {1, 0, 0});
-  std::vector<double> length(kBins, 0);
-  std::vector<Vec3> longest(kBins);
-  for (const Edge3& e : edges) {
-    const Vec3 d = e.to - e.from;
-    const double angle = std::atan2(Dot(d, frame.v), Dot(d, frame.u));
-    const double quarter = angle / std::acos(0.0);
-    const double turn = quarter - std::floor(quarter);
-    const size_t bin =
-        static_cast<size_t>(std::lround(turn * static_cast<double>(kBins))) %
-        kBins;
-    length[bin] += Length(d);
-    if (Length(d) > Length(longest[bin])) {
-      longest[bin] = d;
-    }
-  }
-  const auto best = std::max_element(length.begin(), length.end());
-  const Vec3 along = longest[static_cast<size_t>(best - length.begin())];
-  return Length(along) > 0 ? along : frame.u;
-}
-
 std::vector<Polygon2> CutRegion(std::span<const Edge2> edges,
                                 double tolerance,
                                 int threshold) {

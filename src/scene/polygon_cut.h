@@ -50,14 +50,6 @@ struct PlaneFrame {
 // axis along `direction` as projected into the plane.
 PlaneFrame MakePlaneFrame(Point3 point, Vec3 normal, Vec3 direction);
 
-// The direction that most of the length of these edges follows, or crosses at
-// a right angle. The edges run along one polygon or region.
-struct Edge3 {
-  Point3 from, to;
-};
-
-Vec3 DominantDirection(std::span<const Edge3> edges, Vec3 normal);
-
 // Convex pieces, counter-clockwise. Coordinates closer than `tolerance` count
 // as equal; pieces thinner than that are dropped.
 std::vector<Polygon2> CutRegion(std::span<const Edge2> edges,

@@ -1,6 +1,6 @@
 #include "scene/region_join.h"
 
-#include "scene/polygon_cut.h"
+#include "scene/figure_cut.h"
 
 #include <algorithm>
 #include <cmath>
@@ -272,29 +272,6 @@ class Outline {
     }
   }
 
- public:
-  // Drops each vertex that lies on the line between the one kept before it and
-  // the next.
-  static std::vector<Point3> WithoutStraightCorners(
-      const std::vector<Point3>& loop, double tolerance) {
-    std::vector<Point3> kept;
-    const size_t n = loop.size();
-    for (size_t i = 0; i < n; ++i) {
-      const Point3 before = kept.empty() ? loop[n - 1] : kept.back();
-      const Vec3 through = loop[(i + 1) % n] - before;
-      const Vec3 here = loop[i] - before;
-      const double length = Length(through);
-      const bool straight =
-          length > 0 && Length(Cross(through, here)) <= tolerance * length &&
-          Dot(through, here) >= 0 && Dot(through, here) <= length * length;
-      if (!straight) {
-        kept.push_back(loop[i]);
-      }
-    }
-    return kept;
-  }
-
- private:
   Mesh mesh_;
   std::vector<const VertexLoop*> refused_;
 };
@@ -308,63 +285,12 @@ std::vector<Point3> PointsOf(std::span<const Point3> vertices,
   return points;
 }
 
-// Cuts the figure inside the edges; input vertices keep their exact places.
-std::vector<std::vector<Point3>> CutFigure(const std::vector<Edge3>& edges,
-                                           Vec3 area,
-                                           double tolerance) {
-  const PlaneFrame frame =
-      MakePlaneFrame(edges.front().from, area, DominantDirection(edges, area));
-  std::vector<Edge2> flat;
-  std::vector<std::pair<Point2, Point3>> known;
-  for (const Edge3& e : edges) {
-    flat.push_back({frame.To2(e.from), frame.To2(e.to)});
-    known.emplace_back(flat.back().from, e.from);
-  }
-  const auto by_place = [](const auto& a, const auto& b) {
-    return std::pair(a.first.x, a.first.y) < std::pair(b.first.x, b.first.y);
-  };
-  std::sort(known.begin(), known.end(), by_place);
-  std::vector<std::vector<Point3>> pieces;
-  for (const Polygon2& piece : CutRegion(flat, tolerance)) {
-    std::vector<Point3> points;
-    for (const Point2 p : piece) {
-      const auto it = std::lower_bound(
-          known.begin(), known.end(), std::pair(p, Point3{}), by_place);
-      const bool is_known = it != known.end() && it->first == p;
-      points.push_back(is_known ? it->second : frame.To3(p));
-    }
-    pieces.push_back(std::move(points));
-  }
-  return pieces;
-}
-
 double TotalArea(const std::vector<std::vector<Point3>>& pieces) {
   double area = 0;
   for (const auto& piece : pieces) {
     area += Length(AreaVector(piece));
   }
   return area;
-}
-
-// A figure of one closed loop that is convex already needs no cutting.
-std::optional<std::vector<Point3>> AsConvex(const std::vector<Edge3>& edges,
-                                            Vec3 area) {
-  constexpr size_t kMostCorners = 8;
-  if (edges.size() < 3 || edges.size() > kMostCorners) {
-    return std::nullopt;
-  }
-  const PlaneFrame frame =
-      MakePlaneFrame(edges.front().from, area, edges[0].to - edges[0].from);
-  Polygon2 flat;
-  std::vector<Point3> points;
-  for (size_t i = 0; i < edges.size(); ++i) {
-    if (edges[i].to != edges[(i + 1) % edges.size()].from) {
-      return std::nullopt;
-    }
-    flat.push_back(frame.To2(edges[i].from));
-    points.push_back(edges[i].from);
-  }
-  return IsConvex(flat, 0) ? std::optional(points) : std::nullopt;
 }
 
 // The covers to choose from: each polygon by itself, or joined.
@@ -380,7 +306,7 @@ std::vector<std::vector<Point3>> CutOne(std::vector<Edge3> edges,
 
 std::vector<Edge3> LoopEdges(const std::vector<Point3>& points,
                              double tolerance) {
-  const auto loop = Outline::WithoutStraightCorners(points, tolerance);
+  const auto loop = WithoutStraightCorners(points, tolerance);
   std::vector<Edge3> edges;
   for (size_t i = 0; i < loop.size(); ++i) {
     edges.push_back({loop[i], loop[(i + 1) % loop.size()]});

@@ -1,0 +1,212 @@
+#include "scene/gbxml_model.h"
+
+#include "base/error.h"
+#include "scene/input_file.h"
+#include "scene/number_text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+#include <pugixml.hpp>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kMostBytes = 4ULL << 30;
+// The document and its tree, by the file's bytes: measured, see the test of
+// the memory of import.
+constexpr uint64_t kTreePerByte = 3;
+
+double MetresPerUnit(const std::string& unit, const std::string& file) {
+  const std::pair<std::string_view, double> known[] = {{"Meters", 1.0},
+                                                       {"Kilometers", 1000.0},
+                                                       {"Centimeters", 0.01},
+                                                       {"Millimeters", 0.001},
+                                                       {"Feet", 0.3048},
+                                                       {"Inches", 0.0254},
+                                                       {"Yards", 0.9144},
+                                                       {"Miles", 1609.344}};
+  for (const auto& [name, metres] : known) {
+    if (unit == name) {
+      return metres;
+    }
+  }
+  throw InputError(fmt::format(
+      "{}: lengthUnit '{}' is unknown; give Meters, Centimeters, Millimeters, "
+      "Kilometers, Feet, Inches, Yards or Miles",
+      file,
+      unit));
+}
+
+// A name without its namespace prefix.
+bool Is(const pugi::xml_node& node, std::string_view name) {
+  std::string_view full = node.name();
+  const size_t colon = full.find(':');
+  if (colon != std::string_view::npos) {
+    full.remove_prefix(colon + 1);
+  }
+  return full == name;
+}
+
+pugi::xml_node ChildOf(const pugi::xml_node& node, std::string_view name) {
+  return node.find_child(
+      [&](const pugi::xml_node& child) { return Is(child, name); });
+}
+
+class ModelReader {
+ public:
+  explicit ModelReader(const std::filesystem::path& path)
+      : file_(path.string()) {}
+
+  GbxmlModel Read(const pugi::xml_document& document) {
+    const pugi::xml_node root = ChildOf(document, "gbXML");
+    const pugi::xml_node campus = ChildOf(root, "Campus");
+    if (!campus) {
+      Fail("no gbXML element with a Campus in it: not a gbXML scene");
+    }
+    unit_ =
+        MetresPerUnit(root.attribute("lengthUnit").as_string("Meters"), file_);
+    for (const pugi::xml_node& building : campus.children()) {
+      if (Is(building, "Building")) {
+        ReadSpaces(building);
+      }
+    }
+    for (const pugi::xml_node& node : campus.children()) {
+      if (Is(node, "Surface")) {
+        ReadSurface(node);
+      }
+    }
+    if (model_.surfaces.empty()) {
+      Fail("the Campus has no Surface");
+    }
+    return std::move(model_);
+  }
+
+ private:
+  void ReadSpaces(const pugi::xml_node& building) {
+    for (const pugi::xml_node& node : building.children()) {
+      if (!Is(node, "Space")) {
+        continue;
+      }
+      GbxmlSpace space;
+      space.id = node.attribute("id").as_string();
+      space.name = ChildOf(node, "Name").text().as_string(space.id.c_str());
+      if (!space_by_id_.emplace(space.id, SpaceId(model_.spaces.size()))
+               .second) {
+        Fail(fmt::format("two Spaces have the id '{}'", space.id));
+      }
+      model_.spaces.push_back(std::move(space));
+    }
+  }
+
+  void ReadSurface(const pugi::xml_node& node) {
+    GbxmlSurface surface;
+    surface.id = node.attribute("id").as_string("without id");
+    at_ = fmt::format("Surface '{}'", surface.id);
+    surface.name = ChildOf(node, "Name").text().as_string(surface.id.c_str());
+    surface.type = node.attribute("surfaceType").as_string("Surface");
+    surface.polygon = ReadPolygon(node);
+    size_t neighbours = 0;
+    for (const pugi::xml_node& child : node.children()) {
+      if (Is(child, "AdjacentSpaceId")) {
+        if (++neighbours > 2) {
+          Fail("more than two AdjacentSpaceId");
+        }
+        (neighbours == 1 ? surface.first : surface.second) =
+            FindSpace(child.attribute("spaceIdRef").as_string());
+      } else if (Is(child, "Opening")) {
+        GbxmlOpening opening;
+        opening.type = child.attribute("openingType").as_string("Opening");
+        opening.polygon = ReadPolygon(child);
+        surface.openings.push_back(std::move(opening));
+      }
+    }
+    model_.surfaces.push_back(std::move(surface));
+  }
+
+  [[nodiscard]] SpaceId FindSpace(const std::string& id) const {
+    const auto it = space_by_id_.find(id);
+    if (it == space_by_id_.end()) {
+      Fail(fmt::format("AdjacentSpaceId '{}' names no Space", id));
+    }
+    return it->second;
+  }
+
+  [[nodiscard]] std::vector<Point3> ReadPolygon(
+      const pugi::xml_node& node) const {
+    const pugi::xml_node loop =
+        ChildOf(ChildOf(node, "PlanarGeometry"), "PolyLoop");
+    if (!loop) {
+      Fail(fmt::format("{} without PlanarGeometry/PolyLoop", node.name()));
+    }
+    std::vector<Point3> polygon;
+    for (const pugi::xml_node& point : loop.children()) {
+      if (Is(point, "CartesianPoint")) {
+        polygon.push_back(ReadPoint(point));
+      }
+    }
+    return polygon;
+  }
+
+  [[nodiscard]] Point3 ReadPoint(const pugi::xml_node& node) const {
+    double xyz[3] = {0, 0, 0};
+    size_t count = 0;
+    for (const pugi::xml_node& coordinate : node.children()) {
+      if (!Is(coordinate, "Coordinate")) {
+        continue;
+      }
+      const std::vector<std::string_view> words =
+          Words(coordinate.text().get());
+      if (count == 3 || words.size() != 1 || !IsNumber(words[0])) {
+        Fail(
+            fmt::format("a CartesianPoint with coordinate '{}': give three "
+                        "finite numbers",
+                        coordinate.text().get()));
+      }
+      xyz[count++] = coordinate.text().as_double();
+    }
+    if (count != 3) {
+      Fail("a CartesianPoint needs three coordinates");
+    }
+    return {xyz[0] * unit_, xyz[1] * unit_, xyz[2] * unit_};
+  }
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw InputError(at_.empty() ? fmt::format("{}: {}", file_, what)
+                                 : fmt::format("{}: {}: {}", file_, at_, what));
+  }
+
+  std::string file_;
+  std::string at_;
+  double unit_ = 1.0;
+  std::map<std::string, SpaceId> space_by_id_;
+  GbxmlModel model_;
+};
+
+}  // namespace
+
+GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
+                          MemoryBudget& budget) {
+  std::string text = ReadWholeFile(path, kMostBytes);
+  const MemoryCharge charge(
+      budget, text.size() * kTreePerByte, "reading the gbXML file");
+  pugi::xml_document document;
+  const pugi::xml_parse_result result =
+      document.load_buffer(text.data(), text.size());
+  if (!result) {
+    const auto end =
+        text.begin() +
+        std::clamp<std::ptrdiff_t>(
+            result.offset, 0, static_cast<std::ptrdiff_t>(text.size()));
+    throw InputError(fmt::format("{}:{}: not valid XML: {}",
+                                 path.string(),
+                                 1 + std::count(text.begin(), end, '\n'),
+                                 result.description()));
+  }
+  return ModelReader(path).Read(document);
+}
+
+}  // namespace enfilade
