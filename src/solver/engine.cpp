@@ -20,7 +20,7 @@ constexpr double kFirstLinksPerPatch = 30;
 // tau_weak over tau: docs/decisions/0011-oracle.md.
 constexpr double kWeakShare = 0.5;
 // Unsent radiosity that may stay, as a share of the error of the round.
-constexpr double kResidualShare = 0.05;
+constexpr double kResidualShare = 0.01;
 // Sources darker than this share of the mean count as that bright.
 constexpr double kDarkShare = 1e-3;
 constexpr uint32_t kMostRounds = 16;

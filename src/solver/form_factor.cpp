@@ -143,7 +143,10 @@ std::array<float, kTransferNodes> NearRow(Vec3f x,
   return row;
 }
 
-Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source) {
+namespace {
+
+// Exact rows: what each receiver node sees of the source.
+Kernel KernelByRows(const TransferEnd& receiver, const TransferEnd& source) {
   Kernel kernel{};
   for (size_t g = 0; g < receiver.node_count; ++g) {
     const auto row = NearRow({receiver.x[g], receiver.y[g], receiver.z[g]},
@@ -152,6 +155,30 @@ Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source) {
     std::copy(row.begin(), row.end(), &kernel[g * kTransferNodes]);
   }
   return kernel;
+}
+
+// Exact columns: what each source node sees of the receiver, by reciprocity
+// A_r F_rs = A_s F_sr. A source that is small and close lights a spot that may
+// lie between the receiver's nodes; its flux is right all the same.
+Kernel KernelByColumns(const TransferEnd& receiver, const TransferEnd& source) {
+  Kernel kernel{};
+  for (size_t q = 0; q < source.node_count; ++q) {
+    const auto column = NearRow({source.x[q], source.y[q], source.z[q]},
+                                source.patch->normal,
+                                receiver);
+    const float scale = source.area * source.weight[q] / receiver.area;
+    for (size_t g = 0; g < receiver.node_count; ++g) {
+      kernel[g * kTransferNodes + q] = scale * column[g] / receiver.weight[g];
+    }
+  }
+  return kernel;
+}
+
+}  // namespace
+
+Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source) {
+  return source.diameter < receiver.diameter ? KernelByColumns(receiver, source)
+                                             : KernelByRows(receiver, source);
 }
 
 }  // namespace enfilade

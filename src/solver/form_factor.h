@@ -56,8 +56,9 @@ std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
                                                 Vec3f n,
                                                 const TransferEnd& source);
 
-// Rows scaled so that each sums to the exact form factor of its node, for
-// sources nearby. Nodes behind the source get zero.
+// For ends that are close: scaled to exact form factors, of the receiver's
+// nodes to the source where the source is the larger one, of the source's
+// nodes to the receiver (by reciprocity) where the receiver is.
 Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source);
 
 // The exact form factor of x to the source, zero behind it, spread over the

@@ -60,6 +60,78 @@ void AddSegment(Vec3f from, Vec3f to, SegmentPacket* packet) {
   packet->to_z[i] = to.z;
 }
 
+// The unoccluded kernel between two points of the ends, without the source's
+// area.
+float PointKernel(Vec3f x,
+                  Vec3f y,
+                  const TransferEnd& r,
+                  const TransferEnd& s) {
+  const Vec3f d = y - x;
+  const float r2 = Dot(d, d) + 1e-12F;
+  return std::max(0.0F, Dot(d, r.patch->normal)) *
+         std::max(0.0F, -Dot(d, s.patch->normal)) /
+         (static_cast<float>(kPi) * r2 * r2);
+}
+
+struct PointPair {
+  Vec3f x;
+  Vec3f y;
+};
+
+// A pair of random points near node g of the receiver and node q of the
+// source, drawn by the kernel between them: one of a few candidates. The near
+// parts of close elements weigh more and are less occluded; uniform samples
+// would make such transfers too dark.
+PointPair PairByKernel(const TransferEnd& r,
+                       size_t g,
+                       const TransferEnd& s,
+                       size_t q,
+                       Random* random) {
+  constexpr size_t kCandidates = 6;
+  std::array<PointPair, kCandidates> candidates;
+  std::array<float, kCandidates> sums{};
+  float sum = 0;
+  for (size_t i = 0; i < kCandidates; ++i) {
+    candidates[i] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
+    sum += PointKernel(candidates[i].x, candidates[i].y, r, s) + 1e-20F;
+    sums[i] = sum;
+  }
+  const float pick = sum * static_cast<float>(random->Next());
+  size_t i = 0;
+  while (i + 1 < kCandidates && sums[i] < pick) {
+    ++i;
+  }
+  return candidates[i];
+}
+
+// The kernel varies much over the two elements.
+bool AreClose(const TransferEnd& r, const TransferEnd& s) {
+  return Length(s.center - r.center) < 2.0F * std::max(r.diameter, s.diameter);
+}
+
+// The point of an element that is nearest to p, a little off the rim.
+UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
+  const PatchGeometry& patch = *end.patch;
+  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
+  const Vec3f u = patch.u * end.frame.scale;
+  const Vec3f v = patch.v * end.frame.scale;
+  const float uu = Dot(u, u);
+  const float uv = Dot(u, v);
+  const float vv = Dot(v, v);
+  const float determinant = std::max(uu * vv - uv * uv, 1e-20F);
+  const float du = Dot(d, u);
+  const float dv = Dot(d, v);
+  constexpr float kRim = 0.03F;
+  float s = std::clamp((vv * du - uv * dv) / determinant, kRim, 1 - kRim);
+  float t = std::clamp((uu * dv - uv * du) / determinant, kRim, 1 - kRim);
+  if (patch.shape == PatchShape::kTriangle && s + t > 1 - kRim) {
+    const float scale = (1 - kRim) / (s + t);
+    s *= scale;
+    t *= scale;
+  }
+  return {static_cast<double>(s), static_cast<double>(t)};
+}
+
 // All of `end` lies behind (or in) the plane of the patch.
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
   const float tolerance = 1e-5F * (1 + patch.diameter);
@@ -85,11 +157,10 @@ float FormFactorBound(const TransferEnd& r, const TransferEnd& s) {
   if (gap <= 0.25F * s.diameter) {
     return 1;
   }
-  const float slack = reach / distance;
   const float cos_x =
-      std::clamp(Dot(d, r.patch->normal) / distance + slack, 0.0F, 1.0F);
+      std::clamp((Dot(d, r.patch->normal) + reach) / gap, 0.0F, 1.0F);
   const float cos_y =
-      std::clamp(-Dot(d, s.patch->normal) / distance + slack, 0.0F, 1.0F);
+      std::clamp((reach - Dot(d, s.patch->normal)) / gap, 0.0F, 1.0F);
   return std::min(
       1.0F, s.area * cos_x * cos_y / (static_cast<float>(kPi) * gap * gap));
 }
@@ -108,10 +179,10 @@ std::span<const UnitPoint> TestPoints(PatchShape shape) {
 
 // The values of the second-order Lagrange functions at the test points.
 struct TestTable {
+  Basis basis{2};
   std::array<std::array<std::array<float, kTransferNodes>, 5>, 2> values{};
 
   TestTable() {
-    const Basis basis(2);
     for (const PatchShape shape :
          {PatchShape::kParallelogram, PatchShape::kTriangle}) {
       const auto points = TestPoints(shape);
@@ -353,7 +424,7 @@ Refiner::Judgement Refiner::Judge(const TransferEnd& r, const Source& s) const {
   j.near = IsNear(r, s.end);
   j.kernel = j.near ? NearKernel(r, s.end) : QuadratureKernel(r, s.end);
   std::array<float, kTransferNodes> at_nodes{};
-  float form_factor = 0;
+  float form_factor = 0;  // the largest seen
   for (size_t g = 0; g < r.node_count; ++g) {
     const float* row = &j.kernel[g * kTransferNodes];
     at_nodes[g] = WeightedSum(row, s.radiosity);
@@ -361,24 +432,42 @@ Refiner::Judgement Refiner::Judge(const TransferEnd& r, const Source& s) const {
     form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
   }
   const PatchShape shape = r.patch->shape;
+  const auto residual_at = [&](UnitPoint at, const float* lagrange) {
+    const Vec3f x = PointOn(
+        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
+    const auto row = j.near ? NearRow(x, r.patch->normal, s.end)
+                            : QuadratureRow(x, r.patch->normal, s.end);
+    form_factor = std::max(form_factor, (row[0] + row[1]) + (row[2] + row[3]));
+    const float fit =
+        constant_basis_ ? j.transfer : WeightedSum(lagrange, at_nodes);
+    return WeightedSum(row.data(), s.radiosity) - fit;
+  };
   const auto points = TestPoints(shape);
   float square = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    const Vec3f x = PointOn(*r.patch,
-                            r.frame,
-                            static_cast<float>(points[i].a),
-                            static_cast<float>(points[i].b));
-    const auto row = j.near ? NearRow(x, r.patch->normal, s.end)
-                            : QuadratureRow(x, r.patch->normal, s.end);
     const auto& lagrange = Tests().values[static_cast<size_t>(shape)][i];
-    const float fit =
-        constant_basis_ ? j.transfer : WeightedSum(lagrange.data(), at_nodes);
-    const float residual = WeightedSum(row.data(), s.radiosity) - fit;
+    const float residual = residual_at(points[i], lagrange.data());
     square += residual * residual;
-    form_factor = std::max(form_factor, (row[0] + row[1]) + (row[2] + row[3]));
+  }
+  square /= static_cast<float>(points.size());
+  if (s.end.diameter < 2 * r.diameter && j.near) {
+    // A small source close to a large receiver peaks between its nodes: over
+    // an area like the source's, widened by its distance.
+    const UnitPoint at = NearestOn(r, s.end.center);
+    const auto values = Tests().basis.On(shape).Evaluate(at);
+    std::array<float, kTransferNodes> lagrange{};
+    for (size_t g = 0; g < r.node_count; ++g) {
+      lagrange[g] = static_cast<float>(values[g]);
+    }
+    const Vec3f x = PointOn(
+        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
+    const Vec3f d = s.end.center - x;
+    const float residual = residual_at(at, lagrange.data());
+    square +=
+        residual * residual * std::min(1.0F, (s.end.area + Dot(d, d)) / r.area);
   }
   j.receiver_error = (constant_basis_ ? kConstantResidual : kBilinearResidual) *
-                     std::sqrt(square / static_cast<float>(points.size()));
+                     std::sqrt(square);
   // The source's radiosity beyond its nodes, damped by the kernel's
   // smoothness: one order of distance per order of the basis.
   const float distance = Length(s.end.center - r.center);
@@ -405,6 +494,7 @@ Refiner::Visibility Refiner::Look(const Receiver& r,
                         *r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
                   });
   Random random(KeyOf(r, s));
+  const bool close = AreClose(r.end, s.end);
   SegmentPacket packet{};
   std::array<uint8_t, 16> lane_bit{};
   for (size_t g = 0; g < r.end.node_count; ++g) {
@@ -415,9 +505,11 @@ Refiner::Visibility Refiner::Look(const Receiver& r,
         continue;
       }
       lane_bit[packet.count] = static_cast<uint8_t>(bit);
-      AddSegment(PointNearNode(r.end, g, &random),
-                 PointNearNode(s.end, q, &random),
-                 &packet);
+      const PointPair ends = close
+                                 ? PairByKernel(r.end, g, s.end, q, &random)
+                                 : PointPair{PointNearNode(r.end, g, &random),
+                                             PointNearNode(s.end, q, &random)};
+      AddSegment(ends.x, ends.y, &packet);
     }
   }
   if (look.proven) {
@@ -496,11 +588,7 @@ void Refiner::AddWeak(const Receiver& r,
       form_factor += k;
     }
   } else {
-    const Vec3f d = y - x;
-    const float r2 = Dot(d, d);
-    form_factor = s.end.area * std::max(0.0F, Dot(d, r.end.patch->normal)) *
-                  std::max(0.0F, -Dot(d, s.end.patch->normal)) /
-                  (static_cast<float>(kPi) * r2 * r2);
+    form_factor = s.end.area * PointKernel(x, y, r.end, s.end);
   }
   const float tau_weak = static_cast<float>(options_.tau_weak);
   task->out->squared_error += static_cast<double>(tau_weak * tau_weak) *
