@@ -67,11 +67,13 @@ double ThicknessAlong(const LeafShape& leaf, const Vec3& axis) {
   return high - low;
 }
 
-// Whether the leaves on both sides are one room by the look of it.
+bool IsOpen(const LeafBorder& border) {
+  return border.open_m2 >= kOpenShare * border.area_m2;
+}
+
+// Whether the leaves on both sides of an open border are one room by the look
+// of it.
 bool LooksLikeOneRoom(const BuiltTree& built, const LeafBorder& border) {
-  if (border.open_m2 < kOpenShare * border.area_m2) {
-    return false;
-  }
   const Vec3& normal = built.tree.nodes[border.node.Index()].plane.normal;
   const LeafShape& front = built.leaves[border.front.Index()];
   const LeafShape& back = built.leaves[border.back.Index()];
@@ -82,6 +84,21 @@ bool LooksLikeOneRoom(const BuiltTree& built, const LeafBorder& border) {
   return border.open_m2 >= kSameSection * section_m2 ||
          (border.open_m2 >= kWideOpeningM2 &&
           std::min(front_m, back_m) >= kDeeperThanWallM);
+}
+
+// The leaves that reach the box around the scene: the outdoors, as far as open
+// ground, sky and courtyards are cut by walls that end elsewhere.
+std::vector<bool> FindOuterLeaves(const BuiltTree& built) {
+  const Box3& box = built.tree.box;
+  std::vector<bool> outer;
+  outer.reserve(built.leaves.size());
+  for (const LeafShape& leaf : built.leaves) {
+    const Vec3 low = leaf.bounds.low - box.low;
+    const Vec3 high = box.high - leaf.bounds.high;
+    outer.push_back(
+        std::min({low.x, low.y, low.z, high.x, high.y, high.z}) < kRoundingM);
+  }
+  return outer;
 }
 
 // The widest openings first; the order of the borders among equals.
@@ -159,11 +176,18 @@ LeafCells JoinLeaves(const BuiltTree& built,
                      const PartitionOptions& options) {
   LeafSets sets(survey.sides, options.max_cell_patches);
   const bool named = !space_of_leaf.empty();
+  const std::vector<bool> outer = FindOuterLeaves(built);
+  const auto is_one_room = [&](const LeafBorder& border) {
+    const size_t front = border.front.Index();
+    const size_t back = border.back.Index();
+    if (named) {
+      return space_of_leaf[front] == space_of_leaf[back];
+    }
+    return IsOpen(border) && ((outer[front] && outer[back]) ||
+                              LooksLikeOneRoom(built, border));
+  };
   for (const LeafBorder* border : WidestFirst(borders)) {
-    const bool join = named ? space_of_leaf[border->front.Index()] ==
-                                  space_of_leaf[border->back.Index()]
-                            : LooksLikeOneRoom(built, *border);
-    if (join) {
+    if (is_one_room(*border)) {
       sets.Join(border->front.value, border->back.value);
     }
   }
