@@ -15,7 +15,7 @@ Rgb Grey(double value) {
 }
 
 // Starts an object of a material of its own, both called `name`.
-void Begin(ObjWriter& out, ObjMaterial material) {
+void Begin(ObjWriter& out, const ObjMaterial& material) {
   out.BeginObject(material.name);
   out.UseMaterial(out.DefineMaterial(material));
 }
