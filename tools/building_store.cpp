@@ -1,17 +1,31 @@
 #include "tools/building_store.h"
 
+#include "base/error.h"
+
+#include <algorithm>
+
 namespace enfilade {
 namespace {
 
-// Below this much free budget the tracer and the solution take turns.
-constexpr uint64_t kExclusiveBelowBytes = 192ULL << 20;
+// With less free budget than this, two shares of it are worth less than turns.
+constexpr uint64_t kTurnsBelowBytes = 192ULL << 20;
+constexpr uint64_t kMostWorkBytes = 256ULL << 20;
+
+uint64_t WorkBytes(const MemoryBudget& budget) {
+  return std::min(budget.FreeBytes() / 10 * 3, kMostWorkBytes);
+}
 
 }  // namespace
 
-StoredBuilding::StoredBuilding(const BlockStorage& store, MemoryBudget& budget)
+StoredBuilding::StoredBuilding(const BlockStorage& store,
+                               MemoryBudget& budget,
+                               Sharing sharing)
     : store_(&store),
       budget_(&budget),
-      exclusive_(budget.FreeBytes() < kExclusiveBelowBytes),
+      turns_(sharing == Sharing::kTurns &&
+             budget.FreeBytes() < kTurnsBelowBytes),
+      work_budget_(WorkBytes(budget)),
+      work_charge_(budget, work_budget_.LimitBytes(), "the work on outputs"),
       scene_(LoadSceneInfo(store)),
       partition_(LoadPartition(store)) {
   view_.scene = &scene_;
@@ -21,59 +35,80 @@ StoredBuilding::StoredBuilding(const BlockStorage& store, MemoryBudget& budget)
   };
   view_.trace = [this](std::span<const TraceRay> rays,
                        std::span<TraceHit> hits) {
-    OpenTracer().Trace(rays, hits);
+    CallWithin([&] { OpenTracer().Trace(rays, hits); });
   };
   view_.radiosity = [this](std::span<const PatchPoint> points) {
-    return OpenSolution().Radiosity(points);
+    std::vector<Rgb> values;
+    CallWithin([&] { values = OpenSolution().Radiosity(points); });
+    return values;
   };
   view_.irradiance = [this](std::span<const PatchPoint> points) {
-    return OpenSolution().Irradiance(points);
+    std::vector<Rgb> values;
+    CallWithin([&] { values = OpenSolution().Irradiance(points); });
+    return values;
   };
   // Refuses a store without one before any work is done.
-  static_cast<void>(OpenSolution());
+  CallWithin([&] { static_cast<void>(OpenSolution()); });
 }
 
 StoredBuilding::~StoredBuilding() = default;
 
+void StoredBuilding::Close() {
+  tracer_.reset();
+  solution_.reset();
+  tracer_charge_.Reset();
+  solution_charge_.Reset();
+}
+
+// Does the call again with all the memory there is if a share was too small.
+template <typename Call>
+void StoredBuilding::CallWithin(const Call& call) {
+  try {
+    call();
+    return;
+  } catch (const DoesNotFitError&) {
+    if (turns_) {
+      throw;
+    }
+  }
+  turns_ = true;
+  Close();
+  call();
+}
+
 // The budget to open a part with: all of it when the parts take turns, else a
 // share of its own, charged as a whole, that the other part cannot eat.
 MemoryBudget& StoredBuilding::Share(double fraction,
-                                    std::optional<MemoryBudget>& share) {
-  if (exclusive_) {
+                                    std::optional<MemoryBudget>& share,
+                                    MemoryCharge& charge) {
+  if (turns_) {
     return *budget_;
   }
   const auto bytes = static_cast<uint64_t>(
       static_cast<double>(budget_->FreeBytes()) * fraction);
   share.emplace(bytes);
+  charge = MemoryCharge(*budget_, bytes, "tracing rays in a solution");
   return *share;
 }
 
 RayTracer& StoredBuilding::OpenTracer() {
   if (!tracer_) {
-    if (exclusive_) {
+    if (turns_) {
       solution_.reset();
     }
-    MemoryBudget& share = Share(0.5, tracer_budget_);
-    if (&share != budget_) {
-      tracer_charge_ =
-          MemoryCharge(*budget_, share.LimitBytes(), "tracing rays");
-    }
-    tracer_ = std::make_unique<RayTracer>(*store_, share);
+    tracer_ = std::make_unique<RayTracer>(
+        *store_, Share(0.7, tracer_budget_, tracer_charge_));
   }
   return *tracer_;
 }
 
 Solution& StoredBuilding::OpenSolution() {
   if (!solution_) {
-    if (exclusive_) {
+    if (turns_) {
       tracer_.reset();
     }
-    MemoryBudget& share = Share(0.3, solution_budget_);
-    if (&share != budget_) {
-      solution_charge_ =
-          MemoryCharge(*budget_, share.LimitBytes(), "reading the solution");
-    }
-    solution_ = std::make_unique<Solution>(*store_, share);
+    solution_ = std::make_unique<Solution>(
+        *store_, Share(0.3, solution_budget_, solution_charge_));
   }
   return *solution_;
 }

@@ -11,13 +11,22 @@
 
 namespace enfilade {
 
-// Its tracer and solution are opened when first
-// used. With plenty of memory both stay open and share what is free; with
-// little, opening one closes the other. Store and budget must outlive it.
+// How the tracer and the solution, each of which takes what memory it gets,
+// live beside each other.
+enum class Sharing {
+  kShares,  // both stay open, each on a share of what is free
+  kTurns,   // when memory is short, opening one closes the other
+};
+
+// The tracer and the solution are opened when first used. Shares that turn out
+// too small become turns. A part of the budget is set aside at once for what
+// the outputs themselves hold. Store and budget must outlive this.
 class StoredBuilding {
  public:
   // Throws InputError if the store holds no solution.
-  StoredBuilding(const BlockStorage& store, MemoryBudget& budget);
+  StoredBuilding(const BlockStorage& store,
+                 MemoryBudget& budget,
+                 Sharing sharing);
   ~StoredBuilding();
   StoredBuilding(const StoredBuilding&) = delete;
   StoredBuilding& operator=(const StoredBuilding&) = delete;
@@ -27,13 +36,23 @@ class StoredBuilding {
 
   [[nodiscard]] Solution& OpenSolution();
 
+  // What is set aside: neither the tracer nor the solution takes of it.
+  [[nodiscard]] MemoryBudget& WorkBudget() { return work_budget_; }
+
  private:
+  void Close();
+  template <typename Call>
+  void CallWithin(const Call& call);
   [[nodiscard]] RayTracer& OpenTracer();
-  MemoryBudget& Share(double fraction, std::optional<MemoryBudget>& share);
+  MemoryBudget& Share(double fraction,
+                      std::optional<MemoryBudget>& share,
+                      MemoryCharge& charge);
 
   const BlockStorage* store_;
   MemoryBudget* budget_;
-  bool exclusive_;
+  bool turns_;
+  MemoryBudget work_budget_;
+  MemoryCharge work_charge_;
   SceneInfo scene_;
   Partition partition_;
   BuildingView view_;

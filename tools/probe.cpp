@@ -21,8 +21,9 @@ ProbeSummary Probe(const BlockStorage& store,
                    const ProbeOptions& options,
                    MemoryBudget& budget) {
   options.Validate();
-  StoredBuilding building(store, budget);
-  return ProbePoints(building.View(), points, name, out, options, budget);
+  StoredBuilding building(store, budget, Sharing::kShares);
+  return ProbePoints(
+      building.View(), points, name, out, options, building.WorkBudget());
 }
 
 }  // namespace enfilade

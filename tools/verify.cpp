@@ -23,8 +23,8 @@ VerifySummary Verify(const BlockStorage& store,
                      const VerifyOptions& options,
                      MemoryBudget& budget) {
   options.Validate();
-  StoredBuilding building(store, budget);
-  return MeasureError(building.View(), options, budget);
+  StoredBuilding building(store, budget, Sharing::kTurns);
+  return MeasureError(building.View(), options, building.WorkBudget());
 }
 
 }  // namespace enfilade

@@ -1,0 +1,160 @@
+#include "base/error.h"
+
+#include "tests/tools/export_fixture.h"
+#include "tests/tools/verify_fake_building.h"
+#include "tools/export_csv.h"
+#include "tools/export_elements.h"
+#include <nlohmann/json.hpp>
+
+namespace enfilade {
+namespace {
+
+class ExportMeshTest : public ExportFixture {
+ protected:
+  ElementCensus Census() { return TakeCensus(source_, {}); }
+};
+
+TEST_F(ExportMeshTest, CensusCountsElements) {
+  const ElementCensus census = Census();
+  EXPECT_EQ(census.leaves, 2U);
+  EXPECT_EQ(census.Vertices(), 7U);
+  EXPECT_EQ(census.bounds.high, (Point3{2, 3, 5}));
+}
+
+TEST_F(ExportMeshTest, PlyHoldsVerticesAndFaces) {
+  const uint64_t bytes = WritePly(source_, Census(), {}, Path("a.ply"));
+  const std::string ply = Content("a.ply");
+  EXPECT_EQ(ply.size(), bytes);
+  EXPECT_NE(ply.find("element vertex 7\n"), std::string::npos);
+  EXPECT_NE(ply.find("element face 2\n"), std::string::npos);
+  const size_t body = ply.find("end_header\n") + 11;
+  constexpr size_t kVertex = 12 + 3 + 24;
+  ASSERT_EQ(ply.size(), body + 7 * kVertex + (1 + 16) + (1 + 12));
+  // The second vertex of the square: x, and its red radiosity and irradiance.
+  EXPECT_EQ(At<float>(ply, body + kVertex), 1.0F);
+  EXPECT_EQ(At<float>(ply, body + kVertex + 15), 2.0F);
+  EXPECT_EQ(At<float>(ply, body + kVertex + 27), 4.0F);
+  EXPECT_GT(At<uint8_t>(ply, body + kVertex + 12),
+            At<uint8_t>(ply, body + 12));  // brighter than the first
+  const size_t faces = body + 7 * kVertex;
+  EXPECT_EQ(At<uint8_t>(ply, faces), 4);
+  EXPECT_EQ(At<int32_t>(ply, faces + 1 + 12), 3);
+  EXPECT_EQ(At<uint8_t>(ply, faces + 17), 3);
+  EXPECT_EQ(At<int32_t>(ply, faces + 18), 4);
+}
+
+TEST_F(ExportMeshTest, GlbIsWellFormed) {
+  const uint64_t bytes = WriteGlb(source_, Census(), {}, Path("a.glb"));
+  const std::string glb = Content("a.glb");
+  ASSERT_EQ(glb.size(), bytes);
+  EXPECT_EQ(glb.substr(0, 4), "glTF");
+  EXPECT_EQ(At<uint32_t>(glb, 8), glb.size());
+  const auto json_bytes = At<uint32_t>(glb, 12);
+  EXPECT_EQ(json_bytes % 4, 0U);
+  const auto json = nlohmann::json::parse(glb.substr(20, json_bytes));
+  const size_t binary = 20 + json_bytes + 8;
+  EXPECT_EQ(At<uint32_t>(glb, 20 + json_bytes), glb.size() - binary);
+  EXPECT_EQ(json["buffers"][0]["byteLength"], glb.size() - binary);
+  EXPECT_EQ(json["accessors"][0]["count"], 7);
+  EXPECT_EQ(json["accessors"][0]["max"], (std::vector<double>{2, 3, 5}));
+  EXPECT_EQ(json["accessors"][2]["count"], 9);
+  const size_t indices =
+      binary + json["bufferViews"][1]["byteOffset"].get<size_t>();
+  std::vector<uint32_t> got;
+  for (size_t i = 0; i < 9; ++i) {
+    got.push_back(At<uint32_t>(glb, indices + 4 * i));
+  }
+  EXPECT_EQ(got, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3, 4, 5, 6}));
+  // Colours are linear and within [0, 1]; the triangle is pure red.
+  const float red = At<float>(glb, binary + 4 * 24 + 12);
+  EXPECT_GT(red, 0.0F);
+  EXPECT_LE(red, 1.0F);
+  EXPECT_EQ(At<float>(glb, binary + 4 * 24 + 16), 0.0F);
+}
+
+TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
+  MeshOptions options;
+  options.z_up = false;
+  WriteGltf(source_, Census(), options, Path("y.gltf"));
+  EXPECT_FALSE(
+      nlohmann::json::parse(Content("y.gltf"))["nodes"][0].contains("matrix"));
+  options.z_up = true;
+  WriteGltf(source_, Census(), options, Path("z.gltf"));
+  const auto json = nlohmann::json::parse(Content("z.gltf"));
+  const std::vector<double> m = json["nodes"][0]["matrix"];
+  // Column-major: Z goes to Y, Y to -Z.
+  EXPECT_EQ(m[9], 1);
+  EXPECT_EQ(m[6], -1);
+  EXPECT_EQ(json["buffers"][0]["uri"], "z.bin");
+  EXPECT_EQ(json["buffers"][0]["byteLength"], Content("z.bin").size());
+}
+
+TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {
+  WriteVtu(source_, Census(), {}, Path("a.vtu"));
+  const std::string vtu = Content("a.vtu");
+  const size_t data = vtu.find("encoding=\"raw\">\n_") + 17;
+  const auto array = [&](const std::string& name) {
+    const size_t at = vtu.find("Name=\"" + name + "\"");
+    const size_t offset = vtu.find("offset=\"", at) + 8;
+    return data + std::stoul(vtu.substr(offset));
+  };
+  EXPECT_EQ(At<uint64_t>(vtu, array("Points")), 7U * 12);
+  EXPECT_EQ(At<uint64_t>(vtu, array("connectivity")), 7U * 8);
+  EXPECT_EQ(At<int64_t>(vtu, array("connectivity") + 8 + 6 * 8), 6);
+  EXPECT_EQ(At<int64_t>(vtu, array("offsets") + 8), 4);
+  EXPECT_EQ(At<int64_t>(vtu, array("offsets") + 16), 7);
+  EXPECT_EQ(At<uint8_t>(vtu, array("types") + 8), 9);
+  EXPECT_EQ(At<uint8_t>(vtu, array("types") + 9), 5);
+  EXPECT_EQ(At<float>(vtu, array("radiosity") + 8 + 12), 2.0F);
+  EXPECT_EQ(At<uint32_t>(vtu, array("cell") + 12), 1U);
+  EXPECT_EQ(At<uint32_t>(vtu, array("patch") + 8), 3U);
+  EXPECT_NE(vtu.find("</AppendedData>", array("patch") + 16),
+            std::string::npos);
+}
+
+TEST_F(ExportMeshTest, CsvHasTheMeansOfEveryPatch) {
+  FakeBuilding building;
+  const MaterialId wall = building.AddMaterial({.5, .5, .5}, {});
+  building.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, wall);
+  building.AddCell();
+  building.Add({0, 0, 5}, {2, 0, 0}, {0, 3, 0}, wall, PatchShape::kTriangle);
+  cells_[0][0].patch = cells_[1][0].patch = PatchId(0U);
+  MemoryBudget budget(1 << 20);
+  uint64_t bytes = 0;
+  EXPECT_EQ(
+      WriteCsv(building.View(), source_, {}, budget, Path("a.csv"), &bytes),
+      2U);
+  const std::string csv = Content("a.csv");
+  EXPECT_EQ(csv.size(), bytes);
+  EXPECT_NE(
+      csv.find("\n0,0,m0,0,1,0,0,0,1,0,0,1,1,0,0,1,0,1.5,1.5,1.5,3,3,3\n"),
+      std::string::npos)
+      << csv;
+  EXPECT_NE(csv.find("\n1,0,m0,0,3,0,0,5,2,0,5,0,3,5,,,,0.5,0,0,1,1,1\n"),
+            std::string::npos)
+      << csv;
+}
+
+TEST_F(ExportMeshTest, AFailedExportLeavesWhatWasThere) {
+  std::ofstream(Path("a.ply")) << "old";
+  const auto fail_in_cell_1 =
+      [this](CellId cell,
+             const std::function<void(const LeafElement&)>& visit) {
+        if (cell.value == 1) {
+          throw DamagedStoreError("torn");
+        }
+        visit(cells_[0][0]);
+      };
+  const ElementCensus census = Census();
+  source_.for_each_leaf = fail_in_cell_1;
+  EXPECT_THROW(WritePly(source_, census, {}, Path("a.ply")), DamagedStoreError);
+  EXPECT_EQ(Content("a.ply"), "old");
+  EXPECT_EQ(FilesInFolder(), 1U);
+}
+
+TEST_F(ExportMeshTest, AMissingFolderIsADiskError) {
+  EXPECT_THROW(WritePly(source_, Census(), {}, Path("no/a.ply")), DiskError);
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,71 @@
+// Files that appear under their name only when they are complete, written in
+// several places at once.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace enfilade {
+
+// Writes to `path`.part; Finish() moves it to `path`. Without Finish() nothing
+// is left. All members throw DiskError.
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path path);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void WriteAt(uint64_t offset, std::span<const std::byte> bytes);
+
+  // Size so far: the end of the farthest write.
+  [[nodiscard]] uint64_t Size() const { return size_; }
+
+  // Closes and renames.
+  void Finish();
+
+ private:
+  [[noreturn]] void Fail(int error) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path part_path_;
+  int descriptor_ = -1;
+  uint64_t size_ = 0;
+};
+
+// A run of bytes within a file, appended to through a small buffer. Flush()
+// before the file is finished. The file must outlive it.
+class SectionWriter {
+ public:
+  SectionWriter(OutputFile& file, uint64_t offset)
+      : file_(&file), offset_(offset) {}
+
+  template <typename T>
+  void Put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    PutBytes(std::as_bytes(std::span(&value, 1)));
+  }
+
+  void PutText(std::string_view text) {
+    PutBytes(std::as_bytes(std::span(text)));
+  }
+
+  void PutBytes(std::span<const std::byte> bytes);
+  void Flush();
+
+  // Offset in the file of the next byte.
+  [[nodiscard]] uint64_t Position() const { return offset_ + buffer_.size(); }
+
+ private:
+  OutputFile* file_;
+  uint64_t offset_;
+  std::vector<std::byte> buffer_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,190 @@
+// glTF 2.0, as one .glb or as .gltf with its .bin.
+
+#include "base/error.h"
+
+#include <limits>
+#include <string>
+
+#include "tools/export_elements.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace enfilade {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr uint64_t kVertexBytes = 6 * 4;  // position, colour
+constexpr uint64_t kMostBytes = std::numeric_limits<uint32_t>::max();
+
+// Numbers of the specification.
+constexpr int kFloat = 5126;
+constexpr int kUnsignedInt = 5125;
+constexpr int kArrayBuffer = 34962;
+constexpr int kElementArrayBuffer = 34963;
+constexpr uint32_t kGlbMagic = 0x46546C67;
+constexpr uint32_t kGlbVersion = 2;
+constexpr uint32_t kJsonChunk = 0x4E4F534A;
+constexpr uint32_t kBinaryChunk = 0x004E4942;
+constexpr uint64_t kGlbHeaderBytes = 12;
+constexpr uint64_t kChunkHeaderBytes = 8;
+
+uint64_t Indices(const ElementCensus& census) {
+  return 6 * census.quads + 3 * census.triangles;
+}
+
+uint64_t BinaryBytes(const ElementCensus& census) {
+  return kVertexBytes * census.Vertices() + 4 * Indices(census);
+}
+
+Json Accessor(int view, uint64_t offset, int type, uint64_t count) {
+  return {{"bufferView", view},
+          {"byteOffset", offset},
+          {"componentType", type},
+          {"count", count},
+          {"type", type == kUnsignedInt ? "SCALAR" : "VEC3"}};
+}
+
+Json Describe(const ElementCensus& census, bool z_up, const std::string& uri) {
+  const auto corner = [](Point3 p) {
+    return Json::array({static_cast<float>(p.x),
+                        static_cast<float>(p.y),
+                        static_cast<float>(p.z)});
+  };
+  Json positions = Accessor(0, 0, kFloat, census.Vertices());
+  positions["min"] = corner(census.bounds.low);
+  positions["max"] = corner(census.bounds.high);
+  Json buffer = {{"byteLength", BinaryBytes(census)}};
+  if (!uri.empty()) {
+    buffer["uri"] = uri;
+  }
+  Json node = {{"mesh", 0}, {"name", "solution"}};
+  if (z_up) {
+    node["matrix"] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+  }
+  const uint64_t vertex_bytes = kVertexBytes * census.Vertices();
+  Json vertices = {{"buffer", 0},
+                   {"byteOffset", 0},
+                   {"byteLength", vertex_bytes},
+                   {"byteStride", kVertexBytes},
+                   {"target", kArrayBuffer}};
+  Json indices = {{"buffer", 0},
+                  {"byteOffset", vertex_bytes},
+                  {"byteLength", 4 * Indices(census)},
+                  {"target", kElementArrayBuffer}};
+  Json material = {{"name", "radiosity"},
+                   {"pbrMetallicRoughness", {{"metallicFactor", 0}}},
+                   {"extensions", {{"KHR_materials_unlit", Json::object()}}}};
+  Json primitive = {{"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}},
+                    {"indices", 2},
+                    {"material", 0},
+                    {"mode", 4}};
+  Json scene = {{"nodes", Json::array({0})}};
+  Json mesh = {{"primitives", Json::array({primitive})}};
+  return {{"asset", {{"version", "2.0"}, {"generator", "Enfilade"}}},
+          {"extensionsUsed", Json::array({"KHR_materials_unlit"})},
+          {"scene", 0},
+          {"scenes", Json::array({scene})},
+          {"nodes", Json::array({node})},
+          {"meshes", Json::array({mesh})},
+          {"materials", Json::array({material})},
+          {"buffers", Json::array({buffer})},
+          {"bufferViews", Json::array({vertices, indices})},
+          {"accessors",
+           Json::array({positions,
+                        Accessor(0, 12, kFloat, census.Vertices()),
+                        Accessor(1, 0, kUnsignedInt, Indices(census))})}};
+}
+
+void WriteBinary(const ElementSource& source,
+                 const ElementCensus& census,
+                 const MeshOptions& options,
+                 OutputFile& file,
+                 uint64_t offset) {
+  const ToneMap tone(census.meter.Key(), options.exposure_stops);
+  SectionWriter vertices(file, offset);
+  SectionWriter indices(file, offset + kVertexBytes * census.Vertices());
+  uint32_t first = 0;
+  ForEachElement(
+      source, options.progress, [&](CellId, const LeafElement& leaf) {
+        const auto corners = static_cast<uint32_t>(leaf.corners.size());
+        for (size_t i = 0; i < corners; ++i) {
+          for (size_t k = 0; k < 3; ++k) {
+            vertices.Put(static_cast<float>(leaf.corners[i][k]));
+          }
+          for (const double value : tone.Linear(leaf.radiosity[i])) {
+            vertices.Put(static_cast<float>(value));
+          }
+        }
+        for (uint32_t i = 2; i < corners; ++i) {
+          indices.Put(first);
+          indices.Put(first + i - 1);
+          indices.Put(first + i);
+        }
+        first += corners;
+      });
+  vertices.Flush();
+  indices.Flush();
+}
+
+void RequireFits(const ElementCensus& census) {
+  constexpr uint64_t kHeadroom = 64 << 10;
+  if (census.leaves == 0) {
+    throw UsageError("the solution has no elements to export");
+  }
+  if (BinaryBytes(census) + kHeadroom > kMostBytes) {
+    throw UsageError(fmt::format(
+        "the solution takes {} MiB as glTF, which can hold 4 GiB; export it as "
+        ".ply or .vtu",
+        BinaryBytes(census) >> 20));
+  }
+}
+
+}  // namespace
+
+uint64_t WriteGlb(const ElementSource& source,
+                  const ElementCensus& census,
+                  const MeshOptions& options,
+                  const std::filesystem::path& out) {
+  RequireFits(census);
+  OutputFile file(out);
+  std::string json = Describe(census, options.z_up, "").dump();
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  const uint64_t binary = BinaryBytes(census);
+  const uint64_t all =
+      kGlbHeaderBytes + 2 * kChunkHeaderBytes + json.size() + binary;
+  SectionWriter header(file, 0);
+  header.Put(kGlbMagic);
+  header.Put(kGlbVersion);
+  header.Put(static_cast<uint32_t>(all));
+  header.Put(static_cast<uint32_t>(json.size()));
+  header.Put(kJsonChunk);
+  header.PutText(json);
+  header.Put(static_cast<uint32_t>(binary));
+  header.Put(kBinaryChunk);
+  header.Flush();
+  WriteBinary(source, census, options, file, header.Position());
+  file.Finish();
+  return file.Size();
+}
+
+uint64_t WriteGltf(const ElementSource& source,
+                   const ElementCensus& census,
+                   const MeshOptions& options,
+                   const std::filesystem::path& out) {
+  RequireFits(census);
+  const std::filesystem::path binary_path =
+      std::filesystem::path(out).replace_extension(".bin");
+  OutputFile binary(binary_path);
+  OutputFile file(out);
+  SectionWriter text(file, 0);
+  text.PutText(
+      Describe(census, options.z_up, binary_path.filename().string()).dump(1));
+  text.Flush();
+  WriteBinary(source, census, options, binary, 0);
+  binary.Finish();
+  file.Finish();
+  return file.Size() + binary.Size();
+}
+
+}  // namespace enfilade

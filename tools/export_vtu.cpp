@@ -1,0 +1,153 @@
+// VTK XML unstructured grid with raw appended data, for ParaView.
+
+#include <string>
+#include <vector>
+
+#include "tools/export_elements.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint8_t kVtkTriangle = 5;
+constexpr uint8_t kVtkQuad = 9;
+
+// One appended array: its length in bytes as UInt64, then the values.
+struct Array {
+  std::string element;  // XML up to the offset
+  uint64_t bytes = 0;
+};
+
+// In the order of the sections in the file.
+enum Section : size_t {
+  kPoints,
+  kConnectivity,
+  kOffsets,
+  kTypes,
+  kRadiosity,
+  kIrradiance,
+  kCell,
+  kPatch,
+  kSections
+};
+
+std::vector<Array> Arrays(const ElementCensus& census) {
+  const uint64_t v = census.Vertices();
+  const uint64_t n = census.leaves;
+  const auto array = [](const char* type, const char* name, int components) {
+    return fmt::format(
+        R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}" )"
+        R"(format="appended" )",
+        type,
+        name,
+        components);
+  };
+  return {{array("Float32", "Points", 3), 12 * v},
+          {array("Int64", "connectivity", 1), 8 * v},
+          {array("Int64", "offsets", 1), 8 * n},
+          {array("UInt8", "types", 1), n},
+          {array("Float32", "radiosity", 3), 12 * v},
+          {array("Float32", "irradiance", 3), 12 * v},
+          {array("UInt32", "cell", 1), 4 * n},
+          {array("UInt32", "patch", 1), 4 * n}};
+}
+
+std::string Xml(const ElementCensus& census, const std::vector<Array>& arrays) {
+  std::vector<std::string> elements;
+  uint64_t offset = 0;
+  for (const Array& array : arrays) {
+    elements.push_back(
+        fmt::format("{}offset=\"{}\"/>\n", array.element, offset));
+    offset += sizeof(uint64_t) + array.bytes;
+  }
+  return fmt::format(
+      "<?xml version=\"1.0\"?>\n"
+      "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+      "<UnstructuredGrid>\n"
+      "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n"
+      "<Points>\n{}</Points>\n"
+      "<Cells>\n{}{}{}</Cells>\n"
+      "<PointData Vectors=\"radiosity\">\n{}{}</PointData>\n"
+      "<CellData>\n{}{}</CellData>\n"
+      "</Piece>\n</UnstructuredGrid>\n"
+      "<AppendedData encoding=\"raw\">\n_",
+      census.Vertices(),
+      census.leaves,
+      elements[kPoints],
+      elements[kConnectivity],
+      elements[kOffsets],
+      elements[kTypes],
+      elements[kRadiosity],
+      elements[kIrradiance],
+      elements[kCell],
+      elements[kPatch]);
+}
+
+// The sections of one file, open at the same time.
+class Sections {
+ public:
+  Sections(OutputFile& file, const std::vector<Array>& arrays, uint64_t start) {
+    for (const Array& array : arrays) {
+      writers_.emplace_back(file, start);
+      writers_.back().Put(array.bytes);
+      start += sizeof(uint64_t) + array.bytes;
+    }
+    end_ = start;
+  }
+
+  void Add(CellId cell, const LeafElement& leaf) {
+    const size_t corners = leaf.corners.size();
+    for (size_t i = 0; i < corners; ++i) {
+      for (size_t k = 0; k < 3; ++k) {
+        writers_[kPoints].Put(static_cast<float>(leaf.corners[i][k]));
+        writers_[kRadiosity].Put(static_cast<float>(leaf.radiosity[i][k]));
+        writers_[kIrradiance].Put(static_cast<float>(leaf.irradiance[i][k]));
+      }
+      writers_[kConnectivity].Put(vertices_++);
+    }
+    writers_[kOffsets].Put(vertices_);
+    writers_[kTypes].Put(corners == 4 ? kVtkQuad : kVtkTriangle);
+    writers_[kCell].Put(cell.value);
+    writers_[kPatch].Put(leaf.patch.value);
+  }
+
+  void Flush() {
+    for (SectionWriter& writer : writers_) {
+      writer.Flush();
+    }
+  }
+
+  [[nodiscard]] uint64_t End() const { return end_; }
+
+ private:
+  std::vector<SectionWriter> writers_;
+  int64_t vertices_ = 0;
+  uint64_t end_ = 0;
+};
+
+}  // namespace
+
+uint64_t WriteVtu(const ElementSource& source,
+                  const ElementCensus& census,
+                  const MeshOptions& options,
+                  const std::filesystem::path& out) {
+  OutputFile file(out);
+  const std::vector<Array> arrays = Arrays(census);
+  SectionWriter head(file, 0);
+  head.PutText(Xml(census, arrays));
+  head.Flush();
+  Sections sections(file, arrays, head.Position());
+  ForEachElement(
+      source, options.progress, [&](CellId cell, const LeafElement& leaf) {
+        sections.Add(cell, leaf);
+      });
+  sections.Flush();
+  SectionWriter tail(file, sections.End());
+  tail.PutText("\n</AppendedData>\n</VTKFile>\n");
+  tail.Flush();
+  file.Finish();
+  return file.Size();
+}
+
+}  // namespace enfilade

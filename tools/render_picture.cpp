@@ -1,0 +1,243 @@
+#include "tools/render_picture.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "tools/building_surfaces.h"
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kSampleBytes = 384;  // of a sample in all arrays of a band
+constexpr size_t kLeastSamples = 4096;
+constexpr size_t kMostSamples = 131072;
+
+enum class Seen : uint32_t { kNothing, kBack, kFront };
+
+// What one sample of the picture sees.
+struct SeenPoint {
+  Seen seen = Seen::kNothing;
+  uint32_t cell = 0;
+  uint32_t patch = 0;
+  float a = 0;
+  float b = 0;
+};
+
+class Renderer {
+ public:
+  Renderer(const BuildingView& view,
+           const Camera& camera,
+           const RenderOptions& options,
+           MemoryBudget& budget)
+      : view_(view),
+        camera_(camera),
+        options_(options),
+        row_samples_(static_cast<size_t>(options.width) * options.samples *
+                     options.samples),
+        band_rows_(BandRows(budget)),
+        charge_(budget,
+                band_rows_ * row_samples_ * kSampleBytes,
+                "the rays of a picture"),
+        surfaces_(view, budget, budget.FreeBytes() / 16),
+        seen_(sizeof(SeenPoint)) {}
+
+  Picture Render() {
+    ForEachBand(0, [&](uint32_t first, uint32_t rows) { See(first, rows); });
+    Picture picture(options_.width, options_.height);
+    ForEachBand(0.5, [&](uint32_t first, uint32_t rows) {
+      picture.SetRows(first, Shade(first, rows));
+    });
+    return picture;
+  }
+
+ private:
+  [[nodiscard]] uint32_t BandRows(const MemoryBudget& budget) const {
+    const size_t samples =
+        std::clamp(static_cast<size_t>(budget.FreeBytes() / 6 / kSampleBytes),
+                   kLeastSamples,
+                   kMostSamples);
+    return static_cast<uint32_t>(
+        std::clamp<size_t>(samples / row_samples_, 1, options_.height));
+  }
+
+  template <typename Body>
+  void ForEachBand(double done, const Body& body) const {
+    for (uint32_t row = 0; row < options_.height; row += band_rows_) {
+      body(row, std::min(band_rows_, options_.height - row));
+      if (options_.progress) {
+        options_.progress(done + 0.5 * row / options_.height);
+      }
+    }
+  }
+
+  // Sample (i, j) of a pixel at the middle of its part of the pixel.
+  [[nodiscard]] TraceRay Ray(uint32_t row, uint32_t column, uint32_t k) const {
+    const uint32_t n = options_.samples;
+    const double x = 2 * (column + (k % n + 0.5) / n) / options_.width - 1;
+    const double y = 1 - 2 * (row + (k / n + 0.5) / n) / options_.height;
+    TraceRay ray;
+    ray.origin = camera_.origin + camera_.origin_x * x + camera_.origin_y * y;
+    ray.direction =
+        camera_.direction + camera_.direction_x * x + camera_.direction_y * y;
+    return ray;
+  }
+
+  void See(uint32_t first_row, uint32_t rows) {
+    const uint32_t per_pixel = options_.samples * options_.samples;
+    std::vector<TraceRay> rays;
+    rays.reserve(rows * row_samples_);
+    for (uint32_t row = first_row; row < first_row + rows; ++row) {
+      for (uint32_t column = 0; column < options_.width; ++column) {
+        for (uint32_t k = 0; k < per_pixel; ++k) {
+          rays.push_back(Ray(row, column, k));
+        }
+      }
+    }
+    std::vector<TraceHit> hits(rays.size());
+    view_.trace(rays, hits);
+    std::vector<Surface> surfaces(rays.size());
+    surfaces_.Read(rays, hits, surfaces);
+    std::vector<SeenPoint> seen(rays.size());
+    for (size_t i = 0; i < rays.size(); ++i) {
+      if (hits[i].hit) {
+        seen[i] = {surfaces[i].front ? Seen::kFront : Seen::kBack,
+                   hits[i].cell.value,
+                   hits[i].patch.value,
+                   static_cast<float>(hits[i].a),
+                   static_cast<float>(hits[i].b)};
+      }
+    }
+    seen_.Write(first_row * row_samples_, std::as_bytes(std::span(seen)));
+  }
+
+  std::vector<Pixel> Shade(uint32_t first_row, uint32_t rows) const {
+    std::vector<SeenPoint> seen(rows * row_samples_);
+    seen_.Read(first_row * row_samples_,
+               std::as_writable_bytes(std::span(seen)));
+    std::vector<PatchPoint> points;
+    for (const SeenPoint& s : seen) {
+      if (s.seen == Seen::kFront) {
+        points.push_back({CellId(s.cell), PatchId(s.patch), s.a, s.b});
+      }
+    }
+    const std::vector<Rgb> radiosity = view_.radiosity(points);
+    const size_t per_pixel =
+        static_cast<size_t>(options_.samples) * options_.samples;
+    std::vector<Pixel> pixels(seen.size() / per_pixel);
+    size_t next = 0;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      pixels[i] = ShadePixel(
+          std::span(seen).subspan(i * per_pixel, per_pixel), radiosity, &next);
+    }
+    return pixels;
+  }
+
+  // `next` counts the fronts shaded so far.
+  static Pixel ShadePixel(std::span<const SeenPoint> seen,
+                          const std::vector<Rgb>& radiosity,
+                          size_t* next) {
+    Rgb sum{};
+    double fronts = 0;
+    double backs = 0;
+    for (const SeenPoint& s : seen) {
+      if (s.seen == Seen::kFront) {
+        const Rgb& value = radiosity[(*next)++];
+        for (size_t c = 0; c < kRgbChannels; ++c) {
+          sum[c] += value[c];
+        }
+        ++fronts;
+      } else if (s.seen == Seen::kBack) {
+        ++backs;
+      }
+    }
+    Pixel pixel;
+    const auto count = static_cast<double>(seen.size());
+    pixel.front = static_cast<float>(fronts / count);
+    pixel.back = static_cast<float>(backs / count);
+    for (size_t c = 0; c < kRgbChannels && fronts > 0; ++c) {
+      pixel.radiosity[c] = static_cast<float>(sum[c] / fronts);
+    }
+    return pixel;
+  }
+
+  const BuildingView& view_;
+  const Camera& camera_;
+  const RenderOptions& options_;
+  size_t row_samples_;
+  uint32_t band_rows_;
+  MemoryCharge charge_;
+  SurfaceReader surfaces_;
+  Spool seen_;
+};
+
+}  // namespace
+
+Spool::Spool(size_t record_bytes)
+    : record_bytes_(record_bytes), file_(std::tmpfile()) {
+  if (!file_) {
+    throw DiskError(fmt::format("cannot create a temporary file: {}",
+                                std::strerror(errno)));
+  }
+}
+
+void Spool::Write(uint64_t first, std::span<const std::byte> records) {
+  auto offset = static_cast<off_t>(first * record_bytes_);
+  while (!records.empty()) {
+    const ssize_t written =
+        pwrite(fileno(file_.get()), records.data(), records.size(), offset);
+    if (written < 0 && errno == EINTR) {
+      continue;
+    }
+    if (written <= 0) {
+      throw DiskError(fmt::format("cannot write a temporary file: {}",
+                                  std::strerror(written < 0 ? errno : ENOSPC)));
+    }
+    records = records.subspan(static_cast<size_t>(written));
+    offset += written;
+  }
+}
+
+void Spool::Read(uint64_t first, std::span<std::byte> records) const {
+  auto offset = static_cast<off_t>(first * record_bytes_);
+  while (!records.empty()) {
+    const ssize_t got =
+        pread(fileno(file_.get()), records.data(), records.size(), offset);
+    if (got < 0 && errno == EINTR) {
+      continue;
+    }
+    if (got <= 0) {
+      throw DiskError("cannot read back a temporary file");
+    }
+    records = records.subspan(static_cast<size_t>(got));
+    offset += got;
+  }
+}
+
+Picture::Picture(uint32_t width, uint32_t height)
+    : width_(width), height_(height), spool_(sizeof(Pixel)) {}
+
+void Picture::SetRows(uint32_t first_row, std::span<const Pixel> pixels) {
+  spool_.Write(static_cast<uint64_t>(first_row) * width_,
+               std::as_bytes(pixels));
+}
+
+std::vector<Pixel> Picture::Row(uint32_t row) const {
+  std::vector<Pixel> pixels(width_);
+  spool_.Read(static_cast<uint64_t>(row) * width_,
+              std::as_writable_bytes(std::span(pixels)));
+  return pixels;
+}
+
+Picture RenderPicture(const BuildingView& view,
+                      const Camera& camera,
+                      const RenderOptions& options,
+                      MemoryBudget& budget) {
+  return Renderer(view, camera, options, budget).Render();
+}
+
+}  // namespace enfilade
