@@ -99,8 +99,8 @@ void AddChairs(ObjWriter& out,
   const double play = FreePlay(room);
   for (uint32_t i = 0; i < count; ++i) {
     Random random(MixKey(seed, i));
-    const double column = i % room.columns;
-    const double row = i / room.columns;
+    const uint32_t column = i % room.columns;
+    const uint32_t row = i / room.columns;
     const double dx = (2 * random.Next() - 1) * play;
     const double dy = (2 * random.Next() - 1) * play;
     const double turn = (2 * random.Next() - 1) * kMaxTurn;
@@ -140,7 +140,7 @@ void AddOverheadLights(ObjWriter& out, const Room& room, uint32_t count) {
       {"light", {}, {kLightExitance, kLightExitance, kLightExitance}}));
   for (uint32_t i = 0; i < count; ++i) {
     const double x = (i % columns + 0.5) * room.width / columns;
-    const double row = i / columns;
+    const uint32_t row = i / columns;
     const double y = (row + 0.5) * room.depth / rows;
     out.BeginObject(fmt::format("light{}", i + 1));
     AddRect(out,
