@@ -31,6 +31,7 @@ std::vector<MaterialId> Define(ObjWriter& out,
                                const std::string& kind,
                                const std::vector<Rgb>& reflectances) {
   std::vector<MaterialId> ids;
+  ids.reserve(reflectances.size());
   for (const Rgb& reflectance : reflectances) {
     ids.push_back(out.DefineMaterial(
         {fmt::format("{}{}", kind, ids.size() + 1), reflectance, {}}));
