@@ -18,13 +18,13 @@ constexpr double kDeeperThanWallM = 0.6;
 // A cell of less volume is no room: a doorway in a thick wall, a crack.
 constexpr double kNicheM3 = 0.5;
 
-// Disjoint sets of leaves with their numbers of face sides.
+// Disjoint sets of leaves with their numbers of patches.
 class LeafSets {
  public:
-  LeafSets(const std::vector<uint32_t>& sides, uint32_t most_sides)
-      : parent_(sides.size()),
-        sides_(sides.begin(), sides.end()),
-        most_sides_(most_sides) {
+  LeafSets(const std::vector<uint32_t>& patches, uint32_t most_patches)
+      : parent_(patches.size()),
+        patches_(patches.begin(), patches.end()),
+        most_patches_(most_patches) {
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
 
@@ -40,20 +40,20 @@ class LeafSets {
   void Join(uint32_t a, uint32_t b) {
     a = Find(a);
     b = Find(b);
-    if (a == b || sides_[a] + sides_[b] > most_sides_) {
+    if (a == b || patches_[a] + patches_[b] > most_patches_) {
       return;
     }
     if (b < a) {
       std::swap(a, b);
     }
     parent_[b] = a;
-    sides_[a] += sides_[b];
+    patches_[a] += patches_[b];
   }
 
  private:
   std::vector<uint32_t> parent_;
-  std::vector<uint64_t> sides_;
-  uint64_t most_sides_;
+  std::vector<uint64_t> patches_;
+  uint64_t most_patches_;
 };
 
 double ThicknessAlong(const LeafShape& leaf, const Vec3& axis) {
@@ -95,8 +95,8 @@ std::vector<bool> FindOuterLeaves(const BuiltTree& built) {
   for (const LeafShape& leaf : built.leaves) {
     const Vec3 low = leaf.bounds.low - box.low;
     const Vec3 high = box.high - leaf.bounds.high;
-    outer.push_back(
-        std::min({low.x, low.y, low.z, high.x, high.y, high.z}) < kRoundingM);
+    outer.push_back(std::min({low.x, low.y, low.z, high.x, high.y, high.z}) <
+                    kRoundingM);
   }
   return outer;
 }
@@ -174,7 +174,7 @@ LeafCells JoinLeaves(const BuiltTree& built,
                      const std::vector<LeafBorder>& borders,
                      const std::vector<std::optional<SpaceId>>& space_of_leaf,
                      const PartitionOptions& options) {
-  LeafSets sets(survey.sides, options.max_cell_patches);
+  LeafSets sets(survey.patches, options.max_cell_patches);
   const bool named = !space_of_leaf.empty();
   const std::vector<bool> outer = FindOuterLeaves(built);
   const auto is_one_room = [&](const LeafBorder& border) {
@@ -183,8 +183,8 @@ LeafCells JoinLeaves(const BuiltTree& built,
     if (named) {
       return space_of_leaf[front] == space_of_leaf[back];
     }
-    return IsOpen(border) && ((outer[front] && outer[back]) ||
-                              LooksLikeOneRoom(built, border));
+    return IsOpen(border) &&
+           ((outer[front] && outer[back]) || LooksLikeOneRoom(built, border));
   };
   for (const LeafBorder* border : WidestFirst(borders)) {
     if (is_one_room(*border)) {

@@ -22,7 +22,7 @@ struct LeafCells {
 };
 
 // `space_of_leaf` is empty for a scene without Spaces. No cell that is joined
-// of several leaves gets more than options.max_cell_patches sides of faces.
+// of several leaves gets more than options.max_cell_patches patches.
 LeafCells JoinLeaves(const BuiltTree& built,
                      const FaceSurvey& survey,
                      const std::vector<LeafBorder>& borders,

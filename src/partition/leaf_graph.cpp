@@ -8,21 +8,32 @@ namespace {
 
 constexpr uint64_t kChargeStepBytes = 1 << 20;
 
+// What CutIntoPatches makes of a polygon, at most.
+uint32_t CountPatches(const Polygon& polygon) {
+  const auto n = static_cast<uint32_t>(polygon.size());
+  if (n == 4) {
+    const Vec3 gap = (polygon[1] - polygon[0]) - (polygon[2] - polygon[3]);
+    return Length(gap) < kRoundingM ? 1 : 2;
+  }
+  return n < 3 ? 0 : n - 2;
+}
+
 // Sends the faces down the tree.
 class Surveyor {
  public:
   Surveyor(const BspTree& tree, MemoryBudget& budget)
       : tree_(&tree), budget_(&budget) {
     survey_.covers.resize(tree.nodes.size());
-    survey_.sides.resize(tree.leaf_count);
+    survey_.patches.resize(tree.leaf_count);
     bytes_ = tree.nodes.size() * sizeof(std::vector<Polygon>) +
              tree.leaf_count * sizeof(uint32_t);
     Charge();
   }
 
   void Add(const Polygon& polygon) {
-    const Vec3 normal = PlaneOf(polygon).normal;
-    Descend(tree_->root, polygon, normal, kBothSides);
+    for (const Polygon& part : PlanarParts(polygon)) {
+      Descend(tree_->root, part, PlaneOf(part).normal, kBothSides);
+    }
   }
 
   FaceSurvey Finish() { return std::move(survey_); }
@@ -37,7 +48,8 @@ class Surveyor {
                const Vec3& normal,
                int sides) {
     if (child.IsLeaf()) {
-      survey_.sides[child.Leaf().Index()] += sides == kBothSides ? 2 : 1;
+      survey_.patches[child.Leaf().Index()] +=
+          CountPatches(polygon) * (sides == kBothSides ? 2 : 1);
       return;
     }
     const BspNode& node = tree_->nodes[child.Node().Index()];

@@ -16,8 +16,8 @@ namespace enfilade {
 struct FaceSurvey {
   // Indexed by NodeId: the faces that lie in the node's plane, cut to it.
   std::vector<std::vector<Polygon>> covers;
-  // Indexed by LeafId: the sides of faces that reach into the leaf.
-  std::vector<uint32_t> sides;
+  // Indexed by LeafId: the patches that the faces make in the leaf, at most.
+  std::vector<uint32_t> patches;
   MemoryCharge charge;
 };
 

@@ -1,5 +1,6 @@
 #include "partition/partition.h"
 
+#include "partition/artificial_walls.h"
 #include "partition/bsp_builder.h"
 #include "partition/cell_merge.h"
 #include "partition/leaf_graph.h"
@@ -108,13 +109,14 @@ Partition BuildPartition(BlockStorage& store,
                          MemoryBudget& budget) {
   const StageProgress progress(options);
   const SceneInfo info = LoadSceneInfo(store);
-  const BuiltTree built = [&] {
+  BuiltTree built = [&] {
     const WallFaces walls = GatherWallFaces(store, info, budget);
     progress.Reach(0.1);
     return BuildTree(BoxAround(info.bounds), walls);
   }();
   progress.Reach(0.4);
-  const FaceSurvey survey = SurveyFaces(store, built.tree, budget);
+  const FaceSurvey survey =
+      RelieveCrowdedLeaves(store, options.max_cell_patches, budget, built);
   const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
   progress.Reach(0.6);
   std::vector<std::optional<SpaceId>> spaces;

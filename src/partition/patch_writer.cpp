@@ -79,9 +79,16 @@ class FaceCutter {
         sink_(&sink) {}
 
   void Add(FaceId id, const Face& face) {
-    const Vec3 normal = PlaneOf(face.vertices).normal;
-    const auto fronts = ClipSide(*tree_, *cell_of_leaf_, face.vertices, normal);
-    const auto backs = ClipSide(*tree_, *cell_of_leaf_, face.vertices, -normal);
+    for (const Polygon& part : PlanarParts(face.vertices)) {
+      AddPlanar(id, face, part);
+    }
+  }
+
+ private:
+  void AddPlanar(FaceId id, const Face& face, const Polygon& part) {
+    const Vec3 normal = PlaneOf(part).normal;
+    const auto fronts = ClipSide(*tree_, *cell_of_leaf_, part, normal);
+    const auto backs = ClipSide(*tree_, *cell_of_leaf_, part, -normal);
     for (const FacePiece& piece : fronts) {
       AddFront(id, face, piece, SameIn(backs, piece));
     }
@@ -92,7 +99,6 @@ class FaceCutter {
     }
   }
 
- private:
   // Whether the other side of the piece is a piece of the same cell too.
   static bool SameIn(const std::vector<FacePiece>& others,
                      const FacePiece& piece) {

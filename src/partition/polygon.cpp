@@ -37,6 +37,20 @@ double SnappedDistance(Point3 p, const Plane& plane, double tolerance_m) {
   return std::abs(d) <= tolerance_m ? 0.0 : d;
 }
 
+bool HasEdgeWithin(const Polygon& polygon,
+                   const Plane& plane,
+                   double tolerance_m) {
+  bool before = std::abs(plane.Distance(polygon.back())) <= tolerance_m;
+  for (const Point3& p : polygon) {
+    const bool here = std::abs(plane.Distance(p)) <= tolerance_m;
+    if (here && before) {
+      return true;
+    }
+    before = here;
+  }
+  return false;
+}
+
 // Appends polygon \ cover. A cover that overlaps by less than kCrackM leaves
 // the polygon whole.
 void SubtractOne(Polygon polygon,
@@ -76,6 +90,25 @@ Plane PlaneOf(const Polygon& polygon) {
   return {normal, Dot(normal, Vec3{mean.x, mean.y, mean.z})};
 }
 
+std::vector<Polygon> PlanarParts(const Polygon& polygon) {
+  const Plane plane = PlaneOf(polygon);
+  const bool planar =
+      std::all_of(polygon.begin(), polygon.end(), [&plane](const Point3& p) {
+        return std::abs(plane.Distance(p)) <= kPlanarM;
+      });
+  if (planar) {
+    return {polygon};
+  }
+  std::vector<Polygon> parts;
+  for (size_t i = 1; i + 1 < polygon.size(); ++i) {
+    Polygon triangle{polygon[0], polygon[i], polygon[i + 1]};
+    if (PolygonArea(triangle) > kLeastAreaM2) {
+      parts.push_back(std::move(triangle));
+    }
+  }
+  return parts;
+}
+
 double PolygonArea(const Polygon& polygon) {
   return Length(AreaVector(polygon));
 }
@@ -107,12 +140,16 @@ PlaneSide Classify(const Polygon& polygon,
 SplitPolygons Split(const Polygon& polygon,
                     const Plane& plane,
                     double tolerance_m) {
+  // A polygon nearly parallel to the plane may have whole edges within the
+  // tolerance: snapping them would let the parts overlap.
+  const double tolerance =
+      HasEdgeWithin(polygon, plane, tolerance_m) ? 0.0 : tolerance_m;
   SplitPolygons parts;
   for (size_t i = 0; i < polygon.size(); ++i) {
     const Point3 a = polygon[i];
     const Point3 b = polygon[(i + 1) % polygon.size()];
-    const double da = SnappedDistance(a, plane, tolerance_m);
-    const double db = SnappedDistance(b, plane, tolerance_m);
+    const double da = SnappedDistance(a, plane, tolerance);
+    const double db = SnappedDistance(b, plane, tolerance);
     if (da >= 0) {
       parts.front.push_back(a);
     }

@@ -24,6 +24,9 @@ inline constexpr double kCrackM = 2 * kOnPlaneM;
 // opening) counts as lying in a plane.
 inline constexpr double kRoundingM = 1e-7;
 
+// The vertices of a polygon that is called planar lie this close to its plane.
+inline constexpr double kPlanarM = 2e-6;
+
 // Pieces of less area are nothing but rounding.
 inline constexpr double kLeastAreaM2 = 1e-10;
 
@@ -42,6 +45,9 @@ struct Plane {
 // A normal that is an axis up to rounding is made exactly that axis.
 Plane PlaneOf(const Polygon& polygon);
 
+// The polygon, if its vertices lie in one plane up to kPlanarM, else triangles.
+std::vector<Polygon> PlanarParts(const Polygon& polygon);
+
 double PolygonArea(const Polygon& polygon);
 Point3 VertexMean(const Polygon& polygon);
 
@@ -58,8 +64,8 @@ struct SplitPolygons {
 };
 
 // Cuts a polygon that Classify calls kCut with the same tolerance: vertices
-// within it are shared by both parts. Cutting two polygons that share an edge
-// gives the same point of that edge.
+// within it are shared by both parts, unless an edge lies within it. Cutting
+// two polygons that share an edge gives the same point of that edge.
 SplitPolygons Split(const Polygon& polygon,
                     const Plane& plane,
                     double tolerance_m);

@@ -27,6 +27,13 @@ class FaceCollector {
       : budget_(&budget), walls_(&walls) {}
 
   void Add(const Polygon& polygon) {
+    for (const Polygon& part : PlanarParts(polygon)) {
+      AddPlanar(part);
+    }
+  }
+
+ private:
+  void AddPlanar(const Polygon& polygon) {
     const double area = PolygonArea(polygon);
     if (area < kLeastAreaM2) {
       return;
@@ -41,7 +48,6 @@ class FaceCollector {
     }
   }
 
- private:
   MemoryBudget* budget_;
   WallFaces* walls_;
   uint64_t bytes_ = 0;

@@ -1,0 +1,217 @@
+#include "partition/artificial_walls.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace enfilade {
+namespace {
+
+// No part is made thinner than this.
+constexpr double kLeastPartM = 0.2;
+// The parts of a leaf are aimed to hold this share of the most, because faces
+// that reach into both parts count twice.
+constexpr double kAimedShare = 0.75;
+constexpr int kMostRounds = 12;
+
+using Centers = std::map<uint32_t, std::vector<Point3>>;  // by LeafId
+
+// The centers of the faces' parts in crowded leaves, weighted by repetition
+// with the number of patches they make.
+class CenterCollector {
+ public:
+  CenterCollector(const BspTree& tree,
+                  const FaceSurvey& survey,
+                  uint32_t most_patches)
+      : tree_(&tree), survey_(&survey), most_patches_(most_patches) {}
+
+  void Add(const Polygon& polygon) {
+    for (const Polygon& part : PlanarParts(polygon)) {
+      Descend(tree_->root, part);
+    }
+  }
+
+  Centers Take() { return std::move(centers_); }
+
+ private:
+  void Descend(BspChild child, const Polygon& polygon) {
+    if (child.IsLeaf()) {
+      const uint32_t leaf = child.Leaf().value;
+      if (survey_->patches[leaf] > most_patches_) {
+        centers_[leaf].push_back(VertexMean(polygon));
+      }
+      return;
+    }
+    const BspNode& node = tree_->nodes[child.Node().Index()];
+    switch (Classify(polygon, node.plane, kOnPlaneM)) {
+      case PlaneSide::kFront:
+        return Descend(node.front, polygon);
+      case PlaneSide::kBack:
+        return Descend(node.back, polygon);
+      case PlaneSide::kOn:
+        Descend(node.front, polygon);
+        return Descend(node.back, polygon);
+      case PlaneSide::kCut:
+        break;
+    }
+    const SplitPolygons parts = Split(polygon, node.plane, kOnPlaneM);
+    Descend(node.front, parts.front);
+    Descend(node.back, parts.back);
+  }
+
+  const BspTree* tree_;
+  const FaceSurvey* survey_;
+  uint32_t most_patches_;
+  Centers centers_;
+};
+
+// Replaces crowded leaves by subtrees. The regions of leaves are not kept, so
+// they are cut out again on the way down.
+class LeafCutter {
+ public:
+  LeafCutter(const FaceSurvey& survey, uint32_t most_patches, BuiltTree& built)
+      : survey_(&survey), most_patches_(most_patches), built_(&built) {}
+
+  // Returns the child that stands in the place of `child`.
+  BspChild Relieve(BspChild child,
+                   const ConvexRegion& region,
+                   Centers& centers) {
+    if (child.IsLeaf()) {
+      const auto found = centers.find(child.Leaf().value);
+      if (found == centers.end()) {
+        return child;
+      }
+      const double patches = survey_->patches[child.Leaf().Index()];
+      const double per_center =
+          patches / static_cast<double>(found->second.size());
+      return Cut(child.Leaf(), region, std::move(found->second), per_center);
+    }
+    const size_t id = child.Node().Index();
+    const Plane plane = built_->tree.nodes[id].plane;
+    const ConvexRegion::Halves halves = region.Cut(plane);
+    const BspChild front =
+        Relieve(built_->tree.nodes[id].front, halves.front, centers);
+    const BspChild back =
+        Relieve(built_->tree.nodes[id].back, halves.back, centers);
+    built_->tree.nodes[id].front = front;
+    built_->tree.nodes[id].back = back;
+    return child;
+  }
+
+  [[nodiscard]] bool CutAny() const { return cut_any_; }
+
+ private:
+  BspChild Cut(LeafId leaf,
+               const ConvexRegion& region,
+               std::vector<Point3> centers,
+               double patches_per_center) {
+    const double patches =
+        static_cast<double>(centers.size()) * patches_per_center;
+    const auto plane = patches > kAimedShare * most_patches_
+                           ? MedianPlane(region, centers)
+                           : std::nullopt;
+    if (!plane) {
+      built_->leaves[leaf.Index()] = ShapeOf(region);
+      return BspChild(leaf);
+    }
+    cut_any_ = true;
+    const NodeId id(built_->tree.nodes.size());
+    built_->tree.nodes.push_back({*plane, {}, {}});
+    built_->sections.push_back(region.CrossSection(*plane));
+    const auto middle = std::partition(
+        centers.begin(), centers.end(), [&plane](const Point3& p) {
+          return plane->Distance(p) >= 0;
+        });
+    std::vector<Point3> behind(middle, centers.end());
+    centers.erase(middle, centers.end());
+    const ConvexRegion::Halves halves = region.Cut(*plane);
+    const BspChild front =
+        Cut(leaf, halves.front, std::move(centers), patches_per_center);
+    built_->leaves.emplace_back();
+    const LeafId added(built_->leaves.size() - 1);
+    const BspChild back =
+        Cut(added, halves.back, std::move(behind), patches_per_center);
+    built_->tree.nodes[id.Index()].front = front;
+    built_->tree.nodes[id.Index()].back = back;
+    return BspChild(id);
+  }
+
+  // Square to the longest axis that leaves two parts thick enough.
+  static std::optional<Plane> MedianPlane(const ConvexRegion& region,
+                                          std::vector<Point3>& centers) {
+    const Vec3 extent = region.Bounds().Extent();
+    std::array<size_t, 3> axes{0, 1, 2};
+    std::stable_sort(axes.begin(), axes.end(), [&extent](size_t a, size_t b) {
+      return extent[a] > extent[b];
+    });
+    for (const size_t axis : axes) {
+      const auto middle =
+          centers.begin() + static_cast<std::ptrdiff_t>(centers.size() / 2);
+      std::nth_element(centers.begin(),
+                       middle,
+                       centers.end(),
+                       [axis](const Point3& a, const Point3& b) {
+                         return a[axis] < b[axis];
+                       });
+      const Vec3 normal{
+          axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
+      const Plane plane{normal, (*middle)[axis]};
+      const auto thickness = region.ThicknessAt(plane);
+      if (std::min(thickness.front_m, thickness.back_m) > kLeastPartM) {
+        return plane;
+      }
+    }
+    return std::nullopt;
+  }
+
+  const FaceSurvey* survey_;
+  uint32_t most_patches_;
+  BuiltTree* built_;
+  bool cut_any_ = false;
+};
+
+bool IsAnyCrowded(const FaceSurvey& survey, uint32_t most_patches) {
+  return std::any_of(
+      survey.patches.begin(),
+      survey.patches.end(),
+      [most_patches](uint32_t patches) { return patches > most_patches; });
+}
+
+}  // namespace
+
+FaceSurvey RelieveCrowdedLeaves(const BlockStorage& store,
+                                uint32_t most_patches,
+                                MemoryBudget& budget,
+                                BuiltTree& built) {
+  FaceSurvey survey = SurveyFaces(store, built.tree, budget);
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!IsAnyCrowded(survey, most_patches)) {
+      break;
+    }
+    uint64_t patches = 0;
+    for (const uint32_t of_leaf : survey.patches) {
+      patches += of_leaf > most_patches ? of_leaf : 0;
+    }
+    const MemoryCharge charge(
+        budget, patches * 2 * sizeof(Point3), "the faces of crowded rooms");
+    CenterCollector collector(built.tree, survey, most_patches);
+    ForEachFace(store, [&collector](FaceId, const Face& face) {
+      collector.Add(face.vertices);
+    });
+    Centers centers = collector.Take();
+    LeafCutter cutter(survey, most_patches, built);
+    built.tree.root =
+        cutter.Relieve(built.tree.root, ConvexRegion(built.tree.box), centers);
+    built.tree.leaf_count = static_cast<uint32_t>(built.leaves.size());
+    if (!cutter.CutAny()) {
+      break;
+    }
+    survey = {};
+    survey = SurveyFaces(store, built.tree, budget);
+  }
+  return survey;
+}
+
+}  // namespace enfilade
