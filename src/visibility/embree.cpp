@@ -14,7 +14,10 @@ namespace {
 
 // Bytes that Embree allocated less those it freed on this thread: a scene is
 // built on one thread, so the difference over a build is what the scene holds.
-thread_local int64_t thread_bytes = 0;
+int64_t& ThreadBytes() {
+  thread_local int64_t bytes = 0;
+  return bytes;
+}
 
 static_assert(sizeof(LocalPoint) == 12, "vertices are packed for Embree");
 
@@ -91,7 +94,7 @@ bool EmbreeDevice::OnMemory(void* self, ssize_t bytes, bool /*post*/) {
   if (bytes < 0) {
     budget.Release(static_cast<uint64_t>(-bytes));
   }
-  thread_bytes += bytes;
+  ThreadBytes() += bytes;
   return true;
 }
 
@@ -100,7 +103,7 @@ std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
     std::span<const LocalTriangle> triangles,
     const char* what,
     RTCFilterFunctionN filter) {
-  const int64_t bytes_before = thread_bytes;
+  const int64_t bytes_before = ThreadBytes();
   rtcGetDeviceError(device_);  // forgets an earlier one
   auto scene =
       std::make_unique<EmbreeScene>(shared_from_this(), rtcNewScene(device_));
@@ -130,7 +133,7 @@ std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
                  static_cast<int>(error),
                  what);
   scene->bytes_ =
-      static_cast<uint64_t>(std::max<int64_t>(0, thread_bytes - bytes_before));
+      static_cast<uint64_t>(std::max<int64_t>(0, ThreadBytes() - bytes_before));
   return scene;
 }
 

@@ -101,7 +101,7 @@ struct RawHit {
 
 // What a query hands to its filter. Embree's struct comes first.
 struct QueryContext {
-  RTCIntersectContext embree;
+  RTCIntersectContext embree{};
   RawHit back;
 };
 

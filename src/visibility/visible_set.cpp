@@ -64,9 +64,9 @@ VisibleSet Decode(const Bytes& bytes) {
 }
 
 uint64_t BytesOf(const VisibleSet& set) {
-  uint64_t bytes = sizeof set;
+  uint64_t bytes = sizeof(VisibleSet);
   for (const VisibleCell& v : set) {
-    bytes += sizeof v + v.between.size() * sizeof(CellId);
+    bytes += sizeof(VisibleCell) + v.between.size() * sizeof(CellId);
   }
   return bytes;
 }
