@@ -1,10 +1,16 @@
 // The verb `info`.
 
+#include "base/error.h"
+#include "visibility/audit.h"
+
 #include <memory>
 
 #include "tools/command.h"
 #include "tools/command_options.h"
+#include "tools/progress.h"
+#include "tools/signal.h"
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 namespace enfilade {
 namespace {
@@ -28,15 +34,79 @@ std::string OutlookText(const Json& report, const std::string& store) {
       store);
 }
 
+// Shoots the rays; warns of the first pairs that were missed.
+AuditSummary RunAudit(const BlockStorage& store,
+                      const CommonOptions& common,
+                      uint64_t rays,
+                      MemoryBudget& budget) {
+  if (LoadStage(store) < Stage::kTraceable) {
+    throw InputError("the store has no visible sets to audit yet");
+  }
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("audit");
+  const AuditSummary audit = Audit(store, rays, budget, [&](double fraction) {
+    ThrowIfStopRequested();
+    progress.Update(fraction);
+  });
+  progress.End();
+  for (const MissedPair& pair : audit.first_missed) {
+    spdlog::warn(
+        "cells {} and {} see each other from ({}, {}, {}) to ({}, {}, "
+        "{}), but not by the visible sets",
+        pair.origin.value,
+        pair.target.value,
+        pair.from.x,
+        pair.from.y,
+        pair.from.z,
+        pair.to.x,
+        pair.to.y,
+        pair.to.z);
+  }
+  return audit;
+}
+
+void AddAuditKeys(const AuditSummary& audit, Json& report) {
+  report["audit_rays"] = audit.audit_rays;
+  report["audit_missed"] = audit.audit_missed;
+  report["audit_leaks"] = audit.audit_leaks;
+  report["conservative_pairs"] = audit.conservative_pairs;
+  report["sampled_pairs"] = audit.sampled_pairs;
+}
+
+std::string AuditText(const AuditSummary& audit) {
+  return fmt::format(
+      "audit     {} rays, {} missed, {} leaks; {} conservative pairs over {} "
+      "sampled\n",
+      audit.audit_rays,
+      audit.audit_missed,
+      audit.audit_leaks,
+      audit.conservative_pairs,
+      audit.sampled_pairs);
+}
+
 void InfoCommand::Run() {
   ApplyVerbosity(common);
   LimitsInForce limits(common.limits);
   const auto storage = OpenExistingStore(store, StoreAccess::kRead);
   const SolveSettings settings = LoadSettings(*storage);
-  const Json report =
+  Json report =
       SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
   fmt::print("{}{}", SummaryText(report), OutlookText(report, store));
+  uint64_t missed = 0;
+  if (audit_rays > 0) {
+    const AuditSummary audit =
+        RunAudit(*storage, common, audit_rays, limits.Budget());
+    AddAuditKeys(audit, report);
+    fmt::print("{}", AuditText(audit));
+    missed = audit.audit_missed;
+  }
   WriteReportIfAsked(common, report);
+  if (missed > 0) {
+    throw Error(ExitCode::kBug,
+                fmt::format("{} rays join cells that the visible sets keep "
+                            "apart; please report this with the scene",
+                            missed));
+  }
 }
 
 }  // namespace
@@ -48,6 +118,12 @@ void AddInfoCommand(CLI::App& app) {
   command->add_option("store", options->store, "The store")
       ->required()
       ->type_name("STORE");
+  command
+      ->add_option("--audit",
+                   options->audit_rays,
+                   "Check the visible sets with this many rays")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("RAYS");
   AddCommonOptions(*command, options->common);
   SetExample(*command, "enfilade info office.enf --report office.json");
   command->callback([options] { options->Run(); });

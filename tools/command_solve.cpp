@@ -65,24 +65,31 @@ struct ResumeCommand {
            : "remove it, or give another name with -o"));
 }
 
-// Runs the stages and reports. Throws if the requested error was not met.
-void SolveAndReport(BlockStorage& store,
-                    const fs::path& path,
-                    const SolveSettings& settings,
-                    const CommonOptions& common,
-                    MemoryBudget& budget) {
+// Runs the stages; says how to go on when they are interrupted.
+SolveSummary RunStages(BlockStorage& store,
+                       const fs::path& path,
+                       const SolveSettings& settings,
+                       const CommonOptions& common,
+                       MemoryBudget& budget) {
   Progress progress(Progress::ChooseOutput(common.verbose));
-  SolveSummary summary;
   try {
-    summary = RunPipeline(store, settings, common.limits, budget, progress);
+    return RunPipeline(store, settings, common.limits, budget, progress);
   } catch (const InterruptedError&) {
     throw InterruptedError(fmt::format(
         "stopped; the work so far is kept: go on with 'enfilade resume {}'",
         path.string()));
   }
-  progress.End();
-  RunRecord record = LoadRunRecord(store);
-  Json report = SolveReport(store, settings, record, budget);
+}
+
+// Reports on a store that is complete on disk: opened anew, so that its size
+// is what the user will see. Throws if the requested error was not met.
+void ReportSolve(const fs::path& path,
+                 const SolveSummary& summary,
+                 const CommonOptions& common,
+                 MemoryBudget& budget) {
+  const auto store = OpenStore(path, StoreAccess::kRead);
+  const SolveSettings settings = LoadSettings(*store);
+  Json report = SolveReport(*store, settings, LoadRunRecord(*store), budget);
   report["peak_rss_bytes"] = PeakResidentBytes();
   WriteReportIfAsked(common, report);
   fmt::print("{}", SummaryText(report));
@@ -150,13 +157,17 @@ void SolveCommand::Run() {
   LimitsInForce limits(common.limits);
   auto storage = CreateStoreOf(settings, store);
   try {
-    SolveAndReport(*storage, store, settings, common, limits.Budget());
+    const SolveSummary summary =
+        RunStages(*storage, store, settings, common, limits.Budget());
+    storage.reset();
+    ReportSolve(store, summary, common, limits.Budget());
   } catch (const InterruptedError&) {
     throw;
   } catch (const Error&) {
     // Nothing worth keeping before the scene is in: the mended scene can be
     // solved into the same file.
-    const bool worthless = LoadStage(*storage) < Stage::kImported;
+    const bool worthless =
+        storage != nullptr && LoadStage(*storage) < Stage::kImported;
     storage.reset();
     if (worthless) {
       RemoveStore(store);
@@ -181,7 +192,10 @@ void ResumeCommand::Run() {
     SaveSettings(*storage, settings);
   }
   LimitsInForce limits(common.limits);
-  SolveAndReport(*storage, store, settings, common, limits.Budget());
+  const SolveSummary summary =
+      RunStages(*storage, store, settings, common, limits.Budget());
+  storage.reset();
+  ReportSolve(store, summary, common, limits.Budget());
 }
 
 void AddSceneOptions(CLI::App& command, SolveCommand& options) {
