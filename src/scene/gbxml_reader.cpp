@@ -70,7 +70,8 @@ Point3 MeanOf(const Polygon3& polygon) {
   return polygon[0] + sum / static_cast<double>(polygon.size());
 }
 
-bool BoundsSpace(const GbxmlSurface& surface) {
+// Names one Space, or two different ones.
+bool Separates(const GbxmlSurface& surface) {
   return surface.first && surface.first != surface.second;
 }
 
@@ -94,7 +95,7 @@ class GbxmlImport {
     Count();
     for (size_t i = 0; i < model_.surfaces.size(); ++i) {
       object_ = ObjectId(i);
-      Import(model_.surfaces[i]);
+      Import(model_.surfaces[i], in_shell_[i]);
     }
     Notes();
   }
@@ -117,13 +118,21 @@ class GbxmlImport {
 
   void BuildShells() {
     shells_.resize(model_.spaces.size());
-    for (const GbxmlSurface& s : model_.surfaces) {
-      if (BoundsSpace(s)) {
+    std::vector<std::vector<size_t>> doubtful(model_.spaces.size());
+    for (size_t i = 0; i < model_.surfaces.size(); ++i) {
+      const GbxmlSurface& s = model_.surfaces[i];
+      if (Separates(s)) {
         shells_[s.first->Index()].Add(s.polygon);
         if (s.second) {
           shells_[s.second->Index()].Add(s.polygon);
         }
+      } else if (s.first) {
+        doubtful[s.first->Index()].push_back(i);
       }
+    }
+    in_shell_.assign(model_.surfaces.size(), false);
+    for (size_t i = 0; i < shells_.size(); ++i) {
+      Complete(shells_[i], doubtful[i]);
     }
     for (size_t i = 0; i < shells_.size(); ++i) {
       Space space;
@@ -134,27 +143,57 @@ class GbxmlImport {
     }
   }
 
+  // Surfaces that name one Space twice are partitions inside it or, in some
+  // files, walls and floors with nothing modelled behind them: the latter are
+  // those that the shell needs to be closed, or less open.
+  void Complete(SpaceShell& shell, const std::vector<size_t>& doubtful) {
+    constexpr size_t kMostTried = 8;
+    const size_t tried = std::min(doubtful.size(), kMostTried);
+    SpaceShell best = shell;
+    double best_open = shell.OpenLength(kShellTolerance_m);
+    size_t best_mask = 0;
+    for (size_t mask = 1; mask < (size_t{1} << tried) && best_open > 0;
+         ++mask) {
+      SpaceShell candidate = shell;
+      for (size_t bit = 0; bit < tried; ++bit) {
+        if ((mask >> bit & 1U) != 0) {
+          candidate.Add(model_.surfaces[doubtful[bit]].polygon);
+        }
+      }
+      const double open = candidate.OpenLength(kShellTolerance_m);
+      if (open < best_open - kShellTolerance_m || open == 0) {
+        best = std::move(candidate);
+        best_open = open;
+        best_mask = mask;
+      }
+    }
+    shell = std::move(best);
+    for (size_t bit = 0; bit < tried; ++bit) {
+      in_shell_[doubtful[bit]] = (best_mask >> bit & 1U) != 0;
+    }
+  }
+
   void Count() {
     GbxmlCounts& counts = *info_.gbxml;
     counts.spaces = static_cast<uint32_t>(model_.spaces.size());
     for (const Space& space : info_.spaces) {
-      counts.closed_spaces += space.closed ? 1 : 0;
+      counts.closed_spaces += space.closed ? 1U : 0U;
     }
     for (const GbxmlSurface& s : model_.surfaces) {
-      if (!s.second || !BoundsSpace(s)) {
+      if (!s.second || !Separates(s)) {
         continue;
       }
-      counts.open_boundaries += IsAir(s.type) ? 1 : 0;
+      counts.open_boundaries += IsAir(s.type) ? 1U : 0U;
       for (const GbxmlOpening& o : s.openings) {
-        counts.interior_doors += IsDoor(o.type) ? 1 : 0;
-        counts.open_boundaries += IsAir(o.type) && !IsAir(s.type) ? 1 : 0;
+        counts.interior_doors += IsDoor(o.type) ? 1U : 0U;
+        counts.open_boundaries += IsAir(o.type) && !IsAir(s.type) ? 1U : 0U;
       }
     }
   }
 
-  void Import(const GbxmlSurface& surface) {
+  void Import(const GbxmlSurface& surface, bool in_shell) {
     const Vec3 normal = AreaVector(surface.polygon);
-    const auto [front, back] = Sides(surface);
+    const auto [front, back] = Sides(surface, in_shell);
     face_.object = object_;
     face_.front_space = front;
     face_.back_space = back;
@@ -242,11 +281,15 @@ class GbxmlImport {
   using SpacePair = std::pair<std::optional<SpaceId>, std::optional<SpaceId>>;
 
   // The Spaces in front of and behind the polygon as it is wound.
-  SpacePair Sides(const GbxmlSurface& surface) {
-    if (!BoundsSpace(surface)) {
+  SpacePair Sides(const GbxmlSurface& surface, bool in_shell) {
+    if (!Separates(surface) && !in_shell) {
       return {surface.first, surface.second};
     }
     const int votes = FirstInFront(surface);
+    if (in_shell) {
+      return votes > 0 ? SpacePair{surface.first, std::nullopt}
+                       : SpacePair{std::nullopt, surface.first};
+    }
     if (votes == 0) {
       ++unclear_;
     } else if (votes > 0) {
@@ -285,7 +328,8 @@ class GbxmlImport {
       const SpaceShell& shell = shells_[space.Index()];
       return (shell.Contains(front) ? 1 : 0) - (shell.Contains(back) ? 1 : 0);
     };
-    return lean(*surface.first) - (surface.second ? lean(*surface.second) : 0);
+    return lean(*surface.first) -
+           (Separates(surface) && surface.second ? lean(*surface.second) : 0);
   }
 
   void Notes() {
@@ -311,6 +355,8 @@ class GbxmlImport {
   SceneWriter& writer_;
   SceneInfo& info_;
   std::vector<SpaceShell> shells_;  // indexed by SpaceId
+  // Indexed as the surfaces: names one Space twice and is part of its shell.
+  std::vector<bool> in_shell_;
   std::map<std::pair<std::string, bool>, size_t> input_by_type_;
   Face face_;
   ObjectId object_;

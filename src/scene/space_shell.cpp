@@ -87,7 +87,7 @@ bool SpaceShell::Contains(Point3 p) const {
   return 2 * odd > kRays;
 }
 
-bool SpaceShell::IsCovered(const Edge& edge, double tolerance) const {
+double SpaceShell::OpenLengthOf(const Edge& edge, double tolerance) const {
   constexpr double kParallel = 0.98;
   const double length = Length(edge.to - edge.from);
   const Vec3 along = (edge.to - edge.from) / length;
@@ -121,6 +121,7 @@ bool SpaceShell::IsCovered(const Edge& edge, double tolerance) const {
     breaks.push_back(std::clamp(high, 0.0, 1.0));
   }
   std::sort(breaks.begin(), breaks.end());
+  double open = 0;
   for (size_t i = 0; i + 1 < breaks.size(); ++i) {
     if ((breaks[i + 1] - breaks[i]) * length <= 2 * tolerance) {
       continue;
@@ -131,18 +132,20 @@ bool SpaceShell::IsCovered(const Edge& edge, double tolerance) const {
           return c.first < middle && middle < c.second;
         });
     if (count % 2 != 0) {
-      return false;
+      open += (breaks[i + 1] - breaks[i]) * length;
     }
   }
-  return true;
+  return open;
 }
 
-bool SpaceShell::IsClosed(double tolerance) const {
-  return !edges_.empty() &&
-         std::all_of(edges_.begin(), edges_.end(), [&](const Edge& edge) {
-           return Length(edge.to - edge.from) <= 2 * tolerance ||
-                  IsCovered(edge, tolerance);
-         });
+double SpaceShell::OpenLength(double tolerance) const {
+  double open = 0;
+  for (const Edge& edge : edges_) {
+    if (Length(edge.to - edge.from) > 2 * tolerance) {
+      open += OpenLengthOf(edge, tolerance);
+    }
+  }
+  return open;
 }
 
 }  // namespace enfilade

@@ -25,7 +25,12 @@ class SpaceShell {
 
   // The polygons' edges cancel: along every edge, an even number of them lie
   // on each other within the tolerance (in metres). T-junctions are no gaps.
-  [[nodiscard]] bool IsClosed(double tolerance) const;
+  [[nodiscard]] bool IsClosed(double tolerance) const {
+    return !edges_.empty() && OpenLength(tolerance) == 0;
+  }
+
+  // Metres of edges, each polygon's counted, along which the number is odd.
+  [[nodiscard]] double OpenLength(double tolerance) const;
 
   [[nodiscard]] const Box3& Bounds() const { return bounds_; }
 
@@ -40,7 +45,7 @@ class SpaceShell {
   };
 
   [[nodiscard]] size_t Crossings(Point3 origin, Vec3 direction) const;
-  [[nodiscard]] bool IsCovered(const Edge& edge, double tolerance) const;
+  [[nodiscard]] double OpenLengthOf(const Edge& edge, double tolerance) const;
 
   std::vector<Side> sides_;
   std::vector<Edge> edges_;
