@@ -79,12 +79,13 @@ bool Separates(const GbxmlSurface& surface) {
 class GbxmlImport {
  public:
   GbxmlImport(GbxmlModel model,
-              std::string file,
+              const GbxmlInput& input,
               MaterialTable& materials,
               SceneWriter& writer,
               SceneInfo& info)
       : model_(std::move(model)),
-        file_(std::move(file)),
+        file_(input.path.string()),
+        strip_spaces_(input.strip_spaces),
         materials_(materials),
         writer_(writer),
         info_(info) {}
@@ -250,7 +251,12 @@ class GbxmlImport {
     face_.material = material;
     for (const Polygon3& piece : pieces) {
       face_.vertices = piece;
-      writer_.Add(face_);
+      Face face = face_;
+      if (strip_spaces_) {
+        face.front_space.reset();
+        face.back_space.reset();
+      }
+      writer_.Add(face);
     }
   }
 
@@ -351,6 +357,7 @@ class GbxmlImport {
 
   GbxmlModel model_;
   std::string file_;
+  bool strip_spaces_;
   MaterialTable& materials_;
   SceneWriter& writer_;
   SceneInfo& info_;
@@ -367,13 +374,17 @@ class GbxmlImport {
 
 }  // namespace
 
-void ReadGbxml(const std::filesystem::path& path,
+void ReadGbxml(const GbxmlInput& input,
                MaterialTable& materials,
                MemoryBudget& budget,
                SceneWriter& writer,
                SceneInfo& info) {
-  GbxmlModel model = ReadGbxmlModel(path, budget);
-  GbxmlImport(std::move(model), path.string(), materials, writer, info).Run();
+  GbxmlModel model = ReadGbxmlModel(input.path, budget);
+  GbxmlImport(std::move(model), input, materials, writer, info).Run();
+  if (input.strip_spaces) {
+    info.spaces.clear();
+    info.openings.clear();
+  }
 }
 
 }  // namespace enfilade

@@ -3,6 +3,7 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "base/hash.h"
+#include "scene/default_luminaires.h"
 #include "scene/gbxml_reader.h"
 #include "scene/input_file.h"
 #include "scene/material_table.h"
@@ -97,6 +98,40 @@ void CheckHasLight(const std::filesystem::path& scene,
   }
 }
 
+// Adds the panels of --default-luminaires if nothing emits yet.
+void AddDefaultLuminaires(const std::filesystem::path& scene,
+                          const BlockStorage& store,
+                          MemoryBudget& budget,
+                          SceneWriter& writer,
+                          SceneInfo& info) {
+  if (std::any_of(info.materials.begin(), info.materials.end(), Emits)) {
+    info.notes.emplace_back(
+        "no default luminaires were laid: the scene has lights of its own");
+    return;
+  }
+  LuminaireInput input;
+  input.has_spaces = !info.spaces.empty();
+  input.z_is_up = info.gbxml.has_value();
+  input.openings = info.openings;
+  input.material = MaterialId(info.materials.size());
+  const LuminaireResult laid = LayDefaultLuminaires(store, input, budget);
+  if (laid.panels.empty()) {
+    throw InputError(fmt::format(
+        "{}: no ceiling was found to lay default luminaires on (taking {} as "
+        "up and the unit as a metre); give a material an exitance instead",
+        scene.string(),
+        laid.up_axis));
+  }
+  info.materials.push_back(DefaultLuminaireMaterial(info.photometric));
+  for (const Face& panel : laid.panels) {
+    writer.Add(panel);
+  }
+  info.notes.push_back(
+      fmt::format("{} default luminaires were laid below ceilings; {} is up",
+                  laid.panels.size(),
+                  laid.up_axis));
+}
+
 }  // namespace
 
 uint64_t HashSceneFiles(const std::filesystem::path& scene,
@@ -154,11 +189,14 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
       info.notes.push_back(std::move(note));
     }
   } else {
-    ReadGbxml(scene, materials, budget, writer, info);
+    ReadGbxml({scene, options.strip_spaces}, materials, budget, writer, info);
   }
   writer.Flush();
   materials.ThrowIfRefused();
   info.materials = materials.Materials();
+  if (options.default_luminaires) {
+    AddDefaultLuminaires(scene, store, budget, writer, info);
+  }
   CheckHasLight(scene, info.materials);
   return writer.Finish(std::move(info));
 }

@@ -1,0 +1,232 @@
+#include "scene/default_luminaires.h"
+
+#include "scene/plan_index.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+constexpr double kPanel_m = 0.6;
+constexpr double kMargin_m = 0.05;   // from a panel to a wall
+constexpr double kHang_m = 0.03;     // from a ceiling to its panel
+constexpr double kBeam_m = 0.4;      // walls that reach this near to a ceiling
+constexpr double kSpacing_m = 2.4;   // from panel to panel
+constexpr double kCoarseSteps = 8;   // fine steps in a spacing
+constexpr double kFineStep_m = 0.3;  // rooms of 0.6 + 0.3 m are not missed
+constexpr double kLeastClear_m = 1.2;
+constexpr double kLeastRoom_m = 1.8;
+constexpr double kMostRoom_m = 15.0;
+constexpr double kSameCeiling_m = 0.5;
+constexpr double kExitance_w_m2 = 320.0;    // 20 x spacing^2 / panel area
+constexpr double kExitance_lm_m2 = 8000.0;  // 500 x the same
+constexpr double kLevelCosine = 0.94;       // 20 degrees
+constexpr double kLevelCosineInSpaces = 0.5;
+
+// y or z: the one that more area is level to. 1 or 2.
+size_t FindUp(const BlockStorage& store) {
+  constexpr double kAlong = 0.99;
+  double area_y = 0;
+  double area_z = 0;
+  ForEachFace(store, [&](FaceId, const Face& face) {
+    const Vec3 area = AreaVector(face.vertices);
+    const double size = Length(area);
+    area_y += std::abs(area.y) > kAlong * size ? size : 0;
+    area_z += std::abs(area.z) > kAlong * size ? size : 0;
+  });
+  return area_y > area_z ? 1 : 2;
+}
+
+// A panel that hangs, or might.
+struct Lamp {
+  Point2 center;
+  double height = 0;
+  std::optional<SpaceId> space;
+};
+
+class LampLayer {
+ public:
+  LampLayer(const PlanIndex& plan, const LuminaireInput& input)
+      : plan_(plan), input_(input) {}
+
+  std::vector<Lamp> Run() {
+    for (const LevelFace& ceiling : plan_.Levels()) {
+      TryGrid(ceiling, kCoarseSteps * kFineStep_m);
+    }
+    for (const LevelFace& ceiling : plan_.Levels()) {
+      TryGrid(ceiling, kFineStep_m);
+    }
+    return lamps_;
+  }
+
+ private:
+  void TryGrid(const LevelFace& ceiling, double step) {
+    if (input_.has_spaces && !ceiling.below) {
+      return;
+    }
+    Point2 low = ceiling.outline[0];
+    Point2 high = low;
+    for (const Point2 p : ceiling.outline) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+    const auto first = [&](double value) {
+      return static_cast<int64_t>(std::ceil(value / step - 0.5));
+    };
+    const auto at = [&](int64_t i) {
+      return (static_cast<double>(i) + 0.5) * step;
+    };
+    for (int64_t i = first(low.x); at(i) <= high.x; ++i) {
+      for (int64_t j = first(low.y); at(j) <= high.y; ++j) {
+        const Point2 center{at(i), at(j)};
+        if (ceiling.Covers(center)) {
+          TryPlace(ceiling, center);
+        }
+      }
+    }
+  }
+
+  void TryPlace(const LevelFace& ceiling, Point2 center) {
+    const double reach = 0.5 * kPanel_m;
+    const std::array<Point2, 4> corners{{{center.x - reach, center.y - reach},
+                                         {center.x + reach, center.y - reach},
+                                         {center.x + reach, center.y + reach},
+                                         {center.x - reach, center.y + reach}}};
+    double lowest = ceiling.HeightAt(center);
+    for (const Point2 p : corners) {
+      lowest = std::min(lowest, ceiling.HeightAt(p));
+    }
+    const Lamp lamp{center, lowest - kHang_m, ceiling.below};
+    if (IsServed(lamp) || !IsRoomBelow(lamp, center) ||
+        !std::all_of(corners.begin(), corners.end(), [&](Point2 p) {
+          return IsUnderCeiling(lamp, p) && IsRoomBelow(lamp, p);
+        })) {
+      return;
+    }
+    const double wall_reach = reach + kMargin_m;
+    if (plan_.WallInBox({center.x - wall_reach, center.y - wall_reach},
+                        {center.x + wall_reach, center.y + wall_reach},
+                        lamp.height - kBeam_m,
+                        lamp.height)) {
+      return;
+    }
+    near_[CellOf(center)].push_back(lamps_.size());
+    lamps_.push_back(lamp);
+  }
+
+  // A lamp of the same room is nearer than the spacing.
+  [[nodiscard]] bool IsServed(const Lamp& lamp) const {
+    constexpr double kRounding_m = 1e-6;
+    constexpr double kSameStorey_m = 1.5;
+    const auto [x, y] = CellOf(lamp.center);
+    for (int64_t i = x - 1; i <= x + 1; ++i) {
+      for (int64_t j = y - 1; j <= y + 1; ++j) {
+        const auto it = near_.find({i, j});
+        if (it == near_.end()) {
+          continue;
+        }
+        for (const size_t k : it->second) {
+          const Lamp& other = lamps_[k];
+          const double apart = std::hypot(other.center.x - lamp.center.x,
+                                          other.center.y - lamp.center.y);
+          if (apart < kSpacing_m - kRounding_m &&
+              std::abs(other.height - lamp.height) < kSameStorey_m &&
+              (input_.has_spaces
+                   ? other.space == lamp.space
+                   : !plan_.WallBetween(other.center,
+                                        lamp.center,
+                                        lamp.height - kBeam_m / 2))) {
+            return true;
+          }
+        }
+      }
+    }
+    return false;
+  }
+
+  // A ceiling of the room is over p, not far above the lamp.
+  [[nodiscard]] bool IsUnderCeiling(const Lamp& lamp, Point2 p) const {
+    bool under = false;
+    plan_.ForLevelsAt(p, [&](const LevelFace& face) {
+      const double above = face.HeightAt(p) - lamp.height;
+      under = under || (above >= 0 && above <= kSameCeiling_m + kHang_m &&
+                        (!input_.has_spaces || face.below == lamp.space));
+    });
+    return under;
+  }
+
+  // Free height under the lamp at p, and a floor.
+  [[nodiscard]] bool IsRoomBelow(const Lamp& lamp, Point2 p) const {
+    bool is_free = true;
+    bool has_floor = false;
+    plan_.ForLevelsAt(p, [&](const LevelFace& face) {
+      const double depth = lamp.height + kHang_m / 2 - face.HeightAt(p);
+      is_free = is_free && !(depth >= 0 && depth < kLeastClear_m);
+      has_floor = has_floor || (depth >= kLeastRoom_m && depth <= kMostRoom_m);
+    });
+    return is_free && has_floor;
+  }
+
+  static std::pair<int64_t, int64_t> CellOf(Point2 p) {
+    return {static_cast<int64_t>(std::floor(p.x / kSpacing_m)),
+            static_cast<int64_t>(std::floor(p.y / kSpacing_m))};
+  }
+
+  const PlanIndex& plan_;
+  const LuminaireInput& input_;
+  std::vector<Lamp> lamps_;
+  std::map<std::pair<int64_t, int64_t>, std::vector<size_t>> near_;
+};
+
+Face PanelOf(const Lamp& lamp, const PlanIndex& plan, MaterialId material) {
+  const double r = 0.5 * kPanel_m;
+  const Point2 c = lamp.center;
+  Face face;
+  face.material = material;
+  face.front_space = lamp.space;
+  face.back_space = lamp.space;
+  for (const Point2 p : {Point2{c.x - r, c.y - r},
+                         Point2{c.x - r, c.y + r},
+                         Point2{c.x + r, c.y + r},
+                         Point2{c.x + r, c.y - r}}) {
+    face.vertices.push_back(plan.ToWorld(p, lamp.height));
+  }
+  return face;
+}
+
+}  // namespace
+
+Material DefaultLuminaireMaterial(bool photometric) {
+  Material material;
+  material.name = "default luminaire";
+  material.exitance.fill(photometric ? kExitance_lm_m2 : kExitance_w_m2);
+  material.sides = 1;
+  return material;
+}
+
+LuminaireResult LayDefaultLuminaires(const BlockStorage& store,
+                                     const LuminaireInput& input,
+                                     MemoryBudget& budget) {
+  const size_t up = input.z_is_up ? 2 : FindUp(store);
+  PlanIndex plan(
+      up, input.has_spaces ? kLevelCosineInSpaces : kLevelCosine, budget);
+  ForEachFace(store, [&](FaceId, const Face& face) {
+    plan.Add(face.vertices, face.front_space, face.back_space);
+  });
+  for (const Opening& opening : input.openings) {
+    plan.Add(opening.vertices, opening.front_space, opening.back_space);
+  }
+  LuminaireResult result;
+  result.up_axis = up == 2 ? 'z' : 'y';
+  for (const Lamp& lamp : LampLayer(plan, input).Run()) {
+    result.panels.push_back(PanelOf(lamp, plan, input.material));
+  }
+  return result;
+}
+
+}  // namespace enfilade

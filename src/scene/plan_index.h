@@ -1,0 +1,104 @@
+// The building in plan: level faces and upright ones of some size, found by
+// where they are.
+//
+// Notation: a plan point has coordinates (x, y) along two world axes such that
+// x, y, up is right-handed; z is the height.
+
+#pragma once
+
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/vec.h"
+#include "scene/polygon_cut.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace enfilade {
+
+// A face that one can hang from or stand on.
+struct LevelFace {
+  std::vector<Point2> outline;  // counter-clockwise, convex
+  Point2 slope;                 // height = base + slope . point
+  double base = 0;
+  std::optional<SpaceId> below;  // the Space under it, if known
+
+  [[nodiscard]] double HeightAt(Point2 p) const {
+    return base + slope.x * p.x + slope.y * p.y;
+  }
+
+  [[nodiscard]] bool Covers(Point2 p) const;
+};
+
+// An upright face from above.
+struct WallLine {
+  Point2 from, to;
+  double low = 0, high = 0;
+};
+
+class PlanIndex {
+ public:
+  // up: 1 for y, 2 for z. Level faces have an area of at least 0.25 m2 and a
+  // normal whose part along up is at least `least_level`.
+  PlanIndex(size_t up, double least_level, MemoryBudget& budget)
+      : up_(up), least_level_(least_level), budget_(&budget) {}
+
+  // Files the polygon if it is large, and level or upright.
+  void Add(std::span<const Point3> polygon,
+           std::optional<SpaceId> front,
+           std::optional<SpaceId> back);
+
+  [[nodiscard]] const std::vector<LevelFace>& Levels() const { return levels_; }
+
+  // Calls visit(face) for every level face over or under p.
+  template <typename Visit>
+  void ForLevelsAt(Point2 p, const Visit& visit) const {
+    const auto it = levels_at_.find(Key(Cell(p.x), Cell(p.y)));
+    if (it == levels_at_.end()) {
+      return;
+    }
+    for (const uint32_t i : it->second) {
+      if (levels_[i].Covers(p)) {
+        visit(levels_[i]);
+      }
+    }
+  }
+
+  // Some wall at this height comes into the box (from low to high corner).
+  [[nodiscard]] bool WallInBox(Point2 low,
+                               Point2 high,
+                               double z_low,
+                               double z_high) const;
+
+  // Some wall at this height stands between the two points.
+  [[nodiscard]] bool WallBetween(Point2 a, Point2 b, double z) const;
+
+  [[nodiscard]] Point3 ToWorld(Point2 p, double z) const;
+
+ private:
+  static int64_t Cell(double value);
+  static uint64_t Key(int64_t x, int64_t y);
+
+  void AddLevel(std::span<const Point3> polygon,
+                Vec3 normal,
+                std::optional<SpaceId> below);
+  void AddWall(std::span<const Point3> polygon);
+
+  template <typename Visit>
+  bool AnyWall(Point2 low, Point2 high, const Visit& visit) const;
+
+  size_t up_;
+  double least_level_;
+  MemoryBudget* budget_;
+  std::vector<MemoryCharge> charges_;
+  std::vector<LevelFace> levels_;
+  std::vector<WallLine> walls_;
+  std::unordered_map<uint64_t, std::vector<uint32_t>> levels_at_;
+  std::unordered_map<uint64_t, std::vector<uint32_t>> walls_at_;
+};
+
+}  // namespace enfilade
