@@ -11,22 +11,6 @@ constexpr double kParallelogramTolerance = 1e-6;
 // Larger polygons are cut without looking for parallelograms inside them.
 constexpr size_t kMostVerticesForQuads = 20;
 
-// Corners that lie on the line through their neighbours only cost pieces.
-Polygon WithoutStraightCorners(const Polygon& polygon) {
-  Polygon kept;
-  const size_t n = polygon.size();
-  for (size_t i = 0; i < n; ++i) {
-    const Point3 before = kept.empty() ? polygon[(i + n - 1) % n] : kept.back();
-    const Vec3 in = polygon[i] - before;
-    const Vec3 out = polygon[(i + 1) % n] - polygon[i];
-    const double bend = Length(Cross(in, out));
-    if (bend > kRoundingM * std::max(Length(in), Length(out))) {
-      kept.push_back(polygon[i]);
-    }
-  }
-  return kept;
-}
-
 bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
   const Vec3 gap = (b - a) - (c - d);
   const double size = std::max(Length(c - a), Length(d - b));

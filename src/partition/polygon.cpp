@@ -9,6 +9,9 @@
 namespace enfilade {
 namespace {
 
+// A corner this close to the line through its neighbours is no corner.
+constexpr double kStraightM = 1e-9;
+
 // Two axes that span the plane of a unit normal: (u, v, normal) right-handed.
 struct PlaneAxes {
   Vec3 u, v;
@@ -207,6 +210,22 @@ std::vector<Polygon> Subtract(const Polygon& polygon,
   return left;
 }
 
+Polygon WithoutStraightCorners(const Polygon& polygon) {
+  Polygon kept;
+  const size_t n = polygon.size();
+  for (size_t i = 0; i < n; ++i) {
+    const Point3 before = kept.empty() ? polygon[n - 1] : kept.back();
+    const Vec3 in = polygon[i] - before;
+    const Vec3 out = polygon[(i + 1) % n] - polygon[i];
+    const double bend = Length(Cross(in, out));
+    const double longer = std::max(Length(in), Length(out));
+    if (bend > kStraightM * longer || Dot(in, out) < -kStraightM * longer) {
+      kept.push_back(polygon[i]);
+    }
+  }
+  return kept.size() < 3 ? Polygon{} : kept;
+}
+
 Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal) {
   const PlaneAxes axes = AxesOf(normal);
 
@@ -232,7 +251,7 @@ Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal) {
       const Point2& b = hull.back();
       const double cross =
           (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
-      if (cross > kLeastAreaM2) {
+      if (cross > 0) {
         break;
       }
       hull.pop_back();
@@ -248,10 +267,11 @@ Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal) {
   }
   hull.pop_back();
   Polygon result;
+  result.reserve(hull.size());
   for (const Point2& p : hull) {
     result.push_back(p.at);
   }
-  return result.size() < 3 ? Polygon{} : result;
+  return WithoutStraightCorners(result);
 }
 
 }  // namespace enfilade

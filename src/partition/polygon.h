@@ -85,6 +85,10 @@ std::vector<Polygon> Subtract(const Polygon& polygon,
                               const Vec3& normal,
                               const std::vector<const Polygon*>& covers);
 
+// Without the vertices that lie on the line through their neighbours or on top
+// of them; empty if nothing with an area is left.
+Polygon WithoutStraightCorners(const Polygon& polygon);
+
 // The convex hull of points that lie in a plane of the given normal,
 // counter-clockwise seen from the normal's tip. Empty if they are collinear.
 Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal);
