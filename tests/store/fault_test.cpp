@@ -291,7 +291,7 @@ TEST(StoreFaults, EveryFlippedByteOfAFrameIsNoticed) {
     bytes[at] = static_cast<char>(~bytes[at]);
     WriteFile(folder / "b.enf", bytes, bytes.size());
     bytes[at] = static_cast<char>(~bytes[at]);
-    noticed += IsBlockDamaged(folder / "b.enf", key, content) ? 1 : 0;
+    noticed += IsBlockDamaged(folder / "b.enf", key, content) ? 1U : 0U;
   }
   // The frame lies in whole pages and one rest of a page: at most two of its
   // bytes' strides are cut at each of their ends.
