@@ -30,7 +30,7 @@ struct VisibleCell {
 using VisibleSet = std::vector<VisibleCell>;
 
 struct VisibilityOptions {
-  uint32_t max_steps_per_cell = 200000;  // portal sequences tried per cell
+  uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
   std::function<void(double fraction)> progress;  // may be empty
 };
 
