@@ -3,9 +3,8 @@
 #include "base/check.h"
 #include "base/error.h"
 
-#include <cerrno>
-#include <cstring>
 #include <new>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -50,7 +49,8 @@ std::string Reason(sqlite3* handle, int code) {
                            : sqlite3_errstr(code);
   const int system_error = handle ? sqlite3_system_errno(handle) : 0;
   if ((code & 0xff) == SQLITE_IOERR && system_error != 0) {
-    reason += fmt::format(" ({})", std::strerror(system_error));
+    reason +=
+        fmt::format(" ({})", std::generic_category().message(system_error));
   }
   return reason;
 }

@@ -217,13 +217,14 @@ bool IsDamageNoticed(const std::filesystem::path& path,
       noticed = true;
     }
   };
-  for (const auto& [key, content] : model.blocks) {
-    attempt([&] { EXPECT_TRUE(store->GetOrThrow(key) == content); });
+  for (const auto& block : model.blocks) {
+    attempt(
+        [&] { EXPECT_TRUE(store->GetOrThrow(block.first) == block.second); });
   }
-  for (const auto& [name, value] : model.meta) {
+  for (const auto& entry : model.meta) {
     attempt([&] {
-      if (const auto found = store->Meta(name)) {
-        EXPECT_EQ(*found, value);
+      if (const auto found = store->Meta(entry.first)) {
+        EXPECT_EQ(*found, entry.second);
       } else {
         noticed = true;
       }
