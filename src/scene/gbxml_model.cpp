@@ -94,12 +94,28 @@ class ModelReader {
       GbxmlSpace space;
       space.id = node.attribute("id").as_string();
       space.name = ChildOf(node, "Name").text().as_string(space.id.c_str());
+      at_ = fmt::format("Space '{}'", space.id);
+      space.shell = ReadShell(node);
+      at_.clear();
       if (!space_by_id_.emplace(space.id, SpaceId(model_.spaces.size()))
                .second) {
         Fail(fmt::format("two Spaces have the id '{}'", space.id));
       }
       model_.spaces.push_back(std::move(space));
     }
+  }
+
+  [[nodiscard]] std::vector<std::vector<Point3>> ReadShell(
+      const pugi::xml_node& space) const {
+    std::vector<std::vector<Point3>> shell;
+    const pugi::xml_node closed =
+        ChildOf(ChildOf(space, "ShellGeometry"), "ClosedShell");
+    for (const pugi::xml_node& loop : closed.children()) {
+      if (Is(loop, "PolyLoop")) {
+        shell.push_back(ReadLoop(loop));
+      }
+    }
+    return shell;
   }
 
   void ReadSurface(const pugi::xml_node& node) {
@@ -142,6 +158,10 @@ class ModelReader {
     if (!loop) {
       Fail(fmt::format("{} without PlanarGeometry/PolyLoop", node.name()));
     }
+    return ReadLoop(loop);
+  }
+
+  [[nodiscard]] std::vector<Point3> ReadLoop(const pugi::xml_node& loop) const {
     std::vector<Point3> polygon;
     for (const pugi::xml_node& point : loop.children()) {
       if (Is(point, "CartesianPoint")) {

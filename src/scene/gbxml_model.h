@@ -30,6 +30,9 @@ struct GbxmlSurface {
 struct GbxmlSpace {
   std::string id;
   std::string name;
+  // ShellGeometry/ClosedShell, if the file gives one: the room as measured
+  // inside its walls, which is not where the Surfaces are.
+  std::vector<std::vector<Point3>> shell;
 };
 
 struct GbxmlModel {

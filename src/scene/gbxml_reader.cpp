@@ -75,6 +75,18 @@ bool Separates(const GbxmlSurface& surface) {
   return surface.first && surface.first != surface.second;
 }
 
+// The area vectors of a closed, consistently wound surface add up to zero.
+bool HasClosedShell(const GbxmlSpace& space) {
+  constexpr double kTolerance = 1e-3;
+  Vec3 sum;
+  double area = 0;
+  for (const std::vector<Point3>& polygon : space.shell) {
+    sum = sum + AreaVector(polygon);
+    area += Length(AreaVector(polygon));
+  }
+  return area > 0 && Length(sum) < kTolerance * area;
+}
+
 // Turns one model into faces.
 class GbxmlImport {
  public:
@@ -179,6 +191,9 @@ class GbxmlImport {
     counts.spaces = static_cast<uint32_t>(model_.spaces.size());
     for (const Space& space : info_.spaces) {
       counts.closed_spaces += space.closed ? 1U : 0U;
+    }
+    for (const GbxmlSpace& space : model_.spaces) {
+      counts.closed_shells += HasClosedShell(space) ? 1U : 0U;
     }
     for (const GbxmlSurface& s : model_.surfaces) {
       if (!s.second || !Separates(s)) {

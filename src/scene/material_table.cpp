@@ -25,7 +25,7 @@ bool IsPhysical(const Material& m) {
 }
 
 std::string Channels(const Rgb& c) {
-  return fmt::format("[{}, {}, {}]", c[0], c[1], c[2]);
+  return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", c[0], c[1], c[2]);
 }
 
 // What is wrong with it, as a sentence.

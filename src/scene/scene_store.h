@@ -22,7 +22,9 @@ struct GbxmlCounts {
   uint32_t interior_doors = 0;   // door Openings between two different Spaces
   uint32_t open_boundaries = 0;  // Air surfaces and Air Openings between two
                                  // different Spaces
-  uint32_t closed_spaces = 0;    // Spaces whose shell has no gap
+  uint32_t closed_shells = 0;    // Spaces whose ShellGeometry closes: its area
+                                 // vectors add up to zero
+  uint32_t closed_spaces = 0;    // Spaces whose Surfaces leave no gap
 };
 
 // All of a scene but its faces.

@@ -1,0 +1,294 @@
+#include "base/photometry.h"
+
+#include <array>
+#include <cmath>
+
+#include "tests/scene/temp_scene.h"
+
+namespace enfilade {
+namespace {
+
+std::string Loop(const std::vector<Point3>& points) {
+  std::string text = "<PlanarGeometry><PolyLoop>";
+  for (const Point3 p : points) {
+    text += "<CartesianPoint>";
+    for (size_t i = 0; i < 3; ++i) {
+      text += "<Coordinate>" + std::to_string(p[i]) + "</Coordinate>";
+    }
+    text += "</CartesianPoint>";
+  }
+  return text + "</PolyLoop></PlanarGeometry>";
+}
+
+std::string Surface(const std::string& type,
+                    const std::vector<std::string>& spaces,
+                    const std::vector<Point3>& points,
+                    const std::string& openings = "") {
+  std::string text = "<Surface id=\"s\" surfaceType=\"" + type + "\">";
+  for (const std::string& space : spaces) {
+    text += "<AdjacentSpaceId spaceIdRef=\"" + space + "\"/>";
+  }
+  return text + Loop(points) + openings + "</Surface>";
+}
+
+std::string Box(const std::string& space, double x0, double x1, bool west) {
+  const double y = 2;
+  const double z = 3;
+  std::string text =
+      Surface("SlabOnGrade",
+              {space},
+              {{x0, 0, 0}, {x1, 0, 0}, {x1, y, 0}, {x0, y, 0}}) +
+      Surface(
+          "Roof", {space}, {{x0, 0, z}, {x1, 0, z}, {x1, y, z}, {x0, y, z}}) +
+      Surface("ExteriorWall",
+              {space},
+              {{x0, 0, 0}, {x1, 0, 0}, {x1, 0, z}, {x0, 0, z}}) +
+      Surface("ExteriorWall",
+              {space},
+              {{x0, y, 0}, {x1, y, 0}, {x1, y, z}, {x0, y, z}});
+  const double x = west ? x0 : x1;
+  return text + Surface("ExteriorWall",
+                        {space},
+                        {{x, 0, 0}, {x, y, 0}, {x, y, z}, {x, 0, z}});
+}
+
+// Two rooms, a from x = 0 to 2 and b from 2 to 4, with a wall between them.
+std::string TwoRooms(const std::string& between,
+                     const std::string& unit = "Meters") {
+  return "<gbXML lengthUnit=\"" + unit +
+         "\"><Campus><Building><Space id=\"a\"/><Space id=\"b\"/></Building>" +
+         Box("a", 0, 2, true) + Box("b", 2, 4, false) + between +
+         "</Campus></gbXML>";
+}
+
+const std::vector<Point3> kWall = {{2, 0, 0}, {2, 2, 0}, {2, 2, 3}, {2, 0, 3}};
+
+std::string WallWithDoor(const std::vector<std::string>& spaces) {
+  return Surface(
+      "InteriorWall",
+      spaces,
+      kWall,
+      "<Opening openingType=\"NonSlidingDoor\">" +
+          Loop({{2, 0.5, 0}, {2, 1.5, 0}, {2, 1.5, 2}, {2, 0.5, 2}}) +
+          "</Opening>");
+}
+
+class GbxmlImport : public testing::Test {
+ protected:
+  Imported Import(const std::string& text,
+                  const std::string& overrides = "{}",
+                  bool strip = false) {
+    ImportOptions options;
+    options.overrides = temp_.Write("o.json", overrides);
+    options.default_luminaires = true;
+    options.strip_spaces = strip;
+    return ImportFile(temp_.Write("s.xml", text), options);
+  }
+
+  TempScene temp_;
+};
+
+// The solid angle of a triangle from the origin, over 4 pi, signed (Van
+// Oosterom and Strackee 1983).
+double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
+  const double la = Length(a);
+  const double lb = Length(b);
+  const double lc = Length(c);
+  return std::atan2(
+             Dot(a, Cross(b, c)),
+             la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb) /
+         (2 * kPi);
+}
+
+// How often the boundary of the space, wound as the faces and openings claim,
+// goes round p: 1 inside and 0 outside if every claim is right.
+double Winding(const Imported& scene, SpaceId space, Point3 p) {
+  double winding = 0;
+  const auto add = [&](const std::vector<Point3>& v, double sign) {
+    for (size_t i = 1; i + 1 < v.size(); ++i) {
+      winding += sign * SolidAngle(v[0] - p, v[i] - p, v[i + 1] - p);
+    }
+  };
+  const auto add_sides = [&](const auto& f) {
+    if (f.front_space == space && f.back_space != space) {
+      add(f.vertices, -1);
+    } else if (f.back_space == space && f.front_space != space) {
+      add(f.vertices, 1);
+    }
+  };
+  for (const Face& face : scene.faces) {
+    add_sides(face);
+  }
+  for (const Opening& opening : scene.info.openings) {
+    add_sides(opening);
+  }
+  return winding;
+}
+
+// Casts from just off every face into the Spaces it claims; returns how many
+// claims about closed Spaces are wrong.
+size_t WrongSides(const Imported& scene, size_t& checked) {
+  constexpr double kOff_m = 0.004;
+  size_t wrong = 0;
+  for (const Face& face : scene.faces) {
+    const Vec3 normal = Normalize(AreaVector(face.vertices));
+    const Point3 middle = Lerp(
+        Lerp(face.vertices[0], face.vertices[1], 0.5), face.vertices[2], 0.4);
+    const std::array<std::pair<std::optional<SpaceId>, Point3>, 2> claims{
+        {{face.front_space, middle + normal * kOff_m},
+         {face.back_space, middle - normal * kOff_m}}};
+    for (const auto& [space, point] : claims) {
+      if (space && scene.info.spaces[space->Index()].closed) {
+        ++checked;
+        wrong += std::abs(Winding(scene, *space, point) - 1) > 0.1 ? 1U : 0U;
+      }
+    }
+  }
+  return wrong;
+}
+
+TEST_F(GbxmlImport, DoorIsAHoleAndAnOpeningBetweenItsSpaces) {
+  const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})));
+  ASSERT_EQ(scene.info.openings.size(), 1U);
+  EXPECT_NEAR(Length(AreaVector(scene.info.openings[0].vertices)), 2, 1e-12);
+  EXPECT_EQ(scene.info.gbxml->interior_doors, 1U);
+  EXPECT_EQ(scene.info.gbxml->closed_spaces, 2U);
+  double wall = 0;
+  for (const Face& face : scene.faces) {
+    const Material& m = scene.info.materials[face.material.Index()];
+    wall += m.name == "InteriorWall" ? Length(AreaVector(face.vertices)) : 0;
+  }
+  EXPECT_NEAR(wall, 6 - 2, 1e-12);
+}
+
+TEST_F(GbxmlImport, SidesAreFoundWhateverTheFileSays) {
+  for (const auto& spaces : {std::vector<std::string>{"a", "b"}, {"b", "a"}}) {
+    const Imported scene = Import(TwoRooms(WallWithDoor(spaces)));
+    size_t checked = 0;
+    EXPECT_EQ(WrongSides(scene, checked), 0U);
+    EXPECT_GT(checked, 10U);
+    // The wall's normal is +x, towards b.
+    EXPECT_EQ(scene.info.openings[0].front_space, SpaceId(1U));
+    EXPECT_EQ(scene.info.openings[0].back_space, SpaceId(0U));
+  }
+}
+
+TEST_F(GbxmlImport, ClosedDoorIsAFace) {
+  const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})), R"({
+      "surfaces": {"NonSlidingDoor": {"clear": false, "reflectance": 0.3}}})");
+  EXPECT_TRUE(scene.info.openings.empty());
+  EXPECT_EQ(scene.info.gbxml->interior_doors, 1U);
+}
+
+TEST_F(GbxmlImport, AirIsWhollyOpen) {
+  const Imported scene = Import(TwoRooms(Surface("Air", {"a", "b"}, kWall)));
+  ASSERT_EQ(scene.info.openings.size(), 1U);
+  EXPECT_EQ(scene.info.gbxml->open_boundaries, 1U);
+  EXPECT_NEAR(Length(AreaVector(scene.info.openings[0].vertices)), 6, 1e-12);
+}
+
+TEST_F(GbxmlImport, MissingWallLeavesBothSpacesOpen) {
+  EXPECT_EQ(Import(TwoRooms("")).info.gbxml->closed_spaces, 0U);
+}
+
+TEST_F(GbxmlImport, FeetBecomeMetres) {
+  const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"}), "Yards"));
+  EXPECT_NEAR(scene.info.bounds.high.x, 4 * 0.9144, 1e-12);
+}
+
+TEST_F(GbxmlImport, EverySpaceGetsALampOfItsOwn) {
+  const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})));
+  std::array<int, 2> lamps{};
+  for (const Face& face : scene.faces) {
+    if (Emits(scene.info.materials[face.material.Index()])) {
+      ASSERT_TRUE(face.front_space.has_value());
+      EXPECT_EQ(face.back_space, face.front_space);
+      EXPECT_LT(AreaVector(face.vertices).z, 0) << "lamps shine down";
+      ++lamps[face.front_space->Index()];
+    }
+  }
+  EXPECT_GE(lamps[0], 1);
+  EXPECT_GE(lamps[1], 1);
+}
+
+TEST_F(GbxmlImport, StrippedScenesHaveNoSpaces) {
+  const Imported scene =
+      Import(TwoRooms(WallWithDoor({"a", "b"})), "{}", /*strip=*/true);
+  EXPECT_TRUE(scene.info.spaces.empty());
+  EXPECT_TRUE(scene.info.openings.empty());
+  for (const Face& face : scene.faces) {
+    EXPECT_FALSE(face.front_space || face.back_space);
+  }
+}
+
+TEST_F(GbxmlImport, ErrorsNameTheSurface) {
+  const auto error = [&](const std::string& between) {
+    return ImportError(temp_.Write("s.xml", TwoRooms(between)));
+  };
+  EXPECT_NE(error(Surface("Roof", {"x"}, kWall)).find("Surface 's'"),
+            std::string::npos);
+  EXPECT_NE(error("<Surface id=\"q\"/>").find("Surface 'q'"),
+            std::string::npos);
+  EXPECT_NE(error("</Oops>").find("s.xml:1: not valid XML"), std::string::npos);
+}
+
+struct Expected {
+  const char* file;
+  uint32_t spaces, surfaces, doors, open, shells;
+};
+
+TEST(RealGbxml, CountsAreThoseOfTheData) {
+  ENFILADE_NEEDS_DATA();
+  constexpr Expected kExpected[] = {
+      {"london.xml", 50, 418, 42, 6, 50},
+      {"bristol.xml", 87, 571, 30, 0, 87},
+      {"boston-utf16.xml", 26, 245, 11, 13, 26},
+      {"berlin1.xml.gz", 244, 1303, 92, 0, 244},
+      {"berlin2.xml.gz", 388, 2131, 315, 0, 388},
+      {"columbia-broken-shells.xml", 37, 715, 29, 15, 5}};
+  ImportOptions options;
+  options.default_luminaires = true;
+  for (const Expected& e : kExpected) {
+    const Imported scene = ImportFile(DataFolder() / "gbxml" / e.file, options);
+    ASSERT_TRUE(scene.info.gbxml.has_value());
+    EXPECT_EQ(scene.info.gbxml->spaces, e.spaces) << e.file;
+    EXPECT_EQ(scene.info.gbxml->surfaces, e.surfaces) << e.file;
+    EXPECT_EQ(scene.info.gbxml->interior_doors, e.doors) << e.file;
+    EXPECT_EQ(scene.info.gbxml->open_boundaries, e.open) << e.file;
+    EXPECT_EQ(scene.info.gbxml->closed_shells, e.shells) << e.file;
+  }
+}
+
+TEST(RealGbxml, FacesLieBetweenTheSpacesTheyClaim) {
+  ENFILADE_NEEDS_DATA();
+  ImportOptions options;
+  options.default_luminaires = true;
+  for (const char* file : {"london.xml", "bristol.xml", "boston-utf16.xml"}) {
+    const Imported scene = ImportFile(DataFolder() / "gbxml" / file, options);
+    size_t checked = 0;
+    const size_t wrong = WrongSides(scene, checked);
+    EXPECT_EQ(wrong, 0U) << file << ", of " << checked;
+    EXPECT_GT(checked, scene.faces.size() / 2) << file;
+  }
+}
+
+TEST(RealObj, EveryBuildingImportsUnderTheBudget) {
+  ENFILADE_NEEDS_DATA();
+  const TempScene temp;
+  ImportOptions options;
+  options.default_luminaires = true;
+  options.overrides =
+      temp.Write("o.json", R"({"materials": {"*": {"reflectance": 0.5}}})");
+  const std::pair<const char*, uint64_t> expected[] = {
+      {"duplex.obj", 26720},
+      {"townhouse.obj", 13882},
+      {"schependomlaan.obj.gz", 410414}};
+  for (const auto& [file, polygons] : expected) {
+    const Imported scene = ImportFile(DataFolder() / "obj" / file, options);
+    EXPECT_EQ(scene.info.input_polygons, polygons) << file;
+    EXPECT_GT(scene.faces.size(), 10000U) << file;
+  }
+}
+
+}  // namespace
+}  // namespace enfilade

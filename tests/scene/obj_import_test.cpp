@@ -1,0 +1,173 @@
+#include "tests/scene/temp_scene.h"
+#include <zlib.h>
+
+namespace enfilade {
+namespace {
+
+constexpr const char* kMtl =
+    "newmtl white\nKd 0.8 0.7 0.6\n"
+    "newmtl lamp\nKd 0 0 0\nKe 10 20 30\n"
+    "newmtl glass\nKd 0.2 0.2 0.2\nd 0.3\n"
+    "newmtl smoke\nKd 0.2 0.2 0.2\nTr 0.7\n"
+    "newmtl mirror\nKd 1 1 1\n";
+
+// A lamp above a floor, the rest of the file to be given.
+std::string Scene(const std::string& rest) {
+  return "mtllib m.mtl\n"
+         "v 0 0 3\nv 0 1 3\nv 1 1 3\nv 1 0 3\n"
+         "usemtl lamp\nf 1 2 3 4\n" +
+         rest;
+}
+
+class ObjImport : public testing::Test {
+ protected:
+  ObjImport() { temp_.Write("m.mtl", kMtl); }
+
+  Imported Import(const std::string& rest, const ImportOptions& options = {}) {
+    return ImportFile(temp_.Write("s.obj", Scene(rest)), options);
+  }
+
+  std::string Error(const std::string& rest,
+                    const ImportOptions& options = {}) {
+    return ImportError(temp_.Write("s.obj", Scene(rest)), options);
+  }
+
+  TempScene temp_;
+};
+
+constexpr const char* kQuad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+TEST_F(ObjImport, KeepsColourAndExitance) {
+  const Imported scene = Import(std::string(kQuad) + "usemtl white\nf 5 6 7 8");
+  ASSERT_EQ(scene.faces.size(), 2U);
+  const Material& lamp = scene.info.materials[scene.faces[0].material.Index()];
+  const Material& floor = scene.info.materials[scene.faces[1].material.Index()];
+  EXPECT_EQ(lamp.exitance, (Rgb{10, 20, 30}));
+  EXPECT_NEAR(floor.reflectance[0], 0.8, 1e-12);
+  EXPECT_NEAR(floor.reflectance[2], 0.6, 1e-12);
+  EXPECT_EQ(scene.info.input_polygons, 2U);
+}
+
+TEST_F(ObjImport, NegativeIndicesCountFromTheEnd) {
+  const Imported scene =
+      Import(std::string(kQuad) + "usemtl white\nf -4//1 -3/2 -2/1/1 -1");
+  ASSERT_EQ(scene.faces.size(), 2U);
+  EXPECT_EQ(scene.faces[1].vertices[0], (Point3{0, 0, 0}));
+}
+
+TEST_F(ObjImport, LinesMayContinueAndEndWithCarriageReturns) {
+  const Imported scene =
+      Import("v 0 0 0\r\nv 1 \\\r\n0 0\r\nv 1 1 0\r\nusemtl white \r\nf 5 6 7");
+  EXPECT_NEAR(scene.Area(), 1.5, 1e-12);
+}
+
+TEST_F(ObjImport, GzippedFilesReadAlike) {
+  const std::string text = Scene(std::string(kQuad) + "f 5 6 7 8\n");
+  const auto path = temp_.Write("s.obj.gz", "");
+  gzFile file = gzopen(path.c_str(), "wb");
+  gzwrite(file, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(file);
+  EXPECT_EQ(ImportFile(path).faces.size(), 2U);
+}
+
+TEST_F(ObjImport, ClearMaterialsAreIgnored) {
+  const Imported scene = Import(std::string(kQuad) +
+                                "usemtl glass\nf 5 6 7 8\n"
+                                "usemtl smoke\nf 5 6 7\n");
+  EXPECT_EQ(scene.faces.size(), 1U);
+  EXPECT_EQ(scene.info.input_polygons, 3U);
+}
+
+TEST_F(ObjImport, ConcavePolygonsBecomeConvexFaces) {
+  const Imported scene = Import(
+      "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
+      "usemtl white\nf 5 6 7 8 9 10");
+  EXPECT_EQ(scene.faces.size(), 3U);
+  EXPECT_NEAR(scene.Area(), 1 + 3, 1e-12);
+}
+
+TEST_F(ObjImport, ErrorsNameFileAndLine) {
+  EXPECT_NE(Error("f 1 2 99").find("s.obj:8: vertex 99"), std::string::npos);
+  EXPECT_NE(Error("f 1 2 0").find("s.obj:8:"), std::string::npos);
+  EXPECT_NE(Error("f 1 2").find("s.obj:8: a face needs"), std::string::npos);
+  EXPECT_NE(Error("f 1 2 x").find("s.obj:8: 'x'"), std::string::npos);
+  EXPECT_NE(Error("v 0 nan 0").find("s.obj:8: coordinate 'nan'"),
+            std::string::npos);
+  EXPECT_NE(Error("v 0 1e999 0").find("s.obj:8:"), std::string::npos);
+  EXPECT_NE(Error("v 0 1").find("s.obj:8:"), std::string::npos);
+  EXPECT_NE(Error("usemtl pink\nf 1 2 3").find("s.obj:8: material 'pink'"),
+            std::string::npos);
+  EXPECT_NE(Error("mtllib none.mtl").find("none.mtl does not exist"),
+            std::string::npos);
+}
+
+TEST_F(ObjImport, NumbersInMaterialFilesAreChecked) {
+  temp_.Write("m.mtl", "newmtl lamp\nKe 1 1 1\nKd 0.5 nan 0.5\n");
+  EXPECT_NE(Error("").find("m.mtl:3: 'nan' of material 'lamp'"),
+            std::string::npos);
+}
+
+TEST_F(ObjImport, ReflectanceOfOneIsRefusedWhereUsedAndTheMendWorks) {
+  EXPECT_EQ(Error(""), "") << "nothing uses the mirror";
+  const std::string used = std::string(kQuad) + "usemtl mirror\nf 5 6 7 8";
+  const std::string error = Error(used);
+  EXPECT_NE(error.find("m.mtl:13: material 'mirror'"), std::string::npos)
+      << error;
+  ImportOptions options;
+  options.overrides = temp_.Write("o.json", error.substr(error.find('{')));
+  EXPECT_EQ(Error(used, options), "");
+}
+
+TEST_F(ObjImport, SceneWithoutLightIsRefused) {
+  const auto path =
+      temp_.Write("dark.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3");
+  EXPECT_NE(ImportError(path).find("--default-luminaires"), std::string::npos);
+}
+
+TEST_F(ObjImport, PolygonsWithoutMaterialAreGrey) {
+  ImportOptions options;
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"default*": {"exitance": 3}}})");
+  const Imported scene = ImportFile(
+      temp_.Write("grey.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3"), options);
+  ASSERT_EQ(scene.info.materials.size(), 1U);
+  EXPECT_EQ(scene.info.materials[0].reflectance, (Rgb{0.5, 0.5, 0.5}));
+  EXPECT_EQ(scene.info.materials[0].exitance, (Rgb{3, 3, 3}));
+}
+
+TEST_F(ObjImport, VerticesSpillUnderASmallBudget) {
+  std::string text = "mtllib m.mtl\nusemtl lamp\n";
+  constexpr int kStrips = 30000;
+  for (int i = 0; i < kStrips; ++i) {
+    const std::string x = std::to_string(3 * i);
+    text += "v " + x + " 0 0\nv " + x + " 1 0\nv " + x + " 0 1\n";
+  }
+  for (int i = kStrips; i > 0; --i) {  // from the last back to the first
+    const int v = 3 * i;
+    text += "o s" + std::to_string(i) + "\nf " + std::to_string(v - 2) + " " +
+            std::to_string(v - 1) + " " + std::to_string(v) + "\n";
+  }
+  const auto path = temp_.Write("many.obj", text);
+  const Imported roomy = ImportFile(path);
+  const Imported tight = ImportFile(path, {}, 1ULL << 20);
+  ASSERT_EQ(roomy.faces.size(), size_t{kStrips});
+  ASSERT_EQ(tight.faces.size(), size_t{kStrips});
+  for (size_t i = 0; i < roomy.faces.size(); ++i) {
+    ASSERT_EQ(roomy.faces[i].vertices, tight.faces[i].vertices);
+  }
+}
+
+TEST_F(ObjImport, HashNoticesEveryInputFile) {
+  const auto path = temp_.Write("s.obj", Scene(""));
+  ImportOptions options;
+  const uint64_t before = HashSceneFiles(path, options);
+  EXPECT_EQ(before, ImportFile(path).info.source_hash);
+  temp_.Write("m.mtl", std::string(kMtl) + "# changed\n");
+  const uint64_t with_other_mtl = HashSceneFiles(path, options);
+  EXPECT_NE(before, with_other_mtl);
+  options.sides = 1;
+  EXPECT_NE(with_other_mtl, HashSceneFiles(path, options));
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,59 @@
+#include "scene/overrides.h"
+
+#include "base/error.h"
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    Overrides::Parse(text, "o.json");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Overrides, LaterAndMoreSpecificRulesWin) {
+  const Overrides o = Overrides::Parse(
+      R"({"objects": {"desk*": {"reflectance": 0.3}},
+          "materials": {"*": {"reflectance": 0.1, "sides": 1},
+                        "wood": {"reflectance": [0.2, 0.3, 0.4]}}})",
+      "o.json");
+  const auto reflectance = [&](const char* material, const char* object) {
+    Material m;
+    for (const size_t rule : o.Matching(material, object, "")) {
+      o.Apply(rule, m);
+    }
+    EXPECT_EQ(m.sides, 1);
+    return m.reflectance[0];
+  };
+  EXPECT_EQ(reflectance("steel", "chair"), 0.1);
+  EXPECT_EQ(reflectance("wood", "chair"), 0.2);
+  EXPECT_EQ(reflectance("wood", "desk 7"), 0.3);
+}
+
+TEST(Overrides, ErrorsNameTheLine) {
+  EXPECT_NE(ErrorOf("{\n\"material\": {}}").find("o.json:2: unknown section"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf("{\"materials\":\n{\"a\":\n{\"colour\": 1}}}")
+                .find("o.json:3: unknown property"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf("{\n\n\"materials\" 3}").find("o.json:3: not valid JSON"),
+            std::string::npos);
+  const auto bad = [](const std::string& properties) {
+    return !ErrorOf("{\"materials\": {\"a\": {" + properties + "}}}").empty();
+  };
+  EXPECT_TRUE(bad("\"reflectance\": 1"));
+  EXPECT_TRUE(bad("\"reflectance\": -0.1"));
+  EXPECT_TRUE(bad("\"reflectance\": [0.1, 0.2]"));
+  EXPECT_TRUE(bad("\"exitance\": \"bright\""));
+  EXPECT_TRUE(bad("\"sides\": 3"));
+  EXPECT_TRUE(bad("\"clear\": 1"));
+  EXPECT_FALSE(bad("\"clear\": true"));
+}
+
+}  // namespace
+}  // namespace enfilade
