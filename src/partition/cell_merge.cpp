@@ -10,6 +10,9 @@ namespace {
 
 // A border is no wall if at least this share of it is open,
 constexpr double kOpenShare = 0.75;
+// (in a model of surfaces without furniture, whose windows may leave only their
+// frames of a wall, this share)
+constexpr double kAllOpenShare = 0.98;
 // and it continues the wider of the two leaves by this share,
 constexpr double kSameSection = 0.6;
 // or is wider than a door between leaves that are deeper than a wall is thick.
@@ -37,17 +40,19 @@ class LeafSets {
   }
 
   // Unless the joined set would be too large. The smaller number leads.
-  void Join(uint32_t a, uint32_t b) {
+  // Returns whether they were joined just now.
+  bool Join(uint32_t a, uint32_t b) {
     a = Find(a);
     b = Find(b);
     if (a == b || patches_[a] + patches_[b] > most_patches_) {
-      return;
+      return false;
     }
     if (b < a) {
       std::swap(a, b);
     }
     parent_[b] = a;
     patches_[a] += patches_[b];
+    return true;
   }
 
  private:
@@ -65,10 +70,6 @@ double ThicknessAlong(const LeafShape& leaf, const Vec3& axis) {
     high = std::max(high, h);
   }
   return high - low;
-}
-
-bool IsOpen(const LeafBorder& border) {
-  return border.open_m2 >= kOpenShare * border.area_m2;
 }
 
 // Whether the leaves on both sides of an open border are one room by the look
@@ -117,10 +118,11 @@ std::vector<const LeafBorder*> WidestFirst(
 }
 
 // Gives each set that is too small for a room to the neighbour that it opens
-// to most. Two rooms are never joined by what lies between them.
-void JoinNiches(const BuiltTree& built,
-                const std::vector<LeafBorder>& borders,
-                LeafSets& sets) {
+// to most, as long as that helps. Two rooms are never joined by what lies
+// between them.
+bool JoinNichesOnce(const BuiltTree& built,
+                    const std::vector<LeafBorder>& borders,
+                    LeafSets& sets) {
   std::vector<double> volume(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
     volume[sets.Find(i)] += built.leaves[i].volume_m3;
@@ -129,10 +131,9 @@ void JoinNiches(const BuiltTree& built,
   for (const LeafBorder& border : borders) {
     const uint32_t a = sets.Find(border.front.value);
     const uint32_t b = sets.Find(border.back.value);
-    if (volume[a] < kNicheM3 && volume[b] >= kNicheM3) {
-      open_m2[{a, b}] += border.open_m2;
-    } else if (volume[b] < kNicheM3 && volume[a] >= kNicheM3) {
-      open_m2[{b, a}] += border.open_m2;
+    if (a != b) {
+      open_m2[{a, b}] += volume[a] < kNicheM3 ? border.open_m2 : 0;
+      open_m2[{b, a}] += volume[b] < kNicheM3 ? border.open_m2 : 0;
     }
   }
   std::map<uint32_t, std::pair<double, uint32_t>> widest;
@@ -142,8 +143,22 @@ void JoinNiches(const BuiltTree& built,
       best = {m2, pair.second};
     }
   }
+  bool joined = false;
+  std::vector<bool> taken(built.leaves.size());
   for (const auto& [niche, best] : widest) {
-    sets.Join(niche, best.second);
+    // A niche that another has just joined waits for the next round.
+    if (best.first > 0 && !taken[niche]) {
+      joined = sets.Join(niche, best.second) || joined;
+      taken[best.second] = true;
+    }
+  }
+  return joined;
+}
+
+void JoinNiches(const BuiltTree& built,
+                const std::vector<LeafBorder>& borders,
+                LeafSets& sets) {
+  while (JoinNichesOnce(built, borders, sets)) {
   }
 }
 
@@ -169,32 +184,34 @@ LeafCells NumberCells(
 
 }  // namespace
 
-LeafCells JoinLeaves(const BuiltTree& built,
-                     const FaceSurvey& survey,
-                     const std::vector<LeafBorder>& borders,
-                     const std::vector<std::optional<SpaceId>>& space_of_leaf,
-                     const PartitionOptions& options) {
-  LeafSets sets(survey.patches, options.max_cell_patches);
-  const bool named = !space_of_leaf.empty();
+LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options) {
+  const BuiltTree& built = input.built;
+  LeafSets sets(input.survey.patches, options.max_cell_patches);
+  const bool named = !input.space_of_leaf.empty();
   const std::vector<bool> outer = FindOuterLeaves(built);
+  const double open_share = input.all_split ? kAllOpenShare : kOpenShare;
   const auto is_one_room = [&](const LeafBorder& border) {
     const size_t front = border.front.Index();
     const size_t back = border.back.Index();
     if (named) {
-      return space_of_leaf[front] == space_of_leaf[back];
+      return input.space_of_leaf[front] == input.space_of_leaf[back];
     }
-    return IsOpen(border) &&
-           ((outer[front] && outer[back]) || LooksLikeOneRoom(built, border));
+    if (outer[front] != outer[back] ||
+        border.open_m2 < open_share * border.area_m2) {
+      return false;
+    }
+    return outer[front] ||
+           (!input.all_split && LooksLikeOneRoom(built, border));
   };
-  for (const LeafBorder* border : WidestFirst(borders)) {
+  for (const LeafBorder* border : WidestFirst(input.borders)) {
     if (is_one_room(*border)) {
       sets.Join(border->front.value, border->back.value);
     }
   }
   if (!named) {
-    JoinNiches(built, borders, sets);
+    JoinNiches(built, input.borders, sets);
   }
-  return NumberCells(sets, built.leaves.size(), space_of_leaf);
+  return NumberCells(sets, built.leaves.size(), input.space_of_leaf);
 }
 
 }  // namespace enfilade

@@ -21,12 +21,19 @@ struct LeafCells {
   std::vector<std::optional<SpaceId>> space;
 };
 
-// `space_of_leaf` is empty for a scene without Spaces. No cell that is joined
-// of several leaves gets more than options.max_cell_patches patches.
-LeafCells JoinLeaves(const BuiltTree& built,
-                     const FaceSurvey& survey,
-                     const std::vector<LeafBorder>& borders,
-                     const std::vector<std::optional<SpaceId>>& space_of_leaf,
-                     const PartitionOptions& options);
+struct JoinInput {
+  const BuiltTree& built;
+  const FaceSurvey& survey;
+  const std::vector<LeafBorder>& borders;
+  // Indexed by LeafId; empty for a scene without Spaces.
+  const std::vector<std::optional<SpaceId>>& space_of_leaf;
+  bool all_split = false;  // see WallFaces
+};
+
+// With Spaces, the leaves of a Space that are open to each other are a cell.
+// Without, leaves are joined that look like one room; the outdoors; and what
+// is too small for a room with what it opens to. No cell that is joined of
+// several leaves gets more than options.max_cell_patches patches.
+LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options);
 
 }  // namespace enfilade

@@ -109,8 +109,10 @@ Partition BuildPartition(BlockStorage& store,
                          MemoryBudget& budget) {
   const StageProgress progress(options);
   const SceneInfo info = LoadSceneInfo(store);
+  bool all_split = false;
   BuiltTree built = [&] {
     const WallFaces walls = GatherWallFaces(store, info, budget);
+    all_split = walls.all_split;
     progress.Reach(0.1);
     return BuildTree(BoxAround(info.bounds), walls);
   }();
@@ -123,7 +125,8 @@ Partition BuildPartition(BlockStorage& store,
   if (!info.spaces.empty()) {
     spaces = SpacesOfLeaves(store, info, built.leaves, budget);
   }
-  const LeafCells joined = JoinLeaves(built, survey, borders, spaces, options);
+  const LeafCells joined =
+      JoinLeaves({built, survey, borders, spaces, all_split}, options);
   Partition partition;
   partition.cells = DescribeCells(built, joined);
   partition.portals = MakePortals(built.tree, borders, joined);

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLeastSplitterM2 = 0.05;
 constexpr double kLargestLuminaireM2 = 4.0;
+constexpr double kMostEmittingShare = 0.2;
 constexpr double kGroupOffsetM = 1e-3;
 constexpr double kGroupNormalStep = 1e-4;
 constexpr uint64_t kChargeStepBytes = 1 << 20;
@@ -26,19 +27,19 @@ class FaceCollector {
   FaceCollector(MemoryBudget& budget, WallFaces& walls)
       : budget_(&budget), walls_(&walls) {}
 
-  void Add(const Polygon& polygon) {
+  void Add(const Polygon& polygon, MaterialId material) {
     for (const Polygon& part : PlanarParts(polygon)) {
-      AddPlanar(part);
+      AddPlanar(part, material);
     }
   }
 
  private:
-  void AddPlanar(const Polygon& polygon) {
+  void AddPlanar(const Polygon& polygon, MaterialId material) {
     const double area = PolygonArea(polygon);
     if (area < kLeastAreaM2) {
       return;
     }
-    walls_->faces.push_back({polygon, PlaneOf(polygon), area, 0});
+    walls_->faces.push_back({polygon, PlaneOf(polygon), area, material, 0});
     bytes_ += BytesOf(walls_->faces.back());
     if (bytes_ > charged_) {
       charged_ = bytes_ + bytes_ / 2 + kChargeStepBytes;
@@ -54,14 +55,31 @@ class FaceCollector {
   uint64_t charged_ = 0;
 };
 
-bool MaySplit(const Face& face, const SceneInfo& info, bool has_spaces) {
-  if (has_spaces) {
+bool MaySplit(const Face& face, const SceneInfo& info) {
+  if (!info.spaces.empty()) {
     return face.front_space != face.back_space;
   }
-  const double area = Length(AreaVector(face.vertices));
-  const bool luminaire = Emits(info.materials[face.material.Index()]) &&
-                         area < kLargestLuminaireM2;
-  return !luminaire && (info.gbxml.has_value() || area >= kLeastSplitterM2);
+  return info.gbxml.has_value() ||
+         Length(AreaVector(face.vertices)) >= kLeastSplitterM2;
+}
+
+// Small emitting faces hang in rooms and bound none, unless much of the scene
+// emits, as in a furnace.
+void RemoveLuminaires(const SceneInfo& info, std::vector<WallFace>& faces) {
+  const auto emits = [&info](const WallFace& face) {
+    return Emits(info.materials[face.material.Index()]);
+  };
+  double all_m2 = 0;
+  double emitting_m2 = 0;
+  for (const WallFace& face : faces) {
+    all_m2 += face.area_m2;
+    emitting_m2 += emits(face) ? face.area_m2 : 0;
+  }
+  if (emitting_m2 < kMostEmittingShare * all_m2) {
+    std::erase_if(faces, [&emits](const WallFace& face) {
+      return face.area_m2 < kLargestLuminaireM2 && emits(face);
+    });
+  }
 }
 
 // Sums the area that is square to each axis.
@@ -136,18 +154,20 @@ WallFaces GatherWallFaces(const BlockStorage& store,
                           MemoryBudget& budget) {
   WallFaces walls;
   walls.all_split = info.gbxml.has_value() || !info.spaces.empty();
-  const bool has_spaces = !info.spaces.empty();
   AxisAreas areas;
   FaceCollector collector(budget, walls);
   ForEachFace(store, [&](FaceId, const Face& face) {
     areas.Add(AreaVector(face.vertices));
-    if (MaySplit(face, info, has_spaces)) {
-      collector.Add(face.vertices);
+    if (MaySplit(face, info)) {
+      collector.Add(face.vertices, face.material);
     }
   });
+  if (info.spaces.empty()) {
+    RemoveLuminaires(info, walls.faces);
+  }
   for (const Opening& opening : info.openings) {
     if (opening.vertices.size() >= 3) {
-      collector.Add(opening.vertices);
+      collector.Add(opening.vertices, MaterialId(0U));
     }
   }
   walls.up = areas.Up();

@@ -15,6 +15,7 @@ struct WallFace {
   Polygon polygon;
   Plane plane;
   double area_m2 = 0;
+  MaterialId material;
   // Faces of one group lie in one plane, give or take a millimetre.
   uint32_t plane_group = 0;
 };
@@ -29,8 +30,8 @@ struct WallFaces {
 
 // Reads the candidates for splitting: of a gbXML model every surface, and the
 // openings that it names; of a soup the faces of at least 0.05 m2 that are not
-// luminaires. The up axis is the one that most of the area of the faces is
-// square to.
+// luminaires (emitting and small). The up axis is the one that most of the area
+// of the faces is square to.
 WallFaces GatherWallFaces(const BlockStorage& store,
                           const SceneInfo& info,
                           MemoryBudget& budget);
