@@ -1,0 +1,126 @@
+#include "scene/mesh_cleaner.h"
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using Polygons = std::vector<std::vector<Point3>>;
+
+struct Cleaned {
+  Polygons faces;
+  CleaningCounts counts;
+
+  [[nodiscard]] double Area() const {
+    double area = 0;
+    for (const auto& face : faces) {
+      area += Length(AreaVector(face));
+    }
+    return area;
+  }
+};
+
+Cleaned Clean(const Polygons& polygons, bool oriented = false) {
+  MemoryBudget budget(1ULL << 26);
+  MeshCleaner cleaner(budget);
+  for (const auto& polygon : polygons) {
+    cleaner.Add(polygon);
+  }
+  Cleaned cleaned;
+  CleaningOptions options;
+  options.oriented = oriented;
+  options.emit = [&](std::span<const Point3> face) {
+    cleaned.faces.emplace_back(face.begin(), face.end());
+  };
+  cleaner.Flush(options);
+  cleaned.counts = cleaner.Counts();
+  return cleaned;
+}
+
+constexpr Point3 kA{0, 0, 0}, kB{1, 0, 0}, kC{1, 1, 0}, kD{0, 1, 0};
+
+TEST(Cleaning, TwoTrianglesOfASquareAreOneFace) {
+  const Cleaned cleaned = Clean({{kA, kB, kC}, {kA, kC, kD}});
+  ASSERT_EQ(cleaned.faces.size(), 1U);
+  EXPECT_EQ(cleaned.faces[0].size(), 4U);
+  EXPECT_EQ(cleaned.Area(), 1.0);
+}
+
+TEST(Cleaning, OrientationMattersOnlyWhereSidesDiffer) {
+  const Polygons opposed = {{kA, kB, kC}, {kA, kD, kC}};
+  EXPECT_EQ(Clean(opposed).faces.size(), 1U);
+  EXPECT_EQ(Clean(opposed, /*oriented=*/true).faces.size(), 2U);
+}
+
+TEST(Cleaning, DoubledFacesAreOneFace) {
+  const Cleaned cleaned = Clean({{kA, kB, kC}, {kC, kB, kA}, {kB, kC, kA}});
+  EXPECT_EQ(cleaned.faces.size(), 1U);
+  EXPECT_EQ(cleaned.counts.duplicates, 2U);
+}
+
+TEST(Cleaning, FacesWithoutAreaAreDropped) {
+  const Cleaned cleaned =
+      Clean({{kA, kB, {2, 0, 0}}, {kA, kA, kB}, {kA, kB, kC}});
+  EXPECT_EQ(cleaned.faces.size(), 1U);
+  EXPECT_EQ(cleaned.counts.zero_area, 2U);
+}
+
+TEST(Cleaning, NearlyEqualVerticesAreWelded) {
+  constexpr Point3 kNearC{1 + 1e-6, 1, 0};
+  EXPECT_EQ(Clean({{kA, kB, kC}, {kA, kNearC, kD}}).faces.size(), 1U);
+}
+
+TEST(Cleaning, CornersAreNotFlattened) {
+  const Cleaned cleaned =
+      Clean({{kA, kB, kC, kD}, {kA, kB, {1, 0, 1}, {0, 0, 1}}});
+  EXPECT_EQ(cleaned.faces.size(), 2U);
+}
+
+TEST(Cleaning, FourSheetsAtOneEdgeStayFour) {
+  Polygons sheets;
+  for (const Point3 tip : {Point3{0, 1, 0},
+                           Point3{0, -1, 0.5},
+                           Point3{0, 0, 1},
+                           Point3{0, 0.5, -1}}) {
+    sheets.push_back({kA, kB, tip});
+  }
+  EXPECT_EQ(Clean(sheets).faces.size(), 4U);
+}
+
+TEST(Cleaning, FrameAroundAHoleKeepsItsAreaInFourPieces) {
+  const Point3 p{1, 1, 0}, q{2, 1, 0}, r{2, 2, 0}, s{1, 2, 0};
+  const Point3 a{0, 0, 0}, b{3, 0, 0}, c{3, 3, 0}, d{0, 3, 0};
+  const Cleaned cleaned = Clean({{a, b, q},
+                                 {a, q, p},
+                                 {b, c, r},
+                                 {b, r, q},
+                                 {c, d, s},
+                                 {c, s, r},
+                                 {d, a, p},
+                                 {d, p, s}});
+  EXPECT_EQ(cleaned.faces.size(), 4U);
+  EXPECT_NEAR(cleaned.Area(), 8, 1e-12);
+}
+
+TEST(Cleaning, OutlineWithABridgedHoleIsCut) {
+  const Cleaned cleaned = Clean({{{0, 0, 0},
+                                  {3, 0, 0},
+                                  {3, 3, 0},
+                                  {0, 3, 0},
+                                  {0, 0, 0},
+                                  {1, 1, 0},
+                                  {1, 2, 0},
+                                  {2, 2, 0},
+                                  {2, 1, 0},
+                                  {1, 1, 0}}});
+  EXPECT_NEAR(cleaned.Area(), 8, 1e-12);
+}
+
+TEST(Cleaning, WarpedQuadsBecomeTriangles) {
+  const Cleaned cleaned = Clean({{kA, kB, {1, 1, 0.2}, kD}});
+  EXPECT_EQ(cleaned.faces.size(), 2U);
+  EXPECT_EQ(cleaned.counts.warped, 1U);
+}
+
+}  // namespace
+}  // namespace enfilade
