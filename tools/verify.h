@@ -27,8 +27,8 @@ struct VerifyOptions {
 
   // Stops, with a wider interval, after the round in which it passes. The
   // result depends on the machine's speed only if this limit is met.
-  double max_seconds = 120;
-  uint32_t max_rounds = 64;
+  double max_seconds = 60;
+  uint32_t max_rounds = 512;
 
   // Called from the calling thread between batches of rays, with the fraction
   // done as estimated so far; may be empty; may throw to stop.

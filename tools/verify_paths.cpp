@@ -168,8 +168,10 @@ TraceRay PathTracer::ScatteredRay(Path& path,
   double u = path.random.Next();
   double v = path.random.Next();
   if (first) {
-    u = (path.stratum / strata + u) / strata;
-    v = (path.stratum % strata + v) / strata;
+    const uint32_t row = path.stratum / strata;
+    const uint32_t column = path.stratum % strata;
+    u = (row + u) / strata;
+    v = (column + v) / strata;
   }
   TraceRay ray;
   ray.origin = path.position;
