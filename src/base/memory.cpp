@@ -12,9 +12,10 @@ namespace enfilade {
 namespace {
 
 // Resident size of the program before it has read any model: measured at
-// 20 MiB with Embree, oneTBB and SQLite loaded, plus room for stacks, the
-// catalogue's page cache and the allocator's slack.
-constexpr uint64_t kFixedBytes = 34ULL << 20;
+// 14 MiB with Embree's device and scenes, oneTBB on two threads and an SQLite
+// store with its page cache (`solve -v` of a small scene tells peak and
+// budget), plus 4 MiB for stacks of more threads and the allocator's slack.
+constexpr uint64_t kFixedBytes = 18ULL << 20;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 
 }  // namespace
