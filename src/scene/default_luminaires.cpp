@@ -12,20 +12,20 @@
 namespace enfilade {
 namespace {
 
-constexpr double kPanel_m = 0.6;
-constexpr double kMargin_m = 0.05;   // from a panel to a wall
-constexpr double kHang_m = 0.03;     // from a ceiling to its panel
-constexpr double kBeam_m = 0.4;      // walls that reach this near to a ceiling
-constexpr double kSpacing_m = 2.4;   // from panel to panel
-constexpr double kCoarseSteps = 8;   // fine steps in a spacing
-constexpr double kFineStep_m = 0.3;  // rooms of 0.6 + 0.3 m are not missed
-constexpr double kLeastClear_m = 1.2;
-constexpr double kLeastRoom_m = 1.8;
-constexpr double kMostRoom_m = 15.0;
-constexpr double kSameCeiling_m = 0.5;
-constexpr double kExitance_w_m2 = 320.0;    // 20 x spacing^2 / panel area
-constexpr double kExitance_lm_m2 = 8000.0;  // 500 x the same
-constexpr double kLevelCosine = 0.94;       // 20 degrees
+constexpr double kPanelMetres = 0.6;
+constexpr double kMarginMetres = 0.05;  // from a panel to a wall
+constexpr double kHangMetres = 0.03;    // from a ceiling to its panel
+constexpr double kBeamMetres = 0.4;  // walls that reach this near to a ceiling
+constexpr double kSpacingMetres = 2.4;   // from panel to panel
+constexpr double kCoarseSteps = 8;       // fine steps in a spacing
+constexpr double kFineStepMetres = 0.3;  // rooms of 0.6 + 0.3 m are not missed
+constexpr double kLeastClearMetres = 1.2;
+constexpr double kLeastRoomMetres = 1.8;
+constexpr double kMostRoomMetres = 15.0;
+constexpr double kSameCeilingMetres = 0.5;
+constexpr double kExitanceWPerM2 = 320.0;    // 20 x spacing^2 / panel area
+constexpr double kExitanceLmPerM2 = 8000.0;  // 500 x the same
+constexpr double kLevelCosine = 0.94;        // 20 degrees
 constexpr double kLevelCosineInSpaces = 0.5;
 
 // y or z: the one that more area is level to. 1 or 2.
@@ -56,10 +56,10 @@ class LampLayer {
 
   std::vector<Lamp> Run() {
     for (const LevelFace& ceiling : plan_.Levels()) {
-      TryGrid(ceiling, kCoarseSteps * kFineStep_m);
+      TryGrid(ceiling, kCoarseSteps * kFineStepMetres);
     }
     for (const LevelFace& ceiling : plan_.Levels()) {
-      TryGrid(ceiling, kFineStep_m);
+      TryGrid(ceiling, kFineStepMetres);
     }
     return lamps_;
   }
@@ -92,7 +92,7 @@ class LampLayer {
   }
 
   void TryPlace(const LevelFace& ceiling, Point2 center) {
-    const double reach = 0.5 * kPanel_m;
+    const double reach = 0.5 * kPanelMetres;
     const std::array<Point2, 4> corners{{{center.x - reach, center.y - reach},
                                          {center.x + reach, center.y - reach},
                                          {center.x + reach, center.y + reach},
@@ -101,17 +101,17 @@ class LampLayer {
     for (const Point2 p : corners) {
       lowest = std::min(lowest, ceiling.HeightAt(p));
     }
-    const Lamp lamp{center, lowest - kHang_m, ceiling.below};
+    const Lamp lamp{center, lowest - kHangMetres, ceiling.below};
     if (IsServed(lamp) || !IsRoomBelow(lamp, center) ||
         !std::all_of(corners.begin(), corners.end(), [&](Point2 p) {
           return IsUnderCeiling(lamp, p) && IsRoomBelow(lamp, p);
         })) {
       return;
     }
-    const double wall_reach = reach + kMargin_m;
+    const double wall_reach = reach + kMarginMetres;
     if (plan_.WallInBox({center.x - wall_reach, center.y - wall_reach},
                         {center.x + wall_reach, center.y + wall_reach},
-                        lamp.height - kBeam_m,
+                        lamp.height - kBeamMetres,
                         lamp.height)) {
       return;
     }
@@ -121,8 +121,8 @@ class LampLayer {
 
   // A lamp of the same room is nearer than the spacing.
   [[nodiscard]] bool IsServed(const Lamp& lamp) const {
-    constexpr double kRounding_m = 1e-6;
-    constexpr double kSameStorey_m = 1.5;
+    constexpr double kRoundingMetres = 1e-6;
+    constexpr double kSameStoreyMetres = 1.5;
     const auto [x, y] = CellOf(lamp.center);
     for (int64_t i = x - 1; i <= x + 1; ++i) {
       for (int64_t j = y - 1; j <= y + 1; ++j) {
@@ -134,13 +134,13 @@ class LampLayer {
           const Lamp& other = lamps_[k];
           const double apart = std::hypot(other.center.x - lamp.center.x,
                                           other.center.y - lamp.center.y);
-          if (apart < kSpacing_m - kRounding_m &&
-              std::abs(other.height - lamp.height) < kSameStorey_m &&
+          if (apart < kSpacingMetres - kRoundingMetres &&
+              std::abs(other.height - lamp.height) < kSameStoreyMetres &&
               (input_.has_spaces
                    ? other.space == lamp.space
                    : !plan_.WallBetween(other.center,
                                         lamp.center,
-                                        lamp.height - kBeam_m / 2))) {
+                                        lamp.height - kBeamMetres / 2))) {
             return true;
           }
         }
@@ -154,8 +154,9 @@ class LampLayer {
     bool under = false;
     plan_.ForLevelsAt(p, [&](const LevelFace& face) {
       const double above = face.HeightAt(p) - lamp.height;
-      under = under || (above >= 0 && above <= kSameCeiling_m + kHang_m &&
-                        (!input_.has_spaces || face.below == lamp.space));
+      under =
+          under || (above >= 0 && above <= kSameCeilingMetres + kHangMetres &&
+                    (!input_.has_spaces || face.below == lamp.space));
     });
     return under;
   }
@@ -165,16 +166,17 @@ class LampLayer {
     bool is_free = true;
     bool has_floor = false;
     plan_.ForLevelsAt(p, [&](const LevelFace& face) {
-      const double depth = lamp.height + kHang_m / 2 - face.HeightAt(p);
-      is_free = is_free && !(depth >= 0 && depth < kLeastClear_m);
-      has_floor = has_floor || (depth >= kLeastRoom_m && depth <= kMostRoom_m);
+      const double depth = lamp.height + kHangMetres / 2 - face.HeightAt(p);
+      is_free = is_free && !(depth >= 0 && depth < kLeastClearMetres);
+      has_floor =
+          has_floor || (depth >= kLeastRoomMetres && depth <= kMostRoomMetres);
     });
     return is_free && has_floor;
   }
 
   static std::pair<int64_t, int64_t> CellOf(Point2 p) {
-    return {static_cast<int64_t>(std::floor(p.x / kSpacing_m)),
-            static_cast<int64_t>(std::floor(p.y / kSpacing_m))};
+    return {static_cast<int64_t>(std::floor(p.x / kSpacingMetres)),
+            static_cast<int64_t>(std::floor(p.y / kSpacingMetres))};
   }
 
   const PlanIndex& plan_;
@@ -184,7 +186,7 @@ class LampLayer {
 };
 
 Face PanelOf(const Lamp& lamp, const PlanIndex& plan, MaterialId material) {
-  const double r = 0.5 * kPanel_m;
+  const double r = 0.5 * kPanelMetres;
   const Point2 c = lamp.center;
   Face face;
   face.material = material;
@@ -204,7 +206,7 @@ Face PanelOf(const Lamp& lamp, const PlanIndex& plan, MaterialId material) {
 Material DefaultLuminaireMaterial(bool photometric) {
   Material material;
   material.name = "default luminaire";
-  material.exitance.fill(photometric ? kExitance_lm_m2 : kExitance_w_m2);
+  material.exitance.fill(photometric ? kExitanceLmPerM2 : kExitanceWPerM2);
   material.sides = 1;
   return material;
 }

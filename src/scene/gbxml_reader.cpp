@@ -15,10 +15,10 @@
 namespace enfilade {
 namespace {
 
-constexpr double kShellTolerance_m = 0.01;
-constexpr double kCutTolerance_m = 5e-4;
-constexpr double kLeastThickness_m = 1e-3;  // thinner polygons have no area
-constexpr double kOffsets_m[] = {0.01, 0.05};
+constexpr double kShellToleranceMetres = 0.01;
+constexpr double kCutToleranceMetres = 5e-4;
+constexpr double kLeastThicknessMetres = 1e-3;  // thinner polygons have no area
+constexpr double kOffsetsMetres[] = {0.01, 0.05};
 
 // Reflectances by surface type, as of common finishes (floors 0.2, walls 0.5,
 // ceilings 0.7); a face between two storeys is floor and ceiling in one.
@@ -121,11 +121,11 @@ class GbxmlImport {
     for (GbxmlSurface& s : model_.surfaces) {
       info_.input_polygons += s.openings.size();
       dropped_ += std::erase_if(s.openings, [](const GbxmlOpening& o) {
-        return Thickness(o.polygon) < kLeastThickness_m;
+        return Thickness(o.polygon) < kLeastThicknessMetres;
       });
     }
     dropped_ += std::erase_if(model_.surfaces, [](const GbxmlSurface& s) {
-      return Thickness(s.polygon) < kLeastThickness_m;
+      return Thickness(s.polygon) < kLeastThicknessMetres;
     });
   }
 
@@ -151,7 +151,7 @@ class GbxmlImport {
       Space space;
       space.name = model_.spaces[i].name;
       space.bounds = shells_[i].Bounds();
-      space.closed = shells_[i].IsClosed(kShellTolerance_m);
+      space.closed = shells_[i].IsClosed(kShellToleranceMetres);
       info_.spaces.push_back(std::move(space));
     }
   }
@@ -163,7 +163,7 @@ class GbxmlImport {
     constexpr size_t kMostTried = 8;
     const size_t tried = std::min(doubtful.size(), kMostTried);
     SpaceShell best = shell;
-    double best_open = shell.OpenLength(kShellTolerance_m);
+    double best_open = shell.OpenLength(kShellToleranceMetres);
     size_t best_mask = 0;
     for (size_t mask = 1; mask < (size_t{1} << tried) && best_open > 0;
          ++mask) {
@@ -173,8 +173,8 @@ class GbxmlImport {
           candidate.Add(model_.surfaces[doubtful[bit]].polygon);
         }
       }
-      const double open = candidate.OpenLength(kShellTolerance_m);
-      if (open < best_open - kShellTolerance_m || open == 0) {
+      const double open = candidate.OpenLength(kShellToleranceMetres);
+      if (open < best_open - kShellToleranceMetres || open == 0) {
         best = std::move(candidate);
         best_open = open;
         best_mask = mask;
@@ -230,7 +230,7 @@ class GbxmlImport {
     AddFaces(*material,
              surface.openings.empty()
                  ? CutOutline(outline, normal)
-                 : CutFigure(edges, normal, kCutTolerance_m));
+                 : CutFigure(edges, normal, kCutToleranceMetres));
   }
 
   // The part of the opening that is in its surface.
@@ -240,7 +240,7 @@ class GbxmlImport {
                      bool reversed) {
     AppendSides(opening.polygon, reversed, edges);
     const std::vector<Polygon3> pieces =
-        CutFigure(edges, AreaVector(surface.polygon), kCutTolerance_m, 2);
+        CutFigure(edges, AreaVector(surface.polygon), kCutToleranceMetres, 2);
     const std::optional<MaterialId> material =
         MaterialOf(opening.type, surface.name, true);
     if (material) {
@@ -254,12 +254,12 @@ class GbxmlImport {
                                           Vec3 normal) {
     std::optional<Polygon3> convex = AsConvex(outline, normal);
     if (convex) {
-      Polygon3 corners = WithoutStraightCorners(*convex, kCutTolerance_m);
+      Polygon3 corners = WithoutStraightCorners(*convex, kCutToleranceMetres);
       if (corners.size() >= 3) {
         return {std::move(corners)};
       }
     }
-    return CutFigure(outline, normal, kCutTolerance_m);
+    return CutFigure(outline, normal, kCutToleranceMetres);
   }
 
   void AddFaces(MaterialId material, const std::vector<Polygon3>& pieces) {
@@ -328,8 +328,8 @@ class GbxmlImport {
     std::vector<Edge3> outline;
     AppendSides(surface.polygon, false, outline);
     const std::vector<Polygon3> pieces =
-        CutFigure(outline, area, kCutTolerance_m);
-    for (const double offset : kOffsets_m) {
+        CutFigure(outline, area, kCutToleranceMetres);
+    for (const double offset : kOffsetsMetres) {
       int votes = 0;
       for (const Polygon3& piece : pieces) {
         const Point3 p = MeanOf(piece);

@@ -13,7 +13,7 @@
 namespace enfilade {
 namespace {
 
-constexpr double kMostWeld_m = 1e-4;
+constexpr double kMostWeldMetres = 1e-4;
 constexpr double kRelativeWeld = 1e-5;
 constexpr double kPlaneWelds = 2;
 // Memory of cleaning: measured about 400 bytes a polygon and 100 a corner.
@@ -235,7 +235,7 @@ void MeshCleaner::Flush(const CleaningOptions& options) {
   const double extent = Length(BoundsOf(corners_).Extent());
   if (extent > 0) {
     Batch batch(
-        counts_, options, std::min(kMostWeld_m, kRelativeWeld * extent));
+        counts_, options, std::min(kMostWeldMetres, kRelativeWeld * extent));
     size_t begin = 0;
     for (const size_t end : ends_) {
       batch.Take(std::span(corners_).subspan(begin, end - begin));

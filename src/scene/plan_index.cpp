@@ -8,10 +8,10 @@
 namespace enfilade {
 namespace {
 
-constexpr double kCell_m = 2.0;
-constexpr double kLeastLevelArea_m2 = 0.25;
-constexpr double kLeastWallHeight_m = 0.3;
-constexpr double kLeastWallLength_m = 0.05;
+constexpr double kCellMetres = 2.0;
+constexpr double kLeastLevelAreaM2 = 0.25;
+constexpr double kLeastWallHeightMetres = 0.3;
+constexpr double kLeastWallLengthMetres = 0.05;
 constexpr double kUpright = 0.2;
 constexpr uint64_t kBytesPerFace = 200;  // with its places in the index
 constexpr uint64_t kFacesPerCharge = 4096;
@@ -55,7 +55,7 @@ bool LevelFace::Covers(Point2 p) const {
 }
 
 int64_t PlanIndex::Cell(double value) {
-  return static_cast<int64_t>(std::floor(value / kCell_m));
+  return static_cast<int64_t>(std::floor(value / kCellMetres));
 }
 
 uint64_t PlanIndex::Key(int64_t x, int64_t y) {
@@ -73,7 +73,7 @@ void PlanIndex::Add(std::span<const Point3> polygon,
   const Vec3 normal = Normalize(area);
   const double level = normal[up_];
   if (std::abs(level) >= least_level_) {
-    if (Length(area) >= kLeastLevelArea_m2) {
+    if (Length(area) >= kLeastLevelAreaM2) {
       AddLevel(polygon, normal, level < 0 ? front : back);
     }
   } else if (std::abs(level) < kUpright) {
@@ -139,8 +139,8 @@ void PlanIndex::AddWall(std::span<const Point3> polygon) {
       wall.from = plan(p);
     }
   }
-  if (wall.high - wall.low < kLeastWallHeight_m ||
-      apart(wall.from, wall.to) < kLeastWallLength_m) {
+  if (wall.high - wall.low < kLeastWallHeightMetres ||
+      apart(wall.from, wall.to) < kLeastWallLengthMetres) {
     return;
   }
   const auto index = static_cast<uint32_t>(walls_.size());
@@ -148,10 +148,12 @@ void PlanIndex::AddWall(std::span<const Point3> polygon) {
   const auto [y0, y1] = std::minmax(Cell(wall.from.y), Cell(wall.to.y));
   for (int64_t x = x0; x <= x1; ++x) {
     for (int64_t y = y0; y <= y1; ++y) {
-      const double cx = static_cast<double>(x) * kCell_m;
-      const double cy = static_cast<double>(y) * kCell_m;
-      if (SegmentMeetsBox(
-              wall.from, wall.to, {cx, cy}, {cx + kCell_m, cy + kCell_m})) {
+      const double cx = static_cast<double>(x) * kCellMetres;
+      const double cy = static_cast<double>(y) * kCellMetres;
+      if (SegmentMeetsBox(wall.from,
+                          wall.to,
+                          {cx, cy},
+                          {cx + kCellMetres, cy + kCellMetres})) {
         walls_at_[Key(x, y)].push_back(index);
       }
     }

@@ -128,15 +128,15 @@ double Winding(const Imported& scene, SpaceId space, Point3 p) {
 // Casts from just off every face into the Spaces it claims; returns how many
 // claims about closed Spaces are wrong.
 size_t WrongSides(const Imported& scene, size_t& checked) {
-  constexpr double kOff_m = 0.004;
+  constexpr double kOffMetres = 0.004;
   size_t wrong = 0;
   for (const Face& face : scene.faces) {
     const Vec3 normal = Normalize(AreaVector(face.vertices));
     const Point3 middle = Lerp(
         Lerp(face.vertices[0], face.vertices[1], 0.5), face.vertices[2], 0.4);
     const std::array<std::pair<std::optional<SpaceId>, Point3>, 2> claims{
-        {{face.front_space, middle + normal * kOff_m},
-         {face.back_space, middle - normal * kOff_m}}};
+        {{face.front_space, middle + normal * kOffMetres},
+         {face.back_space, middle - normal * kOffMetres}}};
     for (const auto& [space, point] : claims) {
       if (space && scene.info.spaces[space->Index()].closed) {
         ++checked;
