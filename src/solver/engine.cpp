@@ -21,8 +21,8 @@ constexpr double kFirstLinksPerPatch = 30;
 constexpr double kWeakShare = 0.5;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
-// Sources darker than this share of the mean count as that bright.
-constexpr double kDarkShare = 1e-3;
+// A cell counts as lit from this share of the mean radiosity on.
+constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostRounds = 16;
 constexpr uint32_t kMostSweeps = 60;
 constexpr int kMostIterations = 200;
@@ -220,7 +220,7 @@ Engine::Receiver Engine::Load(CellId cell) {
 
 bool Engine::IsLit(CellId cell) const {
   return static_cast<double>(state_.cells[cell.Index()].peak) >
-         kDarkShare * kDarkShare * state_.mean_reflected;
+         kDarkShare * state_.mean_reflected;
 }
 
 void Engine::RefineCell(CellId cell) {
@@ -369,8 +369,6 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   options.tau = state_.tau;
   options.tau_weak = kWeakShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
-  options.least_radiosity =
-      static_cast<float>(kDarkShare * state_.mean_reflected);
   const RefineSide receiver_side{r.id, r.geometry->patches, r.tree.get()};
   const RefineSide source_side{source.source, geometry->patches, tree.get()};
   const Refiner refiner(options, receiver_side, source_side, blockers);

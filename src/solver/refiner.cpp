@@ -20,6 +20,13 @@ constexpr float kConstantResidual = 0.9F;
 constexpr float kMixedVisibility = 0.5F;
 constexpr float kUnprovenClear = 0.03F;
 constexpr float kUnprovenBlocked = 0.04F;
+// Of the variance of sixteen samples, the part that is blamed on the larger
+// end rather than on the end with which they vary.
+constexpr float kVarianceNoise = 0.15F;
+// A sampled transfer is kept at least with this multiple of its form factor,
+// so that no coefficient exceeds its inverse: with larger ones the operator
+// would not contract where it is dark now, and light arriving later would grow.
+constexpr float kWeakGain = 4;
 // Black surfaces receive too, for probes, but need less care.
 constexpr float kLeastWeightReflectance = 0.1F;
 
@@ -175,6 +182,38 @@ std::span<const UnitPoint> TestPoints(PatchShape shape) {
     return kTriangle;
   }
   return kSquare;
+}
+
+// Whose fault unknown visibility is: near 1 where it varies with the point of
+// the receiver, near 0 where it varies with the point of the source. Splitting
+// the wrong end would turn one error that is seen into many that are too small
+// to be seen but add up.
+float ReceiverShare(uint16_t bits,
+                    const TransferEnd& r,
+                    const TransferEnd& s) {
+  std::array<float, kTransferNodes> rows{};
+  std::array<float, kTransferNodes> columns{};
+  float mean = 0;
+  for (size_t g = 0; g < r.node_count; ++g) {
+    for (size_t q = 0; q < s.node_count; ++q) {
+      const size_t bit = g * kTransferNodes + q;
+      const float v = (bits >> bit & 1) != 0 ? 1.0F : 0.0F;
+      rows[g] += v * s.weight[q];
+      columns[q] += v * r.weight[g];
+      mean += v * s.weight[q] * r.weight[g];
+    }
+  }
+  float by_row = 0;
+  for (size_t g = 0; g < r.node_count; ++g) {
+    by_row += r.weight[g] * (rows[g] - mean) * (rows[g] - mean);
+  }
+  float by_column = 0;
+  for (size_t q = 0; q < s.node_count; ++q) {
+    by_column += s.weight[q] * (columns[q] - mean) * (columns[q] - mean);
+  }
+  const float size = r.diameter / (r.diameter + s.diameter + 1e-9F);
+  const float noise = kVarianceNoise * mean * (1 - mean) + 1e-3F;
+  return (by_row + noise * size) / (by_row + by_column + noise);
 }
 
 // The values of the second-order Lagrange functions at the test points.
@@ -355,17 +394,16 @@ void Refiner::Refine(PatchId receiver,
 }
 
 void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
-  const float peak = std::max(
-      options_.least_radiosity,
-      *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail);
+  const float peak =
+      *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
   const float tau_weak = static_cast<float>(options_.tau_weak);
-  if (!(peak > 0) || IsBehind(s.end, *r.end.patch) ||
-      IsBehind(r.end, *s.end.patch)) {
+  if (IsBehind(s.end, *r.end.patch) || IsBehind(r.end, *s.end.patch)) {
     return;
   }
-  const float bound = r.weight * peak * FormFactorBound(r.end, s.end);
+  const float form_factor = FormFactorBound(r.end, s.end);
+  const float bound = r.weight * peak * form_factor;
   if (bound < tau_weak) {
-    AddWeak(r, s, bound / tau_weak, task);
+    AddWeak(r, s, form_factor, bound, task);
     return;
   }
   const Judgement judgement = Judge(r.end, s);
@@ -380,8 +418,7 @@ void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
     unknown *= p > 0 ? kUnprovenClear : kUnprovenBlocked;
   }
   const float visible = p > 0 ? 1.0F : 0.0F;
-  const float share =
-      r.end.diameter / (r.end.diameter + s.end.diameter + 1e-9F);
+  const float share = ReceiverShare(look.bits, r.end, s.end);
   const float by_receiver =
       visible * judgement.receiver_error + share * unknown;
   const float by_source =
@@ -574,8 +611,13 @@ void Refiner::Accept(const Receiver& r,
 
 void Refiner::AddWeak(const Receiver& r,
                       const Source& s,
-                      float probability,
+                      float form_factor_bound,
+                      float bound,
                       Task* task) const {
+  const float probability =
+      std::min(1.0F,
+               std::max(bound / static_cast<float>(options_.tau_weak),
+                        kWeakGain * form_factor_bound));
   Random random(KeyOf(r, s));
   if (random.Next() >= static_cast<double>(probability)) {
     return;
@@ -590,9 +632,9 @@ void Refiner::AddWeak(const Receiver& r,
   } else {
     form_factor = s.end.area * PointKernel(x, y, r.end, s.end);
   }
-  const float tau_weak = static_cast<float>(options_.tau_weak);
-  task->out->squared_error += static_cast<double>(tau_weak * tau_weak) *
-                              static_cast<double>(1 - probability);
+  const double spread = static_cast<double>(bound / probability);
+  task->out->squared_error +=
+      spread * spread * static_cast<double>(1 - probability);
   if (!(form_factor > 0)) {
     return;
   }

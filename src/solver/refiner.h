@@ -32,12 +32,9 @@
 namespace enfilade {
 
 struct RefineOptions {
-  double tau = 1;       // W/m: largest weighted error of a link
-  double tau_weak = 1;  // W/m: transfers below are sampled
-  uint64_t seed = 0;    // of the visibility samples
-  // W/m2: darker sources count as this bright, so that light that is still to
-  // come has links to travel by.
-  float least_radiosity = 0;
+  double tau = 1;                 // W/m: largest weighted error of a link
+  double tau_weak = 1;            // W/m: transfers below are sampled
+  uint64_t seed = 0;              // of the visibility samples
   float least_diameter = 0.005F;  // m; smaller elements are not split
 };
 
@@ -151,7 +148,8 @@ class Refiner {
 
   void AddWeak(const Receiver& r,
                const Source& s,
-               float probability,
+               float form_factor_bound,
+               float bound,
                Task* task) const;
   void FlushWeak(Task* task) const;
   void Accept(const Receiver& r,
