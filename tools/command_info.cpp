@@ -34,6 +34,25 @@ std::string OutlookText(const Json& report, const std::string& store) {
       store);
 }
 
+// What import and partition had to say, and what a gbXML file holds.
+std::string NotesText(const Json& report) {
+  std::string text;
+  if (const Json& gbxml = report.at("gbxml"); !gbxml.is_null()) {
+    text += fmt::format(
+        "gbXML     {} Spaces ({} closed shells), {} surfaces, {} interior "
+        "doors, {} open boundaries\n",
+        gbxml.at("spaces").get<uint32_t>(),
+        gbxml.at("closed_shells").get<uint32_t>(),
+        gbxml.at("surfaces").get<uint32_t>(),
+        gbxml.at("interior_doors").get<uint32_t>(),
+        gbxml.at("open_boundaries").get<uint32_t>());
+  }
+  for (const Json& note : report.at("notes")) {
+    text += fmt::format("note      {}\n", note.get<std::string>());
+  }
+  return text;
+}
+
 // Shoots the rays; warns of the first pairs that were missed.
 AuditSummary RunAudit(const BlockStorage& store,
                       const CommonOptions& common,
@@ -91,7 +110,10 @@ void InfoCommand::Run() {
   const SolveSettings settings = LoadSettings(*storage);
   Json report =
       SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
-  fmt::print("{}{}", SummaryText(report), OutlookText(report, store));
+  fmt::print("{}{}{}",
+             SummaryText(report),
+             NotesText(report),
+             OutlookText(report, store));
   uint64_t missed = 0;
   if (audit_rays > 0) {
     const AuditSummary audit =

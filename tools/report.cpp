@@ -28,6 +28,19 @@ Json Digest(const BlockStorage& store, MemoryBudget& budget) {
   return Solution(store, budget).Digest();
 }
 
+// The counts of a gbXML file; null for any other.
+Json GbxmlReport(const SceneInfo& scene) {
+  if (!scene.gbxml) {
+    return nullptr;
+  }
+  return {{"spaces", scene.gbxml->spaces},
+          {"surfaces", scene.gbxml->surfaces},
+          {"interior_doors", scene.gbxml->interior_doors},
+          {"open_boundaries", scene.gbxml->open_boundaries},
+          {"closed_shells", scene.gbxml->closed_shells},
+          {"closed_spaces", scene.gbxml->closed_spaces}};
+}
+
 void AddSceneKeys(const BlockStorage& store, Stage stage, Json& report) {
   const bool imported = stage >= Stage::kImported;
   const SceneInfo scene = imported ? LoadSceneInfo(store) : SceneInfo{};
@@ -46,6 +59,11 @@ void AddSceneKeys(const BlockStorage& store, Stage stage, Json& report) {
   report["visible_pairs"] =
       stage >= Stage::kVisible ? LoadVisibilitySummary(store).visible_pairs : 0;
   report["patches"] = patches;
+  report["gbxml"] = GbxmlReport(scene);
+  report["notes"] = scene.notes;
+  for (const std::string& note : partition.notes) {
+    report["notes"].push_back(note);
+  }
 }
 
 void AddSolveKeys(const SolveSummary& summary,
