@@ -81,9 +81,10 @@ class Comparison {
           building_.scene->materials[patch.material.Index()].exitance;
     }
     for (uint32_t k = 0; k < grid * grid; ++k) {
-      const double s = (k % grid + random.Next()) / grid;
-      PatchPoint point =
-          UniformPointOn(patch, s, (k / grid + random.Next()) / grid);
+      const uint32_t column = k % grid;
+      const uint32_t row = k / grid;
+      const double s = (column + random.Next()) / grid;
+      PatchPoint point = UniformPointOn(patch, s, (row + random.Next()) / grid);
       point.cell = cell;
       point.patch = id;
       points_.push_back(point);

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -34,8 +34,9 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::Fail(int error) const {
-  throw DiskError(fmt::format(
-      "cannot write '{}': {}", path_.string(), std::strerror(error)));
+  throw DiskError(fmt::format("cannot write '{}': {}",
+                              path_.string(),
+                              std::generic_category().message(error)));
 }
 
 void OutputFile::WriteAt(uint64_t offset, std::span<const std::byte> bytes) {

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr uint64_t kVertexBytes = 6 * 4;  // position, colour
+constexpr uint64_t kVertexBytes = 6ULL * 4;  // position, colour
 constexpr uint64_t kMostBytes = std::numeric_limits<uint32_t>::max();
 
 // Numbers of the specification.

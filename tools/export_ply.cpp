@@ -10,7 +10,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kVertexBytes = 3 * 4 + 3 + 6 * 4;
+constexpr uint64_t kVertexBytes = 39;  // 3 floats, 3 bytes, 6 floats
 
 std::string PlyHeader(const ElementCensus& census) {
   return fmt::format(

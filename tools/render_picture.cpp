@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 #include "tools/building_surfaces.h"
 #include <fmt/format.h>
@@ -78,8 +78,10 @@ class Renderer {
   // Sample (i, j) of a pixel at the middle of its part of the pixel.
   [[nodiscard]] TraceRay Ray(uint32_t row, uint32_t column, uint32_t k) const {
     const uint32_t n = options_.samples;
-    const double x = 2 * (column + (k % n + 0.5) / n) / options_.width - 1;
-    const double y = 1 - 2 * (row + (k / n + 0.5) / n) / options_.height;
+    const uint32_t right = k % n;
+    const uint32_t down = k / n;
+    const double x = 2 * (column + (right + 0.5) / n) / options_.width - 1;
+    const double y = 1 - 2 * (row + (down + 0.5) / n) / options_.height;
     TraceRay ray;
     ray.origin = camera_.origin + camera_.origin_x * x + camera_.origin_y * y;
     ray.direction =
@@ -181,7 +183,7 @@ Spool::Spool(size_t record_bytes)
     : record_bytes_(record_bytes), file_(std::tmpfile()) {
   if (!file_) {
     throw DiskError(fmt::format("cannot create a temporary file: {}",
-                                std::strerror(errno)));
+                                std::generic_category().message(errno)));
   }
 }
 
@@ -194,8 +196,9 @@ void Spool::Write(uint64_t first, std::span<const std::byte> records) {
       continue;
     }
     if (written <= 0) {
-      throw DiskError(fmt::format("cannot write a temporary file: {}",
-                                  std::strerror(written < 0 ? errno : ENOSPC)));
+      throw DiskError(fmt::format(
+          "cannot write a temporary file: {}",
+          std::generic_category().message(written < 0 ? errno : ENOSPC)));
     }
     records = records.subspan(static_cast<size_t>(written));
     offset += written;
