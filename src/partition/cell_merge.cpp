@@ -18,8 +18,11 @@ constexpr double kSameSection = 0.6;
 // or is wider than a door between leaves that are deeper than a wall is thick.
 constexpr double kWideOpeningM2 = 4.0;
 constexpr double kDeeperThanWallM = 0.6;
-// A cell of less volume is no room: a doorway in a thick wall, a crack.
+// A cell of less volume is no room: a crack, a piece between two planes;
 constexpr double kNicheM3 = 0.5;
+// nor is one of less volume that is no thicker than a wall: a doorway, a
+// window.
+constexpr double kThinNicheM3 = 2.0;
 
 // Disjoint sets of leaves with their numbers of patches.
 class LeafSets {
@@ -117,23 +120,67 @@ std::vector<const LeafBorder*> WidestFirst(
   return order;
 }
 
+double LeastExtent(const Box3& box) {
+  const Vec3 extent = box.Extent();
+  return std::min({extent.x, extent.y, extent.z});
+}
+
+// Indexed by leaf; true for the leading leaf of a set too small for a room.
+std::vector<bool> FindNiches(const BuiltTree& built,
+                             bool all_split,
+                             LeafSets& sets) {
+  std::vector<double> volume(built.leaves.size());
+  std::vector<Box3> bounds(built.leaves.size());
+  for (uint32_t i = 0; i < built.leaves.size(); ++i) {
+    volume[sets.Find(i)] += built.leaves[i].volume_m3;
+    bounds[sets.Find(i)].Include(built.leaves[i].bounds);
+  }
+  std::vector<bool> niche(built.leaves.size());
+  for (uint32_t i = 0; i < built.leaves.size(); ++i) {
+    const bool thin = !all_split && LeastExtent(bounds[i]) < kDeeperThanWallM;
+    niche[i] = volume[i] < (thin ? kThinNicheM3 : kNicheM3);
+  }
+  return niche;
+}
+
+// Joins what is open to each other inside walls and floors: regions that no
+// room and no outdoors opens to. No light gets there.
+void JoinCavities(const BuiltTree& built,
+                  const std::vector<LeafBorder>& borders,
+                  LeafSets& sets) {
+  const std::vector<uint32_t> no_limit(built.leaves.size(), 0);
+  LeafSets components(no_limit, 0);
+  for (const LeafBorder& border : borders) {
+    components.Join(border.front.value, border.back.value);
+  }
+  std::vector<bool> has_room(built.leaves.size());
+  for (uint32_t i = 0; i < built.leaves.size(); ++i) {
+    if (LeastExtent(built.leaves[i].bounds) >= kDeeperThanWallM) {
+      has_room[components.Find(i)] = true;
+    }
+  }
+  for (const LeafBorder& border : borders) {
+    if (!has_room[components.Find(border.front.value)]) {
+      sets.Join(border.front.value, border.back.value);
+    }
+  }
+}
+
 // Gives each set that is too small for a room to the neighbour that it opens
 // to most, as long as that helps. Two rooms are never joined by what lies
 // between them.
 bool JoinNichesOnce(const BuiltTree& built,
                     const std::vector<LeafBorder>& borders,
+                    bool all_split,
                     LeafSets& sets) {
-  std::vector<double> volume(built.leaves.size());
-  for (uint32_t i = 0; i < built.leaves.size(); ++i) {
-    volume[sets.Find(i)] += built.leaves[i].volume_m3;
-  }
+  const std::vector<bool> niche = FindNiches(built, all_split, sets);
   std::map<std::pair<uint32_t, uint32_t>, double> open_m2;
   for (const LeafBorder& border : borders) {
     const uint32_t a = sets.Find(border.front.value);
     const uint32_t b = sets.Find(border.back.value);
     if (a != b) {
-      open_m2[{a, b}] += volume[a] < kNicheM3 ? border.open_m2 : 0;
-      open_m2[{b, a}] += volume[b] < kNicheM3 ? border.open_m2 : 0;
+      open_m2[{a, b}] += niche[a] ? border.open_m2 : 0;
+      open_m2[{b, a}] += niche[b] ? border.open_m2 : 0;
     }
   }
   std::map<uint32_t, std::pair<double, uint32_t>> widest;
@@ -145,10 +192,10 @@ bool JoinNichesOnce(const BuiltTree& built,
   }
   bool joined = false;
   std::vector<bool> taken(built.leaves.size());
-  for (const auto& [niche, best] : widest) {
+  for (const auto& [small, best] : widest) {
     // A niche that another has just joined waits for the next round.
-    if (best.first > 0 && !taken[niche]) {
-      joined = sets.Join(niche, best.second) || joined;
+    if (best.first > 0 && !taken[small]) {
+      joined = sets.Join(small, best.second) || joined;
       taken[best.second] = true;
     }
   }
@@ -157,8 +204,9 @@ bool JoinNichesOnce(const BuiltTree& built,
 
 void JoinNiches(const BuiltTree& built,
                 const std::vector<LeafBorder>& borders,
+                bool all_split,
                 LeafSets& sets) {
-  while (JoinNichesOnce(built, borders, sets)) {
+  while (JoinNichesOnce(built, borders, all_split, sets)) {
   }
 }
 
@@ -209,7 +257,8 @@ LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options) {
     }
   }
   if (!named) {
-    JoinNiches(built, input.borders, sets);
+    JoinCavities(built, input.borders, sets);
+    JoinNiches(built, input.borders, input.all_split, sets);
   }
   return NumberCells(sets, built.leaves.size(), input.space_of_leaf);
 }
