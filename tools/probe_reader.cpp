@@ -87,7 +87,7 @@ std::optional<std::string> ProbeReader::NextLine() {
 std::string ProbeReader::Header() {
   pending_ = NextLine();
   if (pending_ && !BeginsWithNumber(*pending_)) {
-    const std::string header = *pending_ + "," + kResultColumns;
+    std::string header = *pending_ + "," + kResultColumns;
     pending_ = NextLine();
     return header;
   }
