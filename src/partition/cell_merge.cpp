@@ -23,6 +23,8 @@ constexpr double kNicheM3 = 0.5;
 // nor is one of less volume that is no thicker than a wall: a doorway, a
 // window.
 constexpr double kThinNicheM3 = 2.0;
+// What is closed off and thinner everywhere is the inside of walls and floors.
+constexpr double kLeastRoomM = 1.0;
 
 // Disjoint sets of leaves with their numbers of patches.
 class LeafSets {
@@ -155,7 +157,7 @@ void JoinCavities(const BuiltTree& built,
   }
   std::vector<bool> has_room(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
-    if (LeastExtent(built.leaves[i].bounds) >= kDeeperThanWallM) {
+    if (LeastExtent(built.leaves[i].bounds) >= kLeastRoomM) {
       has_room[components.Find(i)] = true;
     }
   }

@@ -1,0 +1,199 @@
+// Faces cut to cells and into patches.
+
+#include "base/photometry.h"
+#include "base/random.h"
+#include "partition/patch_cutter.h"
+
+#include <cmath>
+#include <vector>
+
+#include "tests/partition/test_scenes.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using testing::Built;
+using testing::SceneBuilder;
+using testing::TwoRoomsWithDoor;
+
+double Area(const std::vector<PatchPiece>& pieces) {
+  double area = 0;
+  for (const PatchPiece& piece : pieces) {
+    area += Length(Cross(piece.u, piece.v)) *
+            (piece.shape == PatchShape::kTriangle ? 0.5 : 1.0);
+  }
+  return area;
+}
+
+std::vector<Patch> AllPatches(const Built& built) {
+  std::vector<Patch> patches;
+  for (uint32_t i = 0; i < built.partition.cells.size(); ++i) {
+    const CellPatches cell = LoadCellPatches(*built.store, CellId(i));
+    EXPECT_EQ(cell.patches.size(), built.partition.cells[i].patches);
+    patches.insert(patches.end(), cell.patches.begin(), cell.patches.end());
+  }
+  return patches;
+}
+
+TEST(PatchCutter, ParallelogramStaysOne) {
+  const auto pieces =
+      CutIntoPatches({{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {1, 1, 0}});
+  ASSERT_EQ(pieces.size(), 1U);
+  EXPECT_EQ(pieces[0].shape, PatchShape::kParallelogram);
+}
+
+TEST(PatchCutter, TrapezoidIsTwoPieces) {
+  EXPECT_EQ(CutIntoPatches({{0, 0, 0}, {3, 0, 0}, {2, 1, 0}, {0, 1, 0}}).size(),
+            2U);
+}
+
+TEST(PatchCutter, CornersOnStraightEdgesCostNothing) {
+  EXPECT_EQ(
+      CutIntoPatches(
+          {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}, {0, 1, 0}})
+          .size(),
+      1U);
+}
+
+TEST(PatchCutter, HexagonUsesAParallelogram) {
+  Polygon hexagon;
+  for (int i = 0; i < 6; ++i) {
+    hexagon.push_back({std::cos(i * kPi / 3), std::sin(i * kPi / 3), 0.0});
+  }
+  EXPECT_EQ(CutIntoPatches(hexagon).size(), 3U);
+}
+
+TEST(PatchCutter, PiecesCoverTheAreaAndFaceThePolygonsWay) {
+  Random random(3);
+  for (int round = 0; round < 200; ++round) {
+    const int n = 3 + static_cast<int>(random.NextBelow(7));
+    Polygon polygon;
+    for (int i = 0; i < n; ++i) {
+      const double angle = 2 * kPi * (i + 0.8 * random.Next()) / n;
+      polygon.push_back(
+          {3 * std::cos(angle), 2 * std::sin(angle), std::cos(angle)});
+    }
+    const Vec3 normal = Normalize(AreaVector(polygon));
+    const auto pieces = CutIntoPatches(polygon);
+    EXPECT_LE(pieces.size(), static_cast<size_t>(n - 2));
+    EXPECT_NEAR(Area(pieces), PolygonArea(polygon), 1e-9);
+    for (const PatchPiece& piece : pieces) {
+      EXPECT_GT(Dot(Cross(piece.u, piece.v), normal), 0);
+    }
+  }
+}
+
+TEST(Patches, EverySideOfEveryFaceIsCoveredOnce) {
+  SceneBuilder scene = TwoRoomsWithDoor();
+  scene.AddBox({{3.5, 0.5, 0.7}, {4.5, 1.3, 0.74}});  // stands in the wall
+  const Built built(scene);
+  std::vector<double> front(scene.Faces().size());
+  std::vector<double> back(scene.Faces().size());
+  for (const Patch& patch : AllPatches(built)) {
+    const Face& face = scene.Faces()[patch.face.Index()];
+    const bool is_front =
+        Dot(PatchNormal(patch), AreaVector(face.vertices)) > 0;
+    (is_front ? front : back)[patch.face.Index()] += PatchArea(patch);
+  }
+  for (size_t i = 0; i < scene.Faces().size(); ++i) {
+    const double area = PolygonArea(scene.Faces()[i].vertices);
+    EXPECT_NEAR(front[i], area, 1e-8) << "front of face " << i;
+    EXPECT_NEAR(back[i], area, 1e-8) << "back of face " << i;
+  }
+}
+
+TEST(Patches, LookIntoTheirOwnCell) {
+  const Built built(TwoRoomsWithDoor());
+  for (uint32_t i = 0; i < built.partition.cells.size(); ++i) {
+    for (const Patch& patch :
+         LoadCellPatches(*built.store, CellId(i)).patches) {
+      const Point3 middle = patch.origin + (patch.u + patch.v) * 0.3;
+      EXPECT_EQ(built.At(middle + PatchNormal(patch) * 1e-3), CellId(i));
+    }
+  }
+}
+
+TEST(Patches, BothSidesInOneCellAreTwins) {
+  SceneBuilder scene = TwoRoomsWithDoor();
+  scene.Add(SceneBuilder::Rectangle{2, 0.7, 1, 1, 2, 2});  // a table top
+  const Built built(scene);
+  const auto room = LoadCellPatches(*built.store, built.At({1, 1, 1}));
+  int twins = 0;
+  for (size_t i = 0; i < room.patches.size(); ++i) {
+    const Patch& patch = room.patches[i];
+    if (patch.is_twin) {
+      ++twins;
+      ASSERT_GT(i, 0U);
+      const Patch& front = room.patches[i - 1];
+      EXPECT_EQ(front.face, patch.face);
+      EXPECT_EQ(front.u, patch.v);
+      EXPECT_EQ(front.v, patch.u);
+      EXPECT_FALSE(front.is_twin);
+    }
+  }
+  EXPECT_EQ(twins, 1);
+}
+
+TEST(Patches, OneSidedFaceBlocksFromBehindWithoutReflecting) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {4, 3, 2.7}});
+  scene.Add(SceneBuilder::Rectangle{0, 2, 0, 0, 3, 2.7}, MaterialId(1U));
+  scene.Add(SceneBuilder::Rectangle{2, 0.7, 0.5, 0.5, 1, 1}, MaterialId(1U));
+  const Built built(scene);
+  int black = 0;
+  int one_sided = 0;
+  for (const Patch& patch : AllPatches(built)) {
+    black += patch.reflects ? 0 : 1;
+    one_sided += patch.material == MaterialId(1U) ? 1 : 0;
+    if (!patch.reflects) {
+      EXPECT_LT(PatchNormal(patch).x, 0);
+    }
+  }
+  EXPECT_EQ(black, 1);      // the back of the wall, in the other room
+  EXPECT_EQ(one_sided, 3);  // and no twin of the table top
+}
+
+TEST(Patches, OnlyTheFrontOfALampEmits) {
+  SceneBuilder scene = TwoRoomsWithDoor();
+  scene.Add(SceneBuilder::Rectangle{2, 2.6, 1, 1, 1.5, 1.5}, MaterialId(2U));
+  const Built built(scene);
+  int emitting = 0;
+  for (const Patch& patch : AllPatches(built)) {
+    if (patch.emits) {
+      ++emitting;
+      EXPECT_GT(PatchNormal(patch).z, 0);
+    }
+  }
+  EXPECT_EQ(emitting, 1);
+}
+
+TEST(Patches, CellsStayUnderTheirLimit) {
+  SceneBuilder scene = TwoRoomsWithDoor();
+  Random random(5);
+  for (int i = 0; i < 150; ++i) {
+    const Point3 low{
+        7.5 * random.Next(), 2.5 * random.Next(), 2.2 * random.Next()};
+    scene.AddBox({low, low + Vec3{0.2, 0.2, 0.2}});
+  }
+  PartitionOptions options;
+  options.max_cell_patches = 500;
+  const Built built(scene, options);
+  EXPECT_GT(built.partition.cells.size(), 4U);
+  for (const CellInfo& cell : built.partition.cells) {
+    EXPECT_LE(cell.patches, options.max_cell_patches);
+  }
+}
+
+TEST(Patches, SameSceneSameBytes) {
+  const SceneBuilder scene = TwoRoomsWithDoor();
+  const Built a(scene);
+  const Built b(scene);
+  for (uint32_t i = 0; i < a.partition.cells.size(); ++i) {
+    EXPECT_EQ(a.store->GetOrThrow({BlockKind::kCellPatches, i}),
+              b.store->GetOrThrow({BlockKind::kCellPatches, i}));
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
