@@ -8,10 +8,6 @@
 namespace enfilade {
 namespace {
 
-BlockKey TreeKey(CellId cell) {
-  return {BlockKind::kCellTree, cell.value, 0, 0};
-}
-
 // Embree holds about this much per patch at the peak of a build (measured).
 constexpr uint64_t kOccluderBytesPerPatch = 400;
 
@@ -112,9 +108,8 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   }
   const auto geometry = Geometry(cell);
   std::shared_ptr<CellTree> tree;
-  if (const auto stored = store_->Get(TreeKey(cell))) {
-    tree = std::make_shared<CellTree>(
-        CellTree::Decode(shape_, geometry->patches, *stored));
+  if (auto stored = CellTree::Load(*store_, cell, shape_, geometry->patches)) {
+    tree = std::make_shared<CellTree>(std::move(*stored));
   } else {
     tree = std::make_shared<CellTree>(shape_, geometry->patches);
     tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
@@ -139,8 +134,7 @@ void CellPager::MarkDirty(CellId cell) {
 }
 
 void CellPager::WriteTree(CellId cell, Item* item) {
-  store_->Put(TreeKey(cell),
-              std::static_pointer_cast<CellTree>(item->value)->Encode());
+  std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
   item->dirty = false;
 }
 

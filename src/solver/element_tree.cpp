@@ -10,32 +10,12 @@
 namespace enfilade {
 namespace {
 
-// Floats with their bytes grouped by significance, which zstd likes.
-void PutShuffled(const std::vector<float>& values, ByteWriter* out) {
-  std::vector<uint8_t> bytes(values.size() * sizeof(float));
-  for (size_t i = 0; i < values.size(); ++i) {
-    const auto bits = std::bit_cast<uint32_t>(values[i]);
-    for (size_t k = 0; k < sizeof(float); ++k) {
-      bytes[k * values.size() + i] = static_cast<uint8_t>(bits >> (8 * k));
-    }
-  }
-  out->PutArray(std::span<const uint8_t>(bytes));
+BlockKey StructureKey(CellId cell) {
+  return {BlockKind::kCellTree, cell.value, 0, 0};
 }
 
-std::vector<float> GetShuffled(size_t count, ByteReader* in) {
-  const auto bytes = in->GetArray<uint8_t>();
-  if (bytes.size() != count * sizeof(float)) {
-    throw DamagedStoreError("an element tree has the wrong number of values");
-  }
-  std::vector<float> values(count);
-  for (size_t i = 0; i < count; ++i) {
-    uint32_t bits = 0;
-    for (size_t k = 0; k < sizeof(float); ++k) {
-      bits |= static_cast<uint32_t>(bytes[k * count + i]) << (8 * k);
-    }
-    values[i] = std::bit_cast<float>(bits);
-  }
-  return values;
+BlockKey PageKey(CellId cell, size_t page) {
+  return {BlockKind::kCellTree, cell.value, 1, static_cast<uint32_t>(page)};
 }
 
 // Number of levels below the root on a path.
@@ -82,22 +62,32 @@ void PullFrom(const ShapeBasis& basis,
 }
 
 CellTree::CellTree(TreeShape shape, std::span<const PatchGeometry> patches)
-    : shape_(shape), patch_count_(patches.size()) {
+    : CellTree(shape) {
+  patch_count_ = patches.size();
   elements_.resize(patches.size());
   for (size_t i = 0; i < patches.size(); ++i) {
     elements_[i].patch = static_cast<uint32_t>(i);
     patch_shapes_.push_back(patches[i].shape);
   }
-  const size_t floats = elements_.size() * shape_.Stride();
-  gathered_.resize(floats);
-  sent_.resize(floats);
-  delta_.resize(floats);
+  GrowCoefficients();
+}
+
+void CellTree::GrowCoefficients() {
+  gathered_.GrowTo(elements_.size());
+  sent_.GrowTo(elements_.size());
+  delta_.GrowTo(elements_.size());
   detail_.resize(elements_.size());
 }
 
 void CellTree::AppendChildren(uint32_t parent, PatchShape patch_shape) {
   const Element from = elements_[parent];
   elements_[parent].first_child = static_cast<uint32_t>(elements_.size());
+  if (elements_.capacity() < elements_.size() + kChildren) {
+    // By an eighth and not by doubling: memory counts more than moves.
+    const size_t room = elements_.size() + elements_.size() / 8 + 64;
+    elements_.reserve(room);
+    detail_.reserve(room);
+  }
   for (size_t c = 0; c < kChildren; ++c) {
     elements_.push_back({from.patch, 0, ChildOf(from.frame, patch_shape, c)});
   }
@@ -106,16 +96,12 @@ void CellTree::AppendChildren(uint32_t parent, PatchShape patch_shape) {
 void CellTree::Split(ElementId e, PatchShape patch_shape) {
   const size_t first = elements_.size();
   AppendChildren(e.value, patch_shape);
-  const size_t floats = elements_.size() * shape_.Stride();
-  gathered_.resize(floats);
-  sent_.resize(floats);
-  delta_.resize(floats);
-  detail_.resize(elements_.size());
+  GrowCoefficients();
   const ShapeBasis& basis = shape_.basis->On(patch_shape);
   for (size_t c = 0; c < kChildren; ++c) {
     const ElementId child(first + c);
-    PushTo(basis, shape_, c, Sent(e), Sent(child));
-    PushTo(basis, shape_, c, Delta(e), Delta(child));
+    PushTo(basis, shape_, c, sent_[e], sent_[child]);
+    PushTo(basis, shape_, c, delta_[e], delta_[child]);
   }
 }
 
@@ -157,13 +143,13 @@ void CellTree::UpdateDetail() {
     double square = 0;
     for (size_t c = 0; c < kChildren; ++c) {
       const ElementId child(parent.first_child + c);
-      PushTo(basis, shape_, c, Sent(ElementId(i)), pushed);
+      PushTo(basis, shape_, c, sent_[ElementId(i)], pushed);
       double largest = 0;
       for (size_t ch = 0; ch < shape_.channels; ++ch) {
         double sum = 0;
         for (size_t q = 0; q < basis.NodeCount(); ++q) {
           const size_t at = ch * shape_.NodeStride() + q;
-          const double d = static_cast<double>(Sent(child)[at] - pushed[at]);
+          const double d = static_cast<double>(sent_[child][at] - pushed[at]);
           sum += basis.Weight(q) * d * d;
         }
         largest = std::max(largest, sum);
@@ -175,44 +161,45 @@ void CellTree::UpdateDetail() {
   }
 }
 
-Bytes CellTree::Encode() const {
-  ByteWriter out;
-  out.PutVarint(patch_count_);
-  out.PutVarint(elements_.size());
-  uint32_t last = static_cast<uint32_t>(patch_count_);
-  // First children grow in the order in which parents were split; a parent is
-  // stored as its own number at the place of its children.
+void CellTree::Save(BlockStorage& store, CellId cell) const {
+  // Children come in the order in which their parents were split, so the list
+  // of parents in that order is the structure.
   std::vector<uint32_t> parents((elements_.size() - patch_count_) / kChildren);
   for (size_t i = 0; i < elements_.size(); ++i) {
     if (elements_[i].first_child != 0) {
-      parents[(elements_[i].first_child - last) / kChildren] =
+      parents[(elements_[i].first_child - patch_count_) / kChildren] =
           static_cast<uint32_t>(i);
     }
   }
-  out.PutArray(std::span<const uint32_t>(parents));
-  PutShuffled(gathered_, &out);
-  PutShuffled(sent_, &out);
-  PutShuffled(delta_, &out);
-  return out.Take();
+  ByteWriter structure;
+  structure.PutVarint(patch_count_);
+  structure.PutArray(std::span<const uint32_t>(parents));
+  store.Put(StructureKey(cell), structure.View());
+  for (size_t page = 0; page < gathered_.PageCount(); ++page) {
+    ByteWriter out;
+    for (const CoefficientArray* array : {&gathered_, &sent_, &delta_}) {
+      PutShuffled(array->Page(page), &out);
+    }
+    store.Put(PageKey(cell, page), out.View());
+  }
 }
 
-CellTree CellTree::Decode(TreeShape shape,
-                          std::span<const PatchGeometry> patches,
-                          std::span<const std::byte> bytes) {
-  ByteReader in(bytes);
-  CellTree tree(shape);
-  tree.patch_count_ = in.GetVarint();
-  const uint64_t size = in.GetVarint();
+std::optional<CellTree> CellTree::Load(const BlockStorage& store,
+                                       CellId cell,
+                                       TreeShape shape,
+                                       std::span<const PatchGeometry> patches) {
+  const auto structure = store.Get(StructureKey(cell));
+  if (!structure) {
+    return std::nullopt;
+  }
+  ByteReader in(*structure);
+  const uint64_t patch_count = in.GetVarint();
   const auto parents = in.GetArray<uint32_t>();
-  if (tree.patch_count_ != patches.size() ||
-      size != tree.patch_count_ + kChildren * parents.size()) {
+  if (patch_count != patches.size()) {
     throw DamagedStoreError("an element tree does not match its cell");
   }
-  tree.elements_.reserve(size);
-  for (size_t i = 0; i < patches.size(); ++i) {
-    tree.elements_.push_back({static_cast<uint32_t>(i), 0, {}});
-    tree.patch_shapes_.push_back(patches[i].shape);
-  }
+  CellTree tree(shape, patches);
+  tree.elements_.reserve(patch_count + kChildren * parents.size());
   for (const uint32_t parent : parents) {
     if (parent >= tree.elements_.size() ||
         tree.elements_[parent].first_child != 0) {
@@ -221,11 +208,15 @@ CellTree CellTree::Decode(TreeShape shape,
     tree.AppendChildren(parent,
                         tree.patch_shapes_[tree.elements_[parent].patch]);
   }
-  const size_t floats = size * shape.Stride();
-  tree.gathered_ = GetShuffled(floats, &in);
-  tree.sent_ = GetShuffled(floats, &in);
-  tree.delta_ = GetShuffled(floats, &in);
-  tree.detail_.resize(size);
+  tree.GrowCoefficients();
+  for (size_t page = 0; page < tree.gathered_.PageCount(); ++page) {
+    const Bytes bytes = store.GetOrThrow(PageKey(cell, page));
+    ByteReader values(bytes);
+    for (CoefficientArray* array :
+         {&tree.gathered_, &tree.sent_, &tree.delta_}) {
+      GetShuffled(&values, array->Page(page));
+    }
+  }
   tree.UpdateDetail();
   return tree;
 }
@@ -235,15 +226,17 @@ uint64_t CellTree::Digest() const {
   for (const Element& e : elements_) {
     out.Put(e.first_child);
   }
-  return HashBytes(std::as_bytes(std::span(gathered_)), HashBytes(out.View()));
+  uint64_t digest = HashBytes(out.View());
+  for (size_t page = 0; page < gathered_.PageCount(); ++page) {
+    digest = HashBytes(std::as_bytes(gathered_.Page(page)), digest);
+  }
+  return digest;
 }
 
 uint64_t CellTree::SizeBytes() const {
-  return elements_.capacity() * sizeof(Element) +
-         (gathered_.capacity() + sent_.capacity() + delta_.capacity() +
-          detail_.capacity()) *
-             sizeof(float) +
-         patch_shapes_.capacity();
+  return elements_.capacity() * sizeof(Element) + gathered_.SizeBytes() +
+         sent_.SizeBytes() + delta_.SizeBytes() +
+         detail_.capacity() * sizeof(float) + patch_shapes_.capacity();
 }
 
 bool CellTree::IsValid() const {
@@ -256,10 +249,7 @@ bool CellTree::IsValid() const {
       return false;
     }
   }
-  const auto finite = [](float x) { return std::isfinite(x); };
-  return std::all_of(gathered_.begin(), gathered_.end(), finite) &&
-         std::all_of(sent_.begin(), sent_.end(), finite) &&
-         std::all_of(delta_.begin(), delta_.end(), finite);
+  return gathered_.IsFinite() && sent_.IsFinite() && delta_.IsFinite();
 }
 
 }  // namespace enfilade

@@ -13,13 +13,17 @@
 
 #pragma once
 
+#include "base/block_storage.h"
 #include "base/bytes.h"
 #include "base/ids.h"
 #include "solver/basis.h"
+#include "solver/coefficient_array.h"
 #include "solver/geometry.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace enfilade {
@@ -58,13 +62,17 @@ class CellTree {
   // One root per patch, all coefficients zero. `patches` is borrowed.
   CellTree(TreeShape shape, std::span<const PatchGeometry> patches);
 
-  // Reads what Encode wrote; DamagedStoreError if it contradicts itself.
-  static CellTree Decode(TreeShape shape,
-                         std::span<const PatchGeometry> patches,
-                         std::span<const std::byte> bytes);
-  [[nodiscard]] Bytes Encode() const;
+  // The tree of a cell as Save left it, nothing if there is none;
+  // DamagedStoreError if it contradicts itself.
+  static std::optional<CellTree> Load(const BlockStorage& store,
+                                      CellId cell,
+                                      TreeShape shape,
+                                      std::span<const PatchGeometry> patches);
 
-  // The part of the encoding that is the solution: structure and `gathered`.
+  // Writes the structure and, page by page, the coefficients.
+  void Save(BlockStorage& store, CellId cell) const;
+
+  // Hash of what is the solution: structure and `gathered`.
   [[nodiscard]] uint64_t Digest() const;
 
   [[nodiscard]] size_t Size() const { return elements_.size(); }
@@ -85,37 +93,18 @@ class CellTree {
   [[nodiscard]] std::pair<ElementId, size_t> FindDeepest(
       PatchId patch, ElementPath path) const;
 
-  // Coefficients of an element: Stride() floats, [channel][node].
-  std::span<float> Gathered(ElementId e) { return Slice(gathered_, e); }
+  // Coefficients: Stride() floats per element, [channel][node].
+  CoefficientArray& Gathered() { return gathered_; }
 
-  std::span<float> Sent(ElementId e) { return Slice(sent_, e); }
+  CoefficientArray& Sent() { return sent_; }
 
-  std::span<float> Delta(ElementId e) { return Slice(delta_, e); }
+  CoefficientArray& Delta() { return delta_; }
 
-  [[nodiscard]] std::span<const float> Gathered(ElementId e) const {
-    return Slice(gathered_, e);
-  }
+  [[nodiscard]] const CoefficientArray& Gathered() const { return gathered_; }
 
-  [[nodiscard]] std::span<const float> Sent(ElementId e) const {
-    return Slice(sent_, e);
-  }
+  [[nodiscard]] const CoefficientArray& Sent() const { return sent_; }
 
-  [[nodiscard]] std::span<const float> Delta(ElementId e) const {
-    return Slice(delta_, e);
-  }
-
-  // Whole arrays, element after element.
-  std::vector<float>& Gathered() { return gathered_; }
-
-  std::vector<float>& Sent() { return sent_; }
-
-  std::vector<float>& Delta() { return delta_; }
-
-  [[nodiscard]] const std::vector<float>& Gathered() const { return gathered_; }
-
-  [[nodiscard]] const std::vector<float>& Sent() const { return sent_; }
-
-  [[nodiscard]] const std::vector<float>& Delta() const { return delta_; }
+  [[nodiscard]] const CoefficientArray& Delta() const { return delta_; }
 
   // RMS over the element of what its children's `sent` has beyond its own,
   // largest over the channels. Zero at leaves; valid after UpdateDetail.
@@ -131,17 +120,13 @@ class CellTree {
   [[nodiscard]] bool IsValid() const;
 
  private:
-  explicit CellTree(TreeShape shape) : shape_(shape) {}
+  explicit CellTree(TreeShape shape)
+      : shape_(shape),
+        gathered_(shape.Stride()),
+        sent_(shape.Stride()),
+        delta_(shape.Stride()) {}
 
-  std::span<float> Slice(std::vector<float>& v, ElementId e) {
-    return std::span(v).subspan(e.Index() * shape_.Stride(), shape_.Stride());
-  }
-
-  [[nodiscard]] std::span<const float> Slice(const std::vector<float>& v,
-                                             ElementId e) const {
-    return std::span(v).subspan(e.Index() * shape_.Stride(), shape_.Stride());
-  }
-
+  void GrowCoefficients();
   void AppendChildren(uint32_t parent, PatchShape patch_shape);
   void Split(ElementId e, PatchShape patch_shape);
 
@@ -149,9 +134,9 @@ class CellTree {
   size_t patch_count_ = 0;
   std::vector<Element> elements_;
   std::vector<PatchShape> patch_shapes_;
-  std::vector<float> gathered_;
-  std::vector<float> sent_;
-  std::vector<float> delta_;
+  CoefficientArray gathered_;
+  CoefficientArray sent_;
+  CoefficientArray delta_;
   std::vector<float> detail_;
 };
 

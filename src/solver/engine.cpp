@@ -229,8 +229,8 @@ void Engine::RefineCell(CellId cell) {
   if (state_.cursor.source == 0 && state_.cursor.item == 0) {
     row.links = 0;
     row.squared_error = 0;
-    std::fill(r.tree->Gathered().begin(), r.tree->Gathered().end(), 0.0F);
-    std::fill(r.tree->Delta().begin(), r.tree->Delta().end(), 0.0F);
+    r.tree->Gathered().SetZero();
+    r.tree->Delta().SetZero();
     pager_.MarkDirty(cell);
   }
   while (state_.cursor.source < r.sources.size()) {
@@ -258,7 +258,7 @@ void Engine::PropagateCell(CellId cell) {
   }
   const Receiver r = Load(cell);
   if (state_.cursor.source == 0) {
-    std::fill(r.tree->Delta().begin(), r.tree->Delta().end(), 0.0F);
+    r.tree->Delta().SetZero();
   }
   while (state_.cursor.source < r.sources.size()) {
     const VisibleCell& source = r.sources[state_.cursor.source];
@@ -277,25 +277,17 @@ void Engine::PropagateCell(CellId cell) {
 void Engine::Finish(const Receiver& r) {
   CellRow& row = state_.cells[r.id.Index()];
   const bool was_lit = IsLit(r.id);
-  const MemoryCharge work = pager_.Reserve(
-      r.tree->Sent().size() * sizeof(float), "the working arrays of a cell");
-  std::vector<float> now;
-  {
-    const Stopwatch watch(&state_.times.push_pull_seconds);
-    now = PushPull(*r.tree, r.geometry->patches, surfaces_);
-  }
+  const MemoryCharge work = pager_.Reserve(r.tree->Sent().SizeBytes(),
+                                           "the working arrays of a cell");
+  CoefficientArray now = TimedPushPull(r);
   row.reflected = SumOverLeaves(*r.tree, r.geometry->patches, now).value -
                   EmittedFlux(r.geometry->patches, surfaces_);
-  row.peak = 0;
-  for (size_t i = 0; i < now.size(); ++i) {
-    row.peak = std::max(row.peak, std::abs(r.tree->Sent()[i]));
-    now[i] -= r.tree->Sent()[i];
-  }
+  row.peak = r.tree->Sent().MaxAbs();
+  now.Subtract(r.tree->Sent());
   row.residual = SumOverLeaves(*r.tree, r.geometry->patches, now).absolute;
   row.elements = static_cast<uint32_t>(r.tree->Size());
   row.processed = ++state_.tick;
-  const auto& delta = r.tree->Delta();
-  if (std::any_of(delta.begin(), delta.end(), [](float d) { return d != 0; })) {
+  if (r.tree->Delta().MaxAbs() > 0) {
     row.published = state_.tick;
     state_.published_in_sweep |= r.sources.size() > 1;
   }
@@ -304,25 +296,21 @@ void Engine::Finish(const Receiver& r) {
   pager_.MarkDirty(r.id);
 }
 
+CoefficientArray Engine::TimedPushPull(const Receiver& r) {
+  const Stopwatch watch(&state_.times.push_pull_seconds);
+  return PushPull(*r.tree, r.geometry->patches, surfaces_);
+}
+
 // Iterates the light within a cell until what is unsent is small.
 void Engine::Equilibrate(const Receiver& r) {
   const double tolerance = ToleratedResidual(state_.cells[r.id.Index()]);
-  const MemoryCharge work =
-      pager_.Reserve(2 * r.tree->Sent().size() * sizeof(float),
-                     "the working arrays of a cell");
+  const MemoryCharge work = pager_.Reserve(r.tree->Sent().SizeBytes(),
+                                           "the working arrays of a cell");
   LinkCache own(*store_, *budget_, {r.id, r.id});
   const GatherSide side{r.geometry->patches, r.tree.get()};
   for (int i = 0; i < kMostIterations; ++i) {
-    std::vector<float> change;
-    {
-      const Stopwatch watch(&state_.times.push_pull_seconds);
-      change = PushPull(*r.tree, r.geometry->patches, surfaces_);
-    }
-    auto& sent = r.tree->Sent();
-    auto& delta = r.tree->Delta();
-    for (size_t k = 0; k < change.size(); ++k) {
-      change[k] -= sent[k];
-    }
+    CoefficientArray change = TimedPushPull(r);
+    change.Subtract(r.tree->Sent());
     const LeafSums sums = SumOverLeaves(*r.tree, r.geometry->patches, change);
     if (sums.absolute <= tolerance) {
       return;
@@ -331,10 +319,8 @@ void Engine::Equilibrate(const Receiver& r) {
     own.ForEach(r.tree->Size(), r.tree->Size(), [&](const LinkBlock& block) {
       Gather(block, side, side, change, r.tree->Gathered());
     });
-    for (size_t k = 0; k < change.size(); ++k) {
-      sent[k] += change[k];
-      delta[k] += change[k];
-    }
+    r.tree->Sent().Add(change);
+    r.tree->Delta().Add(change);
     pager_.MarkDirty(r.id);
     CheckPoint();
   }

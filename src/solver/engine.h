@@ -62,6 +62,7 @@ class Engine {
   void RefinePair(const Receiver& r, const VisibleCell& source);
   void GatherPair(const Receiver& r, CellId source);
   void Equilibrate(const Receiver& r);
+  CoefficientArray TimedPushPull(const Receiver& r);
   void Finish(const Receiver& r);
 
   Blockers PinBlockers(const std::vector<CellId>& between,

@@ -76,8 +76,8 @@ void GatherRange(const LinkBlock& block,
                  size_t last,
                  const GatherSide& receiver,
                  const GatherSide& source,
-                 std::span<const float> radiosity,
-                 std::span<float> gathered) {
+                 const CoefficientArray& radiosity,
+                 CoefficientArray& gathered) {
   const TreeShape& shape = receiver.tree->Shape();
   const bool constant = shape.NodeStride() == 1;
   TransferEnd r;
@@ -87,10 +87,9 @@ void GatherRange(const LinkBlock& block,
     const Element& re = receiver.tree->At(ElementId(link.receiver));
     const Element& se = source.tree->At(ElementId(link.source));
     const PatchGeometry& sp = source.patches[se.patch];
-    const Collector to{shape.channels,
-                       shape.NodeStride(),
-                       &gathered[link.receiver * shape.Stride()]};
-    const float* b = &radiosity[link.source * shape.Stride()];
+    const Collector to{
+        shape.channels, shape.NodeStride(), gathered.At(link.receiver)};
+    const float* b = radiosity.At(link.source);
     if (link.kind == LinkKind::kWeak) {
       const size_t rn =
           shape.basis->On(receiver.patches[re.patch].shape).NodeCount();
@@ -133,8 +132,8 @@ std::vector<size_t> TaskBounds(const LinkBlock& block) {
 void Gather(const LinkBlock& block,
             const GatherSide& receiver,
             const GatherSide& source,
-            std::span<const float> radiosity,
-            std::span<float> gathered) {
+            const CoefficientArray& radiosity,
+            CoefficientArray& gathered) {
   const auto bounds = TaskBounds(block);
   ParallelFor(bounds.size() - 1, [&](size_t task) {
     GatherRange(block,

@@ -24,7 +24,7 @@ struct GatherSide {
 void Gather(const LinkBlock& block,
             const GatherSide& receiver,
             const GatherSide& source,
-            std::span<const float> radiosity,
-            std::span<float> gathered);
+            const CoefficientArray& radiosity,
+            CoefficientArray& gathered);
 
 }  // namespace enfilade

@@ -6,17 +6,12 @@
 namespace enfilade {
 namespace {
 
-std::span<float> SliceOf(std::vector<float>& v, size_t e, size_t stride) {
-  return std::span(v).subspan(e * stride, stride);
-}
-
 // irradiance[child] += restriction of irradiance[parent], from the roots down.
 void PushDown(const CellTree& tree,
               std::span<const PatchGeometry> patches,
-              std::vector<float>* irradiance) {
+              CoefficientArray* irradiance) {
   const TreeShape& shape = tree.Shape();
-  const size_t stride = shape.Stride();
-  std::vector<float> pushed(stride);
+  std::vector<float> pushed(shape.Stride());
   for (size_t i = 0; i < tree.Size(); ++i) {
     const Element& e = tree.At(ElementId(i));
     if (e.first_child == 0) {
@@ -24,9 +19,9 @@ void PushDown(const CellTree& tree,
     }
     const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
     for (size_t c = 0; c < kChildren; ++c) {
-      PushTo(basis, shape, c, SliceOf(*irradiance, i, stride), pushed);
-      auto child = SliceOf(*irradiance, e.first_child + c, stride);
-      for (size_t k = 0; k < stride; ++k) {
+      PushTo(basis, shape, c, (*irradiance)[ElementId(i)], pushed);
+      const auto child = (*irradiance)[ElementId(e.first_child + c)];
+      for (size_t k = 0; k < child.size(); ++k) {
         child[k] += pushed[k];
       }
     }
@@ -53,12 +48,11 @@ void ReflectAtLeaf(const TreeShape& shape,
 void ReflectAndPullUp(const CellTree& tree,
                       std::span<const PatchGeometry> patches,
                       const SurfaceTable& surfaces,
-                      std::vector<float>* values) {
+                      CoefficientArray* values) {
   const TreeShape& shape = tree.Shape();
-  const size_t stride = shape.Stride();
   for (size_t i = tree.Size(); i-- > 0;) {
     const Element& e = tree.At(ElementId(i));
-    auto own = SliceOf(*values, i, stride);
+    const auto own = (*values)[ElementId(i)];
     if (e.first_child == 0) {
       ReflectAtLeaf(shape, patches[e.patch], surfaces, own);
       continue;
@@ -66,34 +60,34 @@ void ReflectAndPullUp(const CellTree& tree,
     std::fill(own.begin(), own.end(), 0.0F);
     const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
     for (size_t c = 0; c < kChildren; ++c) {
-      PullFrom(
-          basis, shape, c, SliceOf(*values, e.first_child + c, stride), own);
+      PullFrom(basis, shape, c, (*values)[ElementId(e.first_child + c)], own);
     }
   }
 }
 
 }  // namespace
 
-std::vector<float> PushPull(const CellTree& tree,
-                            std::span<const PatchGeometry> patches,
-                            const SurfaceTable& surfaces) {
-  std::vector<float> values = tree.Gathered();
+CoefficientArray PushPull(const CellTree& tree,
+                          std::span<const PatchGeometry> patches,
+                          const SurfaceTable& surfaces) {
+  CoefficientArray values = tree.Gathered();
   PushDown(tree, patches, &values);
   ReflectAndPullUp(tree, patches, surfaces, &values);
   return values;
 }
 
-std::vector<float> EmittedRadiosity(const CellTree& tree,
-                                    std::span<const PatchGeometry> patches,
-                                    const SurfaceTable& surfaces) {
-  std::vector<float> values(tree.Gathered().size(), 0.0F);
+CoefficientArray EmittedRadiosity(const CellTree& tree,
+                                  std::span<const PatchGeometry> patches,
+                                  const SurfaceTable& surfaces) {
+  CoefficientArray values(tree.Shape().Stride());
+  values.GrowTo(tree.Size());
   ReflectAndPullUp(tree, patches, surfaces, &values);
   return values;
 }
 
 LeafSums SumOverLeaves(const CellTree& tree,
                        std::span<const PatchGeometry> patches,
-                       std::span<const float> values) {
+                       const CoefficientArray& values) {
   const TreeShape& shape = tree.Shape();
   LeafSums sums;
   for (size_t i = 0; i < tree.Size(); ++i) {
@@ -103,12 +97,12 @@ LeafSums SumOverLeaves(const CellTree& tree,
     }
     const PatchGeometry& patch = patches[e.patch];
     const ShapeBasis& basis = shape.basis->On(patch.shape);
+    const auto own = values[ElementId(i)];
     const double area = static_cast<double>(AreaOf(patch, e.frame)) /
                         static_cast<double>(shape.channels);
     for (size_t c = 0; c < shape.channels; ++c) {
       for (size_t q = 0; q < basis.NodeCount(); ++q) {
-        const double v = static_cast<double>(
-            values[i * shape.Stride() + c * shape.NodeStride() + q]);
+        const double v = static_cast<double>(own[c * shape.NodeStride() + q]);
         const double w = area * basis.Weight(q);
         sums.value += w * v;
         sums.absolute += w * std::abs(v);

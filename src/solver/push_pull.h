@@ -22,14 +22,14 @@ struct SurfaceTable {
 // The radiosity B = E + rho H of every element for the gathered irradiance,
 // an array like CellTree::Sent(). At inner elements it is the projection of
 // their leaves.
-std::vector<float> PushPull(const CellTree& tree,
-                            std::span<const PatchGeometry> patches,
-                            const SurfaceTable& surfaces);
+CoefficientArray PushPull(const CellTree& tree,
+                          std::span<const PatchGeometry> patches,
+                          const SurfaceTable& surfaces);
 
 // The radiosity before any light has travelled: E, on all elements.
-std::vector<float> EmittedRadiosity(const CellTree& tree,
-                                    std::span<const PatchGeometry> patches,
-                                    const SurfaceTable& surfaces);
+CoefficientArray EmittedRadiosity(const CellTree& tree,
+                                  std::span<const PatchGeometry> patches,
+                                  const SurfaceTable& surfaces);
 
 // Integrals over the leaves of an array of coefficients v, means of the
 // channels.
@@ -41,7 +41,7 @@ struct LeafSums {
 
 LeafSums SumOverLeaves(const CellTree& tree,
                        std::span<const PatchGeometry> patches,
-                       std::span<const float> values);
+                       const CoefficientArray& values);
 
 // Emitted flux of a cell, mean of the channels, W.
 double EmittedFlux(std::span<const PatchGeometry> patches,

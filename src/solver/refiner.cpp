@@ -188,9 +188,7 @@ std::span<const UnitPoint> TestPoints(PatchShape shape) {
 // the receiver, near 0 where it varies with the point of the source. Splitting
 // the wrong end would turn one error that is seen into many that are too small
 // to be seen but add up.
-float ReceiverShare(uint16_t bits,
-                    const TransferEnd& r,
-                    const TransferEnd& s) {
+float ReceiverShare(uint16_t bits, const TransferEnd& r, const TransferEnd& s) {
   std::array<float, kTransferNodes> rows{};
   std::array<float, kTransferNodes> columns{};
   float mean = 0;
@@ -309,7 +307,7 @@ uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {
 
 void Refiner::SetRadiosity(Source* source) const {
   const TreeShape& shape = source_.tree->Shape();
-  const auto sent = source_.tree->Sent(source->element);
+  const auto sent = source_.tree->Sent()[source->element];
   source->radiosity.fill(0);
   for (size_t c = 0; c < shape.channels; ++c) {
     for (size_t q = 0; q < source->end.node_count; ++q) {

@@ -64,10 +64,9 @@ struct Solution::Impl {
     loaded.stored = LoadCellPatches(*store, cell);
     loaded.geometry = MakeGeometry(loaded.stored, scene);
     const TreeShape shape{&basis, kRgbChannels};
-    const auto bytes = store->Get({BlockKind::kCellTree, cell.value, 0, 0});
+    auto stored = CellTree::Load(*store, cell, shape, loaded.geometry);
     loaded.tree = std::make_unique<CellTree>(
-        bytes ? CellTree::Decode(shape, loaded.geometry, *bytes)
-              : CellTree(shape, loaded.geometry));
+        stored ? std::move(*stored) : CellTree(shape, loaded.geometry));
     loaded.charge =
         MemoryCharge(*budget, loaded.tree->SizeBytes(), "a cell's solution");
     return loaded;
@@ -98,7 +97,7 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
   ElementId e(patch.value);
   while (true) {
     const auto values = on.Evaluate(p);
-    const auto gathered = std::as_const(*cell.tree).Gathered(e);
+    const auto gathered = std::as_const(*cell.tree).Gathered()[e];
     for (size_t c = 0; c < sum.size(); ++c) {
       for (size_t q = 0; q < on.NodeCount(); ++q) {
         sum[c] += values[q] * static_cast<double>(gathered[c * nodes + q]);
