@@ -63,7 +63,7 @@ AuditSummary RunAudit(const BlockStorage& store,
   }
   Progress progress(Progress::ChooseOutput(common.verbose));
   progress.Begin("audit");
-  const AuditSummary audit = Audit(store, rays, budget, [&](double fraction) {
+  AuditSummary audit = Audit(store, rays, budget, [&](double fraction) {
     ThrowIfStopRequested();
     progress.Update(fraction);
   });

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <initializer_list>
+#include <utility>
 
 #include "tools/signal.h"
 #include <fmt/format.h>
@@ -34,6 +35,12 @@ class PipelineRun {
               MemoryBudget& budget,
               Progress& progress);
 
+  // Checks the cap a last time, however the run ends.
+  ~PipelineRun() { WarnIfCapExceeded("the run"); }
+
+  PipelineRun(const PipelineRun&) = delete;
+  PipelineRun& operator=(const PipelineRun&) = delete;
+
   void Import();
   void Partition();
   void Visibility();
@@ -50,7 +57,8 @@ class PipelineRun {
                 double& seconds,
                 const Work& work);
   void UpdateRecord();
-  void WarnIfCapExceeded(std::string_view stage) const;
+  // Warns once: a cap that was exceeded is a bug, and no secret.
+  void WarnIfCapExceeded(std::string_view stage);
   // For the stages before the solve: shows progress, or leaves by
   // InterruptedError when a stop was requested.
   std::function<void(double)> ProgressOrStop();
@@ -64,6 +72,7 @@ class PipelineRun {
   Clock::time_point recorded_ = begin_;
   RunRecord before_;  // of the runs before this one
   RunRecord record_;
+  bool warned_of_cap_ = false;
 };
 
 PipelineRun::PipelineRun(BlockStorage& store,
@@ -192,13 +201,14 @@ void PipelineRun::UpdateRecord() {
   SaveRunRecord(store_, record_);
 }
 
-void PipelineRun::WarnIfCapExceeded(std::string_view stage) const {
+void PipelineRun::WarnIfCapExceeded(std::string_view stage) {
   const uint64_t peak = PeakResidentBytes();
   spdlog::info("{}: peak resident size {:.1f} MiB, peak of the budget {:.1f}",
                stage,
                static_cast<double>(peak) / (1 << 20),
                static_cast<double>(budget_.PeakBytes()) / (1 << 20));
-  if (limits_.memory_cap_bytes != 0 && peak > limits_.memory_cap_bytes) {
+  if (limits_.memory_cap_bytes != 0 && peak > limits_.memory_cap_bytes &&
+      !std::exchange(warned_of_cap_, true)) {
     spdlog::warn(
         "internal error: {} took {:.1f} MiB, more than the cap of {:.1f} MiB; "
         "please report this",
