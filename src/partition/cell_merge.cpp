@@ -23,7 +23,8 @@ constexpr double kNicheM3 = 0.5;
 // nor is one of less volume that is no thicker than a wall: a doorway, a
 // window.
 constexpr double kThinNicheM3 = 2.0;
-// What is closed off and thinner everywhere is the inside of walls and floors.
+// What is thinner and opens to nothing thicker is the inside of a wall or
+// floor.
 constexpr double kLeastRoomM = 1.0;
 
 // Disjoint sets of leaves with their numbers of patches.
@@ -145,24 +146,25 @@ std::vector<bool> FindNiches(const BuiltTree& built,
   return niche;
 }
 
-// Joins what is open to each other inside walls and floors: regions that no
-// room and no outdoors opens to. No light gets there.
-void JoinCavities(const BuiltTree& built,
-                  const std::vector<LeafBorder>& borders,
-                  LeafSets& sets) {
-  const std::vector<uint32_t> no_limit(built.leaves.size(), 0);
-  LeafSets components(no_limit, 0);
-  for (const LeafBorder& border : borders) {
-    components.Join(border.front.value, border.back.value);
-  }
-  std::vector<bool> has_room(built.leaves.size());
+// Joins what is open to each other inside walls and floors: leaves too thin for
+// a room that open to no leaf that is thick enough for one.
+void JoinHollows(const BuiltTree& built,
+                 const std::vector<LeafBorder>& borders,
+                 LeafSets& sets) {
+  std::vector<bool> thick(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
-    if (LeastExtent(built.leaves[i].bounds) >= kLeastRoomM) {
-      has_room[components.Find(i)] = true;
-    }
+    thick[i] = LeastExtent(built.leaves[i].bounds) >= kLeastRoomM;
+  }
+  std::vector<bool> hollow(thick);
+  hollow.flip();
+  for (const LeafBorder& border : borders) {
+    const size_t front = border.front.Index();
+    const size_t back = border.back.Index();
+    hollow[front] = hollow[front] && !thick[back];
+    hollow[back] = hollow[back] && !thick[front];
   }
   for (const LeafBorder& border : borders) {
-    if (!has_room[components.Find(border.front.value)]) {
+    if (hollow[border.front.Index()] && hollow[border.back.Index()]) {
       sets.Join(border.front.value, border.back.value);
     }
   }
@@ -259,7 +261,9 @@ LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options) {
     }
   }
   if (!named) {
-    JoinCavities(built, input.borders, sets);
+    if (!input.all_split) {
+      JoinHollows(built, input.borders, sets);
+    }
     JoinNiches(built, input.borders, input.all_split, sets);
   }
   return NumberCells(sets, built.leaves.size(), input.space_of_leaf);
