@@ -87,6 +87,25 @@ Portal ReadPortal(ByteReader& reader) {
   return portal;
 }
 
+uint64_t BytesOf(const BuiltTree& built) {
+  uint64_t bytes = built.tree.nodes.size() * 2 *
+                   (sizeof(BspNode) + sizeof(Polygon) + 4 * sizeof(Point3));
+  for (const LeafShape& leaf : built.leaves) {
+    bytes += 2 * sizeof(LeafShape) + leaf.corners.capacity() * sizeof(Point3);
+  }
+  return bytes;
+}
+
+uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
+  uint64_t bytes = borders.capacity() * sizeof(LeafBorder);
+  for (const LeafBorder& border : borders) {
+    for (const Polygon& open : border.open) {
+      bytes += sizeof(Polygon) + 16 + open.capacity() * sizeof(Point3);
+    }
+  }
+  return bytes;
+}
+
 class StageProgress {
  public:
   explicit StageProgress(const PartitionOptions& options)
@@ -119,7 +138,12 @@ Partition BuildPartition(BlockStorage& store,
   progress.Reach(0.4);
   const FaceSurvey survey =
       RelieveCrowdedLeaves(store, options.max_cell_patches, budget, built);
+  const MemoryCharge tree_charge(
+      budget, BytesOf(built), "the tree of splitting planes");
   const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
+  // Twice: the portals are made of them.
+  const MemoryCharge borders_charge(
+      budget, 2 * BytesOf(borders), "the borders between convex regions");
   progress.Reach(0.6);
   std::vector<std::optional<SpaceId>> spaces;
   if (!info.spaces.empty()) {

@@ -8,7 +8,9 @@ namespace enfilade {
 namespace {
 
 // A plane is a wall if its fragments cover this share of the cross-section,
+// and so much of it in all,
 constexpr double kCoverShare = 0.45;
+constexpr double kLeastCoverM2 = 0.09;
 // or stand this share of the region's height and add up to this area,
 constexpr double kTallShare = 0.75;
 constexpr double kLeastTallM2 = 0.7;
@@ -151,7 +153,7 @@ class SplitChooser {
   [[nodiscard]] bool IsWall(const Group& group,
                             const Plane& plane,
                             double share) const {
-    if (share >= kCoverShare) {
+    if (share >= kCoverShare && group.area_m2 >= kLeastCoverM2) {
       return true;
     }
     const bool upright = std::abs(Dot(plane.normal, walls_->up)) < 0.5;
