@@ -25,10 +25,10 @@ namespace enfilade {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::BoundaryChecker;
 using testing::RandomPointIn;
 
 fs::path DataFolder() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets the environment.
   if (const char* named = std::getenv("ENFILADE_DATA")) {
     return named;
   }

@@ -113,7 +113,8 @@ class SceneBuilder {
 // A partition with what tests ask of it.
 class Built {
  public:
-  explicit Built(const SceneBuilder& scene, PartitionOptions options = {})
+  explicit Built(const SceneBuilder& scene,
+                 const PartitionOptions& options = {})
       : store(scene.Store()),
         partition(BuildPartition(*store, options, budget)),
         locator(*store) {}
