@@ -223,8 +223,27 @@ bool Engine::IsLit(CellId cell) const {
          kDarkShare * state_.mean_reflected;
 }
 
+std::unique_ptr<CoverMap> Engine::FindCovers(const Receiver& r) {
+  const Stopwatch watch(&state_.times.refine_seconds);
+  const auto& patches = r.geometry->patches;
+  std::vector<float> reflected(patches.size());
+  for (size_t i = 0; i < patches.size(); ++i) {
+    reflected[i] = MeanReflected(
+        patches[i], r.tree->Sent()[ElementId(i)], shape_, surfaces_);
+  }
+  CoverOptions options;
+  options.tau = state_.tau;
+  options.seed = MixKey(state_.seed, state_.round);
+  const auto occluder = pager_.Occluder(r.id);
+  const CellBlockers* const occluders[] = {occluder.get()};
+  auto cover =
+      std::make_unique<CoverMap>(options, r.id, patches, reflected, occluders);
+  state_.rays += cover->Rays();
+  return cover;
+}
+
 void Engine::RefineCell(CellId cell) {
-  const Receiver r = Load(cell);
+  Receiver r = Load(cell);
   CellRow& row = state_.cells[cell.Index()];
   if (state_.cursor.source == 0 && state_.cursor.item == 0) {
     row.links = 0;
@@ -233,11 +252,13 @@ void Engine::RefineCell(CellId cell) {
     r.tree->Delta().SetZero();
     pager_.MarkDirty(cell);
   }
+  r.cover = FindCovers(r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
     state_.cursor = {state_.cursor.source + 1, 0, 0};
     CheckPoint();
   }
+  r.cover.reset();
   Equilibrate(r);
   Finish(r);
   row.changed =
@@ -357,7 +378,8 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   options.seed = MixKey(state_.seed, state_.round);
   const RefineSide receiver_side{r.id, r.geometry->patches, r.tree.get()};
   const RefineSide source_side{source.source, geometry->patches, tree.get()};
-  const Refiner refiner(options, receiver_side, source_side, blockers);
+  const Refiner refiner(
+      options, receiver_side, source_side, blockers, r.cover.get());
   CellRow& row = state_.cells[r.id.Index()];
   LinkWriter writer(*store_,
                     {r.id, source.source},

@@ -47,6 +47,7 @@ class Engine {
     std::vector<VisibleCell> sources;  // itself last
     std::shared_ptr<const CellGeometry> geometry;
     std::shared_ptr<CellTree> tree;
+    std::unique_ptr<CoverMap> cover;  // while it is refined
   };
 
   void Start();
@@ -59,6 +60,7 @@ class Engine {
   [[nodiscard]] double NextTau(double estimated) const;
 
   Receiver Load(CellId cell);
+  std::unique_ptr<CoverMap> FindCovers(const Receiver& r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   void GatherPair(const Receiver& r, CellId source);
   void Equilibrate(const Receiver& r);

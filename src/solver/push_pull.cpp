@@ -113,6 +113,25 @@ LeafSums SumOverLeaves(const CellTree& tree,
   return sums;
 }
 
+float MeanReflected(const PatchGeometry& patch,
+                    std::span<const float> radiosity,
+                    const TreeShape& shape,
+                    const SurfaceTable& surfaces) {
+  const ShapeBasis& basis = shape.basis->On(patch.shape);
+  double largest = 0;
+  for (size_t c = 0; c < shape.channels; ++c) {
+    const size_t at = patch.material.Index() * surfaces.channels + c;
+    double mean =
+        patch.emits ? -static_cast<double>(surfaces.exitance[at]) : 0.0;
+    for (size_t q = 0; q < basis.NodeCount(); ++q) {
+      mean += basis.Weight(q) *
+              static_cast<double>(radiosity[c * shape.NodeStride() + q]);
+    }
+    largest = std::max(largest, mean);
+  }
+  return static_cast<float>(largest);
+}
+
 double EmittedFlux(std::span<const PatchGeometry> patches,
                    const SurfaceTable& surfaces) {
   double flux = 0;

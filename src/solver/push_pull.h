@@ -43,6 +43,13 @@ LeafSums SumOverLeaves(const CellTree& tree,
                        std::span<const PatchGeometry> patches,
                        const CoefficientArray& values);
 
+// rho H of a patch: the mean over its root element of what `radiosity` (its
+// coefficients) has beyond emission, largest channel, W/m2.
+float MeanReflected(const PatchGeometry& patch,
+                    std::span<const float> radiosity,
+                    const TreeShape& shape,
+                    const SurfaceTable& surfaces);
+
 // Emitted flux of a cell, mean of the channels, W.
 double EmittedFlux(std::span<const PatchGeometry> patches,
                    const SurfaceTable& surfaces);

@@ -289,11 +289,13 @@ struct Refiner::Task {
 Refiner::Refiner(const RefineOptions& options,
                  const RefineSide& receiver,
                  const RefineSide& source,
-                 const Blockers& blockers)
+                 const Blockers& blockers,
+                 const CoverMap* cover)
     : options_(options),
       receiver_(receiver),
       source_(source),
       blockers_(&blockers),
+      cover_(cover),
       constant_basis_(receiver.tree->Shape().NodeStride() == 1) {}
 
 uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {
@@ -396,6 +398,10 @@ void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
       *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
   const float tau_weak = static_cast<float>(options_.tau_weak);
   if (IsBehind(s.end, *r.end.patch) || IsBehind(r.end, *s.end.patch)) {
+    return;
+  }
+  if (cover_ != nullptr && cover_->MustSplit(r.patch, r.path)) {
+    SplitReceiver(r, s, task);
     return;
   }
   const float form_factor = FormFactorBound(r.end, s.end);

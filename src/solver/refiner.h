@@ -18,6 +18,7 @@
 
 #pragma once
 
+#include "solver/cover.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
 #include "solver/link_block.h"
@@ -80,11 +81,12 @@ void ApplyLinks(const RawLinks& raw,
 // Refines the transfers from one source cell to one receiver cell.
 class Refiner {
  public:
-  // All arguments are borrowed. `source_peak`: PeakRadiosity of the source.
+  // All arguments are borrowed. `cover`: of the receiver; may be null.
   Refiner(const RefineOptions& options,
           const RefineSide& receiver,
           const RefineSide& source,
-          const Blockers& blockers);
+          const Blockers& blockers,
+          const CoverMap* cover);
 
   // Appends the links of one receiver patch with the sources [first, last).
   // Thread-safe: touches nothing but `out`.
@@ -165,6 +167,7 @@ class Refiner {
   RefineSide receiver_;
   RefineSide source_;
   const Blockers* blockers_;
+  const CoverMap* cover_;
   bool constant_basis_;
 };
 
