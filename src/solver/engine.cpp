@@ -19,6 +19,12 @@ constexpr double kFirstError = 0.4;
 constexpr double kFirstLinksPerPatch = 30;
 // tau_weak over tau: docs/decisions/0011-oracle.md.
 constexpr double kWeakShare = 0.5;
+// Estimated over predicted error, and the power of the number of links by which
+// error falls, both measured: docs/decisions/0012-error-estimate.md.
+constexpr double kPredictionFactor = 1.1;
+constexpr double kErrorPerLinks = 0.4;
+// Covers may leave edges of this many tau: they are few.
+constexpr double kCoverShare = 3;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
 // A cell counts as lit from this share of the mean radiosity on.
@@ -162,13 +168,18 @@ void Engine::FinishRound() {
   record.tau = state_.tau;
   record.predicted_error = Relative(squared_error);
   record.observed_change = Relative(changed);
-  if (!state_.rounds.empty() && !state_.relit) {
-    const double both = std::hypot(record.predicted_error,
-                                   state_.rounds.back().predicted_error);
-    state_.calibration =
-        std::clamp(record.observed_change / std::max(both, 1e-30), 0.25, 4.0);
+  record.estimated_error = kPredictionFactor * record.predicted_error;
+  if (!state_.rounds.empty()) {
+    // What the round changed is about the error of the one before; error falls
+    // with the number of links.
+    const double growth =
+        static_cast<double>(record.links) /
+        static_cast<double>(std::max<uint64_t>(state_.rounds.back().links, 1));
+    record.estimated_error =
+        std::max(record.estimated_error,
+                 record.observed_change *
+                     std::pow(std::max(growth, 1.0), -kErrorPerLinks));
   }
-  record.estimated_error = state_.calibration * record.predicted_error;
   const bool met = !state_.relit && !state_.rounds.empty() &&
                    record.estimated_error <= state_.error;
   state_.rounds.push_back(record);
@@ -182,9 +193,9 @@ void Engine::FinishRound() {
 }
 
 double Engine::NextTau(double estimated) const {
-  // The error falls about as the root of tau.
-  const double wanted = 0.9 * state_.error / std::max(estimated, 1e-30);
-  return state_.tau * std::clamp(wanted * wanted, 1.0 / 12, 0.5);
+  // The error falls a little slower than the root of tau.
+  const double wanted = 0.92 * state_.error / std::max(estimated, 1e-30);
+  return state_.tau * std::clamp(std::pow(wanted, 2.2), 1.0 / 12, 0.6);
 }
 
 double Engine::Relative(double squared) const {
@@ -232,7 +243,7 @@ std::unique_ptr<CoverMap> Engine::FindCovers(const Receiver& r) {
         patches[i], r.tree->Sent()[ElementId(i)], shape_, surfaces_);
   }
   CoverOptions options;
-  options.tau = state_.tau;
+  options.tau = kCoverShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
   const auto occluder = pager_.Occluder(r.id);
   const CellBlockers* const occluders[] = {occluder.get()};
@@ -469,6 +480,7 @@ void Engine::CheckPoint() {
     store_->Commit();
   }
   last_commit_ = std::chrono::steady_clock::now();
+  commit_cost_ = std::chrono::duration<double>(last_commit_ - now).count();
   if (stop) {
     throw InterruptedError("stopped as asked; all work is kept");
   }

@@ -88,6 +88,7 @@ class Engine {
   SolveState state_;
   double area_ = 0;  // of all reflecting patches, m2
   std::chrono::steady_clock::time_point last_commit_;
+  double commit_cost_ = 0;  // seconds, of the last one
 };
 
 }  // namespace enfilade

@@ -17,7 +17,7 @@ struct SolveOptions {
   double error = 0.05;       // requested relative error (docs/error-measure.md)
   std::string basis = "m2";  // haar or m2
   uint64_t seed = 1;         // of the visibility samples
-  double commit_seconds = 5;  // how often work is committed, at least
+  double commit_seconds = 0.5;  // of work between two commits, at least
   // Called now and then from the solving thread; fraction in [0,1] of the
   // work as estimated so far, and a few words on what is being done.
   std::function<void(double fraction, const std::string& phase)> progress;

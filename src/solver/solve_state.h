@@ -62,7 +62,6 @@ struct SolveState {
   uint32_t round = 0;
   double tau = 0;             // W/m
   double mean_reflected = 0;  // W/m2; of the round before, or a guess
-  double calibration = 1;     // estimated over predicted error
   double residual = 0;        // unsent over reflected flux
   bool converged = false;
   bool relit = false;  // a cell got its first light after others passed it
