@@ -26,8 +26,9 @@ class ExposureMeter {
  private:
   static constexpr int kBinsPerOctave = 4;
   static constexpr int kOctaves = 80;  // from 2^-40 to 2^40
+  static constexpr size_t kBinCount = size_t{kBinsPerOctave} * kOctaves;
 
-  std::array<double, kBinsPerOctave * kOctaves> weights_{};
+  std::array<double, kBinCount> weights_{};
 };
 
 class ToneMap {

@@ -34,6 +34,7 @@ struct BlockKey {
   uint32_t b = 0;
   uint32_t c = 0;
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): see base/ids.h
   friend auto operator<=>(const BlockKey&, const BlockKey&) = default;
 };
 

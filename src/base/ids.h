@@ -23,6 +23,8 @@ struct Id {
 
   [[nodiscard]] constexpr size_t Index() const { return value; }
 
+  // clang-tidy 14 takes the defaulted operator's own zero for a null pointer.
+  // NOLINTNEXTLINE(modernize-use-nullptr)
   friend constexpr auto operator<=>(Id, Id) = default;
 };
 

@@ -36,8 +36,8 @@ void ParallelFor(size_t count, const Body& body) {
       tbb::simple_partitioner());
 }
 
-// Runs body on the calling thread alone: parallel algorithms inside it (those of
-// a library, say) use no other thread, and take up no task from outside.
+// Runs body on the calling thread alone: parallel algorithms inside it (those
+// of a library, say) use no other thread, and take up no task from outside.
 template <typename Body>
 void RunAlone(const Body& body) {
   tbb::task_arena arena(1, 1);

@@ -9,7 +9,7 @@ namespace {
 constexpr float kInversePi = static_cast<float>(1 / kPi);
 
 struct Clipped {
-  std::array<Vec3, 8> points;
+  std::array<Vec3, 8> points{};
   size_t count = 0;
 };
 
@@ -94,7 +94,7 @@ std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
                                                 const TransferEnd& source) {
   const Vec3f m = source.patch->normal;
   const float scale = source.area * kInversePi;
-  std::array<float, kTransferNodes> row;
+  std::array<float, kTransferNodes> row{};
   for (size_t q = 0; q < kTransferNodes; ++q) {
     const float dx = source.x[q] - x.x;
     const float dy = source.y[q] - x.y;
@@ -109,13 +109,15 @@ std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
 
 Kernel QuadratureKernel(const TransferEnd& receiver,
                         const TransferEnd& source) {
-  Kernel kernel;
+  Kernel kernel{};
   for (size_t g = 0; g < kTransferNodes; ++g) {
     const auto row =
         QuadratureRow({receiver.x[g], receiver.y[g], receiver.z[g]},
                       receiver.patch->normal,
                       source);
-    std::copy(row.begin(), row.end(), &kernel[g * kTransferNodes]);
+    for (size_t q = 0; q < kTransferNodes; ++q) {
+      kernel[g * kTransferNodes + q] = row[q];
+    }
   }
   return kernel;
 }
@@ -152,7 +154,9 @@ Kernel KernelByRows(const TransferEnd& receiver, const TransferEnd& source) {
     const auto row = NearRow({receiver.x[g], receiver.y[g], receiver.z[g]},
                              receiver.patch->normal,
                              source);
-    std::copy(row.begin(), row.end(), &kernel[g * kTransferNodes]);
+    for (size_t q = 0; q < kTransferNodes; ++q) {
+      kernel[g * kTransferNodes + q] = row[q];
+    }
   }
   return kernel;
 }

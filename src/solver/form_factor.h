@@ -37,7 +37,9 @@ struct TransferEnd {
   float diameter = 0;
   Vec3f center;
   size_t node_count = 0;
-  std::array<float, kTransferNodes> x, y, z;   // of the nodes, m
+  std::array<float, kTransferNodes> x{};  // of the nodes, m
+  std::array<float, kTransferNodes> y{};
+  std::array<float, kTransferNodes> z{};
   std::array<float, kTransferNodes> weight{};  // quadrature; sums to 1
 };
 
