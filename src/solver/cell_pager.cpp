@@ -26,16 +26,42 @@ SurfaceTable MakeSurfaceTable(const SceneInfo& scene) {
 
 CellPager::CellPager(BlockStorage& store,
                      const SceneInfo& scene,
+                     const Partition& partition,
                      TreeShape shape,
                      const OcclusionDevice& device,
                      MemoryBudget& budget)
     : store_(&store),
       scene_(&scene),
+      partition_(&partition),
+      portals_of_(partition.cells.size()),
       surfaces_(MakeSurfaceTable(scene)),
       shape_(shape),
       device_(&device),
       budget_(&budget),
-      origin_(device.Origin()) {}
+      origin_(device.Origin()) {
+  for (size_t i = 0; i < partition.portals.size(); ++i) {
+    portals_of_[partition.portals[i].front.Index()].emplace_back(i);
+    portals_of_[partition.portals[i].back.Index()].emplace_back(i);
+  }
+}
+
+std::unique_ptr<ShaftBlockers> CellPager::PortalsOf(CellId cell) const {
+  std::vector<PatchGeometry> triangles;
+  for (const PortalId id : portals_of_[cell.Index()]) {
+    const auto& v = partition_->portals[id.Index()].vertices;
+    for (size_t i = 1; i + 1 < v.size(); ++i) {
+      Patch patch;
+      patch.origin = v[0];
+      patch.u = v[i] - v[0];
+      patch.v = v[i + 1] - v[0];
+      patch.shape = PatchShape::kTriangle;
+      if (Length(Cross(patch.u, patch.v)) > 0) {
+        triangles.push_back(MakePatchGeometry(patch, Material{}, origin_));
+      }
+    }
+  }
+  return std::make_unique<ShaftBlockers>(triangles);
+}
 
 CellPager::~CellPager() {
   for (auto& [key, item] : items_) {
@@ -79,8 +105,10 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
     }
   }
   geometry->shaft = std::make_unique<ShaftBlockers>(blockers);
+  geometry->portals = PortalsOf(cell);
   const uint64_t bytes = geometry->patches.size() * sizeof(PatchGeometry) +
-                         geometry->shaft->SizeBytes();
+                         geometry->shaft->SizeBytes() +
+                         geometry->portals->SizeBytes();
   MakeRoom(bytes, "the geometry of a cell");
   Insert(key, geometry, bytes);
   return geometry;

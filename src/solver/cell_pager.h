@@ -27,7 +27,8 @@ namespace enfilade {
 // A cell's patches for kernels and shaft proofs.
 struct CellGeometry {
   std::vector<PatchGeometry> patches;
-  std::unique_ptr<ShaftBlockers> shaft;
+  std::unique_ptr<ShaftBlockers> shaft;    // its blockers
+  std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
 };
 
 // Builds the surface table of a scene.
@@ -39,6 +40,7 @@ class CellPager {
  public:
   CellPager(BlockStorage& store,
             const SceneInfo& scene,
+            const Partition& partition,
             TreeShape shape,
             const OcclusionDevice& device,
             MemoryBudget& budget);
@@ -81,6 +83,7 @@ class CellPager {
     bool dirty = false;
   };
 
+  std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
   Item* Find(ItemKey key);
   Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   bool EvictOne();
@@ -89,6 +92,8 @@ class CellPager {
 
   BlockStorage* store_;
   const SceneInfo* scene_;
+  const Partition* partition_;
+  std::vector<std::vector<PortalId>> portals_of_;  // per cell
   SurfaceTable surfaces_;
   TreeShape shape_;
   const OcclusionDevice* device_;

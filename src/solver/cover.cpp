@@ -45,7 +45,7 @@ class Search {
          float reflected,
          uint64_t key,
          std::span<const CellBlockers* const> occluders,
-         std::unordered_set<ElementPath>* split)
+         std::vector<ElementPath>* split)
       : options_(&options),
         patch_(&patch),
         frame_(FrameOf(patch)),
@@ -69,7 +69,7 @@ class Search {
     if (error <= static_cast<float>(options_->tau)) {
       return;
     }
-    split_->insert(path);
+    split_->push_back(path);
     for (size_t c = 0; c < kChildren; ++c) {
       Visit(ChildPath(path, c), ChildOf(frame, patch_->shape, c));
     }
@@ -134,7 +134,7 @@ class Search {
   float reflected_;
   uint64_t key_;
   std::span<const CellBlockers* const> occluders_;
-  std::unordered_set<ElementPath>* split_;
+  std::vector<ElementPath>* split_;
   uint64_t rays_ = 0;
 };
 
@@ -157,11 +157,20 @@ CoverMap::CoverMap(const CoverOptions& options,
                     &split_[i]);
       search.Visit(kRootPath, {});
       rays[i] = search.Rays();
+      std::sort(split_[i].begin(), split_[i].end());
     }
   });
   for (const uint64_t r : rays) {
     rays_ += r;
   }
+}
+
+uint64_t CoverMap::SizeBytes() const {
+  uint64_t bytes = split_.size() * sizeof(split_[0]);
+  for (const auto& paths : split_) {
+    bytes += paths.capacity() * sizeof(ElementPath);
+  }
+  return bytes;
 }
 
 }  // namespace enfilade

@@ -10,9 +10,9 @@
 #include "solver/geometry.h"
 #include "visibility/occlusion.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
-#include <unordered_set>
 #include <vector>
 
 namespace enfilade {
@@ -34,13 +34,20 @@ class CoverMap {
            std::span<const CellBlockers* const> occluders);
 
   [[nodiscard]] bool MustSplit(uint32_t patch, ElementPath path) const {
-    return split_[patch].contains(path);
+    return std::binary_search(split_[patch].begin(), split_[patch].end(), path);
   }
+
+  // How many elements of a patch must be split.
+  [[nodiscard]] size_t SplitCount(size_t patch) const {
+    return split_[patch].size();
+  }
+
+  [[nodiscard]] uint64_t SizeBytes() const;
 
   [[nodiscard]] uint64_t Rays() const { return rays_; }
 
  private:
-  std::vector<std::unordered_set<ElementPath>> split_;  // per patch
+  std::vector<std::vector<ElementPath>> split_;  // per patch, ascending
   uint64_t rays_ = 0;
 };
 

@@ -34,12 +34,30 @@ constexpr uint32_t kMostSweeps = 60;
 constexpr int kMostIterations = 200;
 // Refinement: one item is a receiver patch and this many source patches, a
 // group is refined in parallel and applied in order.
-constexpr size_t kItemSources = 256;
-constexpr size_t kGroupItems = 64;
+constexpr size_t kItemSources = 32;
+constexpr size_t kGroupItems = 256;
+// Covered receivers make more links, so fewer of them form a group.
+constexpr size_t kGroupWork = 2048;
 
 // Links on their way from refinement to the store: a pending chunk, the results
 // of a group, an encoded chunk.
 constexpr uint64_t kWorkspaceBytes = 6ULL << 20;
+
+// How many items from `first` on form a group. Depends on the scene's state
+// only, so that chunks are cut alike in every run.
+size_t GroupSize(const CoverMap& cover,
+                 size_t first,
+                 size_t items,
+                 size_t ranges) {
+  size_t work = 0;
+  size_t count = 0;
+  while (first + count < items && count < kGroupItems &&
+         (count < 2 || work < kGroupWork)) {
+    work += 8 + cover.SplitCount((first + count) / ranges);
+    ++count;
+  }
+  return count;
+}
 
 double PowerOf(const Rgb& exitance) {
   return (exitance[0] + exitance[1] + exitance[2]) / 3;
@@ -54,12 +72,12 @@ Engine::Engine(BlockStorage& store,
       options_(options),
       budget_(&budget),
       scene_(LoadSceneInfo(store)),
-      cells_(LoadPartition(store).cells),
+      partition_(LoadPartition(store)),
       basis_(BasisOrder(options.basis)),
       shape_{&basis_, kRgbChannels},
       surfaces_(MakeSurfaceTable(scene_)),
       device_(budget, scene_.bounds.Center()),
-      pager_(store, scene_, shape_, device_, budget),
+      pager_(store, scene_, partition_, shape_, device_, budget),
       workspace_(pager_.Reserve(kWorkspaceBytes, "the solver's work space")),
       last_commit_(std::chrono::steady_clock::now()) {
   if (!LoadSolveState(store, &state_)) {
@@ -96,11 +114,11 @@ void Engine::Start() {
   state_.basis = options_.basis;
   state_.seed = options_.seed;
   state_.error = options_.error;
-  state_.cells.resize(cells_.size());
+  state_.cells.resize(partition_.cells.size());
   double emitted = 0;
   double area = 0;
   double patches = 0;
-  for (size_t i = 0; i < cells_.size(); ++i) {
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
     CellRow& row = state_.cells[i];
     for (const Patch& p : LoadCellPatches(*store_, CellId(i)).patches) {
       const Material& m = scene_.materials.at(p.material.Index());
@@ -234,7 +252,8 @@ bool Engine::IsLit(CellId cell) const {
          kDarkShare * state_.mean_reflected;
 }
 
-std::unique_ptr<CoverMap> Engine::FindCovers(const Receiver& r) {
+void Engine::FindCovers(Receiver* receiver) {
+  const Receiver& r = *receiver;
   const Stopwatch watch(&state_.times.refine_seconds);
   const auto& patches = r.geometry->patches;
   std::vector<float> reflected(patches.size());
@@ -247,10 +266,10 @@ std::unique_ptr<CoverMap> Engine::FindCovers(const Receiver& r) {
   options.seed = MixKey(state_.seed, state_.round);
   const auto occluder = pager_.Occluder(r.id);
   const CellBlockers* const occluders[] = {occluder.get()};
-  auto cover =
+  receiver->cover =
       std::make_unique<CoverMap>(options, r.id, patches, reflected, occluders);
-  state_.rays += cover->Rays();
-  return cover;
+  state_.rays += r.cover->Rays();
+  receiver->cover_charge = pager_.Reserve(r.cover->SizeBytes(), "the covers");
 }
 
 void Engine::RefineCell(CellId cell) {
@@ -263,13 +282,14 @@ void Engine::RefineCell(CellId cell) {
     r.tree->Delta().SetZero();
     pager_.MarkDirty(cell);
   }
-  r.cover = FindCovers(r);
+  FindCovers(&r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
     state_.cursor = {state_.cursor.source + 1, 0, 0};
     CheckPoint();
   }
   r.cover.reset();
+  r.cover_charge.Reset();
   Equilibrate(r);
   Finish(r);
   row.changed =
@@ -382,7 +402,10 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   const auto geometry = pager_.Geometry(source.source);
   const auto tree = pager_.Tree(source.source);
   std::vector<std::shared_ptr<const void>> pins;
-  const Blockers blockers = PinBlockers(source.between, &pins);
+  Blockers blockers = PinBlockers(source.between, &pins);
+  if (source.source != r.id) {
+    blockers.gates = {r.geometry->portals.get(), geometry->portals.get()};
+  }
   RefineOptions options;
   options.tau = state_.tau;
   options.tau_weak = kWeakShare * state_.tau;
@@ -407,14 +430,14 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   const size_t ranges =
       (geometry->patches.size() + kItemSources - 1) / kItemSources;
   const size_t items = r.geometry->patches.size() * ranges;
-  std::vector<RawLinks> results(kGroupItems);
+  std::vector<RawLinks> results;
   while (state_.cursor.item < items) {
     const size_t first = state_.cursor.item;
-    const size_t count = std::min(kGroupItems, items - first);
+    const size_t count = GroupSize(*r.cover, first, items, ranges);
     {
       const Stopwatch watch(&state_.times.refine_seconds);
+      results.assign(count, {});
       ParallelFor(count, [&](size_t i) {
-        results[i] = {};
         const size_t item = first + i;
         const size_t begin = item % ranges * kItemSources;
         refiner.Refine(PatchId(item / ranges),
@@ -422,10 +445,10 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                        std::min(begin + kItemSources, geometry->patches.size()),
                        &results[i]);
       });
-      for (size_t i = 0; i < count; ++i) {
-        row.squared_error += results[i].squared_error;
-        state_.rays += results[i].rays;
-        ApplyLinks(results[i],
+      for (const RawLinks& result : results) {
+        row.squared_error += result.squared_error;
+        state_.rays += result.rays;
+        ApplyLinks(result,
                    r.geometry->patches,
                    *r.tree,
                    geometry->patches,

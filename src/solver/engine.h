@@ -48,6 +48,7 @@ class Engine {
     std::shared_ptr<const CellGeometry> geometry;
     std::shared_ptr<CellTree> tree;
     std::unique_ptr<CoverMap> cover;  // while it is refined
+    MemoryCharge cover_charge;
   };
 
   void Start();
@@ -60,7 +61,7 @@ class Engine {
   [[nodiscard]] double NextTau(double estimated) const;
 
   Receiver Load(CellId cell);
-  std::unique_ptr<CoverMap> FindCovers(const Receiver& r);
+  void FindCovers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   void GatherPair(const Receiver& r, CellId source);
   void Equilibrate(const Receiver& r);
@@ -78,7 +79,7 @@ class Engine {
   SolveOptions options_;
   MemoryBudget* budget_;
   SceneInfo scene_;
-  std::vector<CellInfo> cells_;
+  Partition partition_;
   Basis basis_;
   TreeShape shape_;
   SurfaceTable surfaces_;

@@ -20,6 +20,8 @@ constexpr float kConstantResidual = 0.9F;
 constexpr float kMixedVisibility = 0.5F;
 constexpr float kUnprovenClear = 0.03F;
 constexpr float kUnprovenBlocked = 0.04F;
+// Of a part of what was blocked already, that much less.
+constexpr float kBlockedDecay = 0.25F;
 // Of the variance of sixteen samples, the part that is blamed on the larger
 // end rather than on the end with which they vary.
 constexpr float kVarianceNoise = 0.15F;
@@ -388,12 +390,15 @@ void Refiner::Refine(PatchId receiver,
   r.weight = std::max(patch.max_reflectance, kLeastWeightReflectance) *
              std::sqrt(patch.area);
   for (size_t i = first_source; i < last_source; ++i) {
-    Visit(r, RootSource(i), &task);
+    Visit(r, RootSource(i), 0, &task);
   }
   FlushWeak(&task);
 }
 
-void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
+void Refiner::Visit(const Receiver& r,
+                    const Source& s,
+                    int blocked,
+                    Task* task) const {
   const float peak =
       *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
   const float tau_weak = static_cast<float>(options_.tau_weak);
@@ -401,7 +406,7 @@ void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
     return;
   }
   if (cover_ != nullptr && cover_->MustSplit(r.patch, r.path)) {
-    SplitReceiver(r, s, task);
+    SplitReceiver(r, s, blocked, task);
     return;
   }
   const float form_factor = FormFactorBound(r.end, s.end);
@@ -418,8 +423,11 @@ void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
     unknown = 0;
   } else if (p > 0 && p < 1) {
     unknown *= kMixedVisibility * std::sqrt(p * (1 - p)) + kUnprovenClear;
+  } else if (p > 0) {
+    unknown *= kUnprovenClear;
   } else {
-    unknown *= p > 0 ? kUnprovenClear : kUnprovenBlocked;
+    unknown *= kUnprovenBlocked * std::pow(kBlockedDecay, blocked);
+    ++blocked;
   }
   const float visible = p > 0 ? 1.0F : 0.0F;
   const float share = ReceiverShare(look.bits, r.end, s.end);
@@ -436,25 +444,36 @@ void Refiner::Visit(const Receiver& r, const Source& s, Task* task) const {
       (!can_split_r && !can_split_s)) {
     Accept(r, s, judgement, look, error, task);
   } else if (can_split_r && (by_receiver >= by_source || !can_split_s)) {
-    SplitReceiver(r, s, task);
+    SplitReceiver(r, s, blocked, task);
   } else {
-    SplitSource(r, s, task);
+    SplitSource(r, s, blocked, task);
   }
+}
+
+bool Refiner::MissesAGate(const TransferEnd& r, const TransferEnd& s) const {
+  return std::any_of(blockers_->gates.begin(),
+                     blockers_->gates.end(),
+                     [&](const ShaftBlockers* portals) {
+                       return portals->IsEmptyBetween(
+                           *r.patch, r.frame, *s.patch, s.frame);
+                     });
 }
 
 void Refiner::SplitReceiver(const Receiver& r,
                             const Source& s,
+                            int blocked,
                             Task* task) const {
   for (size_t c = 0; c < kChildren; ++c) {
-    Visit(ChildReceiver(r, c), s, task);
+    Visit(ChildReceiver(r, c), s, blocked, task);
   }
 }
 
 void Refiner::SplitSource(const Receiver& r,
                           const Source& s,
+                          int blocked,
                           Task* task) const {
   for (size_t c = 0; c < kChildren; ++c) {
-    Visit(r, ChildSource(s, c), task);
+    Visit(r, ChildSource(s, c), blocked, task);
   }
 }
 

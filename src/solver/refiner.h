@@ -68,6 +68,9 @@ struct RawLinks {
 struct Blockers {
   std::vector<const CellBlockers*> occluders;  // for rays
   std::vector<const ShaftBlockers*> shafts;    // for proofs
+  // The portals of two different cells: light between them must cross one of
+  // each. Empty within a cell.
+  std::vector<const ShaftBlockers*> gates;
 };
 
 // Appends raw links to a block, making the elements that they name.
@@ -138,9 +141,18 @@ class Refiner {
                                        size_t child) const;
   void SetRadiosity(Source* source) const;
 
-  void Visit(const Receiver& r, const Source& s, Task* task) const;
-  void SplitReceiver(const Receiver& r, const Source& s, Task* task) const;
-  void SplitSource(const Receiver& r, const Source& s, Task* task) const;
+  // `blocked`: how many splits ago no ray got through any more.
+  void Visit(const Receiver& r, const Source& s, int blocked, Task* task) const;
+  void SplitReceiver(const Receiver& r,
+                     const Source& s,
+                     int blocked,
+                     Task* task) const;
+  void SplitSource(const Receiver& r,
+                   const Source& s,
+                   int blocked,
+                   Task* task) const;
+  [[nodiscard]] bool MissesAGate(const TransferEnd& r,
+                                 const TransferEnd& s) const;
 
   [[nodiscard]] Judgement Judge(const TransferEnd& r, const Source& s) const;
   [[nodiscard]] Visibility Look(const Receiver& r,
