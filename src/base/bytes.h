@@ -79,7 +79,7 @@ class ByteReader {
   template <typename T>
   T Get() {
     static_assert(std::is_trivially_copyable_v<T>);
-    T value;
+    T value{};
     std::memcpy(&value, Take(sizeof value).data(), sizeof value);
     return value;
   }

@@ -121,32 +121,34 @@ class LampLayer {
 
   // A lamp of the same room is nearer than the spacing.
   [[nodiscard]] bool IsServed(const Lamp& lamp) const {
-    constexpr double kRoundingMetres = 1e-6;
-    constexpr double kSameStoreyMetres = 1.5;
     const auto [x, y] = CellOf(lamp.center);
     for (int64_t i = x - 1; i <= x + 1; ++i) {
       for (int64_t j = y - 1; j <= y + 1; ++j) {
         const auto it = near_.find({i, j});
-        if (it == near_.end()) {
-          continue;
-        }
-        for (const size_t k : it->second) {
-          const Lamp& other = lamps_[k];
-          const double apart = std::hypot(other.center.x - lamp.center.x,
-                                          other.center.y - lamp.center.y);
-          if (apart < kSpacingMetres - kRoundingMetres &&
-              std::abs(other.height - lamp.height) < kSameStoreyMetres &&
-              (input_.has_spaces
-                   ? other.space == lamp.space
-                   : !plan_.WallBetween(other.center,
-                                        lamp.center,
-                                        lamp.height - kBeamMetres / 2))) {
-            return true;
-          }
+        if (it != near_.end() &&
+            std::any_of(it->second.begin(), it->second.end(), [&](size_t k) {
+              return Serves(lamps_[k], lamp);
+            })) {
+          return true;
         }
       }
     }
     return false;
+  }
+
+  [[nodiscard]] bool Serves(const Lamp& other, const Lamp& lamp) const {
+    constexpr double kRoundingMetres = 1e-6;
+    constexpr double kSameStoreyMetres = 1.5;
+    const double apart = std::hypot(other.center.x - lamp.center.x,
+                                    other.center.y - lamp.center.y);
+    if (apart >= kSpacingMetres - kRoundingMetres ||
+        std::abs(other.height - lamp.height) >= kSameStoreyMetres) {
+      return false;
+    }
+    return input_.has_spaces
+               ? other.space == lamp.space
+               : !plan_.WallBetween(
+                     other.center, lamp.center, lamp.height - kBeamMetres / 2);
   }
 
   // A ceiling of the room is over p, not far above the lamp.

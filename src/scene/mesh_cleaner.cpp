@@ -52,6 +52,31 @@ bool IsPlanar(std::span<const Point3> vertices,
   return high - low <= tolerance;
 }
 
+// How round the triangle of corner i is: 1 / (2 sqrt 3) at most, below 0 where
+// the corner is concave, and lower by 1 for each vertex in it.
+double CornerQuality(std::span<const Point3> vertices,
+                     const VertexLoop& loop,
+                     size_t i,
+                     Vec3 normal) {
+  const size_t n = loop.size();
+  const Point3 a = vertices[loop[(i + n - 1) % n]];
+  const Point3 b = vertices[loop[i]];
+  const Point3 c = vertices[loop[(i + 1) % n]];
+  const auto side = [&](Point3 from, Point3 to, Point3 p) {
+    return Dot(Cross(to - from, p - from), normal);
+  };
+  double quality = side(a, b, c) /
+                   (Dot(c - a, c - a) + Dot(b - a, b - a) + Dot(c - b, c - b));
+  for (const uint32_t v : loop) {
+    const Point3 p = vertices[v];
+    if (p != a && p != b && p != c && side(a, b, p) >= 0 &&
+        side(b, c, p) >= 0 && side(c, a, p) >= 0) {
+      quality = std::min(quality, 0.0) - 1;
+    }
+  }
+  return quality;
+}
+
 // Cuts off one convex corner without another vertex in it, the roundest, until
 // three are left. `normal` tells convex from concave.
 std::vector<VertexLoop> Triangulate(std::span<const Point3> vertices,
@@ -62,22 +87,7 @@ std::vector<VertexLoop> Triangulate(std::span<const Point3> vertices,
     size_t best = 0;
     double best_quality = -std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < loop.size(); ++i) {
-      const size_t n = loop.size();
-      const Point3 a = vertices[loop[(i + n - 1) % n]];
-      const Point3 b = vertices[loop[i]];
-      const Point3 c = vertices[loop[(i + 1) % n]];
-      const auto side = [&](Point3 from, Point3 to, Point3 p) {
-        return Dot(Cross(to - from, p - from), normal);
-      };
-      double quality = side(a, b, c) / (Dot(c - a, c - a) + Dot(b - a, b - a) +
-                                        Dot(c - b, c - b));
-      for (const uint32_t v : loop) {
-        const Point3 p = vertices[v];
-        if (p != a && p != b && p != c && side(a, b, p) >= 0 &&
-            side(b, c, p) >= 0 && side(c, a, p) >= 0) {
-          quality = std::min(quality, 0.0) - 1;
-        }
-      }
+      const double quality = CornerQuality(vertices, loop, i, normal);
       if (quality > best_quality) {
         best_quality = quality;
         best = i;

@@ -272,11 +272,13 @@ std::vector<std::filesystem::path> MaterialFilesOf(
   std::vector<std::filesystem::path> paths;
   LineStream lines(file, [&](std::string_view line) {
     visit(line);
-    if (const auto names = NamesAfterMtllib(line)) {
-      for (const auto& path : MaterialPaths(obj, *names)) {
-        if (std::find(paths.begin(), paths.end(), path) == paths.end()) {
-          paths.push_back(path);
-        }
+    const auto names = NamesAfterMtllib(line);
+    if (!names) {
+      return;
+    }
+    for (const auto& path : MaterialPaths(obj, *names)) {
+      if (std::find(paths.begin(), paths.end(), path) == paths.end()) {
+        paths.push_back(path);
       }
     }
   });

@@ -308,6 +308,7 @@ std::vector<Polygon2> CutRegion(std::span<const Edge2> edges,
                                 int threshold) {
   const std::vector<Edge2> upright = SnapEdges(edges, tolerance);
   std::vector<Edge2> turned;  // by a quarter turn clockwise
+  turned.reserve(upright.size());
   for (const Edge2& e : upright) {
     turned.push_back({{e.from.y, -e.from.x}, {e.to.y, -e.to.x}});
   }

@@ -213,7 +213,8 @@ class Outline {
         const auto [it, is_new] = handles.try_emplace(v);
         if (is_new) {
           const Point3 p = vertices[v];
-          it->second = mesh_.add_vertex({p.x, p.y, p.z});
+          it->second =
+              Mesh::VertexHandle(mesh_.add_vertex({p.x, p.y, p.z}).idx());
         }
         corners.push_back(it->second);
       }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace enfilade {
 namespace {
@@ -20,6 +19,18 @@ uint64_t Welder::Key(int64_t x, int64_t y, int64_t z) const {
                 static_cast<uint64_t>(z));
 }
 
+std::optional<uint32_t> Welder::FirstNear(uint64_t key, Point3 p) const {
+  std::optional<uint32_t> found;
+  const auto [first, last] = grid_.equal_range(key);
+  for (auto it = first; it != last; ++it) {
+    if (Length(vertices_[it->second] - p) <= tolerance_ &&
+        (!found || it->second < *found)) {
+      found = it->second;
+    }
+  }
+  return found;
+}
+
 uint32_t Welder::Vertex(Point3 p) {
   const double scale = 1.0 / (kCellTolerances * tolerance_);
   const auto cell = [&](double value) {
@@ -30,12 +41,9 @@ uint32_t Welder::Vertex(Point3 p) {
   for (int64_t x = cell(p.x - t); x <= cell(p.x + t); ++x) {
     for (int64_t y = cell(p.y - t); y <= cell(p.y + t); ++y) {
       for (int64_t z = cell(p.z - t); z <= cell(p.z + t); ++z) {
-        const auto [first, last] = grid_.equal_range(Key(x, y, z));
-        for (auto it = first; it != last; ++it) {
-          if (Length(vertices_[it->second] - p) <= t &&
-              (!found || it->second < *found)) {
-            found = it->second;
-          }
+        const auto here = FirstNear(Key(x, y, z), p);
+        if (here && (!found || *here < *found)) {
+          found = here;
         }
       }
     }

@@ -5,6 +5,7 @@
 #include "base/vec.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -24,6 +25,8 @@ class Welder {
 
  private:
   [[nodiscard]] uint64_t Key(int64_t x, int64_t y, int64_t z) const;
+  // The first vertex within the tolerance of p in this cell of the grid.
+  [[nodiscard]] std::optional<uint32_t> FirstNear(uint64_t key, Point3 p) const;
 
   double tolerance_;
   std::vector<Point3> vertices_;

@@ -23,6 +23,24 @@ size_t LevelOf(ElementPath path) {
   return static_cast<size_t>(std::bit_width(path) - 1) / 2;
 }
 
+// The mean square of a - b over an element, of the channel where it is largest.
+double MeanSquare(const ShapeBasis& basis,
+                  const TreeShape& shape,
+                  std::span<const float> a,
+                  std::span<const float> b) {
+  double largest = 0;
+  for (size_t ch = 0; ch < shape.channels; ++ch) {
+    double sum = 0;
+    for (size_t q = 0; q < basis.NodeCount(); ++q) {
+      const size_t at = ch * shape.NodeStride() + q;
+      const double d = static_cast<double>(a[at] - b[at]);
+      sum += basis.Weight(q) * d * d;
+    }
+    largest = std::max(largest, sum);
+  }
+  return largest;
+}
+
 }  // namespace
 
 void PushTo(const ShapeBasis& basis,
@@ -144,18 +162,10 @@ void CellTree::UpdateDetail() {
     for (size_t c = 0; c < kChildren; ++c) {
       const ElementId child(parent.first_child + c);
       PushTo(basis, shape_, c, sent_[ElementId(i)], pushed);
-      double largest = 0;
-      for (size_t ch = 0; ch < shape_.channels; ++ch) {
-        double sum = 0;
-        for (size_t q = 0; q < basis.NodeCount(); ++q) {
-          const size_t at = ch * shape_.NodeStride() + q;
-          const double d = static_cast<double>(sent_[child][at] - pushed[at]);
-          sum += basis.Weight(q) * d * d;
-        }
-        largest = std::max(largest, sum);
-      }
       const double below = detail_[child.Index()];
-      square += (largest + below * below) / kChildren;
+      square +=
+          (MeanSquare(basis, shape_, sent_[child], pushed) + below * below) /
+          kChildren;
     }
     detail_[i] = static_cast<float>(std::sqrt(square));
   }

@@ -10,6 +10,12 @@ namespace {
 // Links per task; a task ends where a receiver ends.
 constexpr size_t kTaskLinks = 4096;
 
+// Links [first, last) of a block.
+struct LinkRange {
+  size_t first = 0;
+  size_t last = 0;
+};
+
 // What one receiver element collects, [channel][node].
 struct Collector {
   size_t channels;
@@ -72,8 +78,7 @@ Kernel StoredKernel(const NearCoefficients& coefficients) {
 }
 
 void GatherRange(const LinkBlock& block,
-                 size_t first,
-                 size_t last,
+                 LinkRange range,
                  const GatherSide& receiver,
                  const GatherSide& source,
                  const CoefficientArray& radiosity,
@@ -82,7 +87,7 @@ void GatherRange(const LinkBlock& block,
   const bool constant = shape.NodeStride() == 1;
   TransferEnd r;
   uint32_t r_id = UINT32_MAX;
-  for (size_t i = first; i < last; ++i) {
+  for (size_t i = range.first; i < range.last; ++i) {
     const Link& link = block.links[i];
     const Element& re = receiver.tree->At(ElementId(link.receiver));
     const Element& se = source.tree->At(ElementId(link.source));
@@ -137,8 +142,7 @@ void Gather(const LinkBlock& block,
   const auto bounds = TaskBounds(block);
   ParallelFor(bounds.size() - 1, [&](size_t task) {
     GatherRange(block,
-                bounds[task],
-                bounds[task + 1],
+                {bounds[task], bounds[task + 1]},
                 receiver,
                 source,
                 radiosity,

@@ -6,7 +6,7 @@ namespace enfilade {
 namespace {
 
 // Links per chunk: at 4 to 20 bytes each, a quarter to one megabyte.
-constexpr size_t kChunkLinks = 64 * 1024;
+constexpr size_t kChunkLinks = size_t{64} * 1024;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};

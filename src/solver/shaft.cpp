@@ -115,7 +115,7 @@ bool ShaftBlockers::IsEmptyBetween(const PatchGeometry& receiver,
       continue;
     }
     for (uint32_t i = group.first; i < group.first + group.count; ++i) {
-      const auto blocker = std::span<const Vec3f>(&points_[4 * i], 4);
+      const auto blocker = std::span<const Vec3f>(&points_[size_t{4} * i], 4);
       if (Overlap(low, high, boxes_[i].low, boxes_[i].high) &&
           !AllOnSide(both, blocker[0], normals_[i], 1) &&
           !AllOnSide(both, blocker[0], normals_[i], -1) &&

@@ -234,7 +234,10 @@ struct BoxRay {
       near = std::max(near, std::min(t0, t1));
       far = std::min(far, std::max(t0, t1));
     }
-    return near <= far ? near : kFar;
+    if (near <= far) {
+      return near;
+    }
+    return kFar;
   }
 };
 

@@ -48,6 +48,7 @@ SceneBuilder SoupOfTriangles(uint64_t seed) {
   SceneBuilder scene;
   for (int i = 0; i < 60; ++i) {
     std::vector<Point3> triangle;
+    triangle.reserve(3);
     for (int corner = 0; corner < 3; ++corner) {
       triangle.push_back({Between(random, 0, 6),
                           Between(random, 0, 6),
