@@ -426,7 +426,8 @@ void Refiner::Visit(const Receiver& r,
   } else if (p > 0) {
     unknown *= kUnprovenClear;
   } else {
-    unknown *= kUnprovenBlocked * std::pow(kBlockedDecay, blocked);
+    unknown *=
+        kUnprovenBlocked * std::pow(kBlockedDecay, static_cast<float>(blocked));
     ++blocked;
   }
   const float visible = p > 0 ? 1.0F : 0.0F;

@@ -37,6 +37,7 @@ class FakeBuilding {
     AddCell();
   }
 
+  ~FakeBuilding() = default;
   FakeBuilding(const FakeBuilding&) = delete;
   FakeBuilding& operator=(const FakeBuilding&) = delete;
 
