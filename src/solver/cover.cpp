@@ -166,7 +166,7 @@ CoverMap::CoverMap(const CoverOptions& options,
 }
 
 uint64_t CoverMap::SizeBytes() const {
-  uint64_t bytes = split_.size() * sizeof(split_[0]);
+  uint64_t bytes = split_.size() * sizeof(std::vector<ElementPath>);
   for (const auto& paths : split_) {
     bytes += paths.capacity() * sizeof(ElementPath);
   }
