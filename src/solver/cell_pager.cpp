@@ -38,7 +38,8 @@ CellPager::CellPager(BlockStorage& store,
       shape_(shape),
       device_(&device),
       budget_(&budget),
-      origin_(device.Origin()) {
+      origin_(device.Origin()),
+      trace_(budget.LimitBytes()) {
   for (size_t i = 0; i < partition.portals.size(); ++i) {
     portals_of_[partition.portals[i].front.Index()].emplace_back(i);
     portals_of_[partition.portals[i].back.Index()].emplace_back(i);
@@ -69,12 +70,19 @@ CellPager::~CellPager() {
   }
 }
 
+BlockKey CellPager::BlockOf(ItemKey key) {
+  return {key.first == ItemKind::kTree ? BlockKind::kCellTree
+                                       : BlockKind::kCellPatches,
+          key.second};
+}
+
 CellPager::Item* CellPager::Find(ItemKey key) {
   const auto it = items_.find(key);
   if (it == items_.end()) {
     return nullptr;
   }
   it->second.last_use = ++clock_;
+  trace_.RecordHit(BlockOf(key));
   return &it->second;
 }
 
@@ -93,7 +101,9 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   if (const Item* item = Find(key)) {
     return std::static_pointer_cast<const CellGeometry>(item->value);
   }
+  const uint64_t read_before = store_->Stats().bytes_read;
   const CellPatches stored = LoadCellPatches(*store_, cell);
+  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
   auto geometry = std::make_shared<CellGeometry>();
   geometry->patches.reserve(stored.patches.size());
   std::vector<PatchGeometry> blockers;
@@ -119,7 +129,9 @@ std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
   if (const Item* item = Find(key)) {
     return std::static_pointer_cast<const CellBlockers>(item->value);
   }
+  const uint64_t read_before = store_->Stats().bytes_read;
   const CellPatches stored = LoadCellPatches(*store_, cell);
+  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
   // Embree charges the budget itself; this only makes the room.
   const uint64_t estimate = stored.patches.size() * kOccluderBytesPerPatch;
   MakeRoom(estimate, "the blockers of a cell");
@@ -136,12 +148,14 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   }
   const auto geometry = Geometry(cell);
   std::shared_ptr<CellTree> tree;
+  const uint64_t read_before = store_->Stats().bytes_read;
   if (auto stored = CellTree::Load(*store_, cell, shape_, geometry->patches)) {
     tree = std::make_shared<CellTree>(std::move(*stored));
   } else {
     tree = std::make_shared<CellTree>(shape_, geometry->patches);
     tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
   }
+  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
   MakeRoom(tree->SizeBytes(), "the element trees of a cell");
   Insert(key, tree, tree->SizeBytes());
   return tree;

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
+#include "solver/access_trace.h"
 #include "solver/element_tree.h"
 #include "solver/geometry.h"
 #include "solver/push_pull.h"
@@ -67,6 +68,9 @@ class CellPager {
   // Like MakeRoom, for working memory that the caller holds for a while.
   MemoryCharge Reserve(uint64_t bytes, std::string_view what);
 
+  // What was asked for; other readers of the store may add to it.
+  AccessTrace& Trace() { return trace_; }
+
   // When a cell will be used next (smaller is sooner); decides evictions only.
   void SetNextUse(std::function<uint64_t(CellId)> next_use) {
     next_use_ = std::move(next_use);
@@ -84,6 +88,7 @@ class CellPager {
   };
 
   std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
+  static BlockKey BlockOf(ItemKey key);
   Item* Find(ItemKey key);
   Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   bool EvictOne();
@@ -99,6 +104,7 @@ class CellPager {
   const OcclusionDevice* device_;
   MemoryBudget* budget_;
   Point3 origin_;
+  AccessTrace trace_;
   std::map<ItemKey, Item> items_;
   uint64_t clock_ = 0;
   std::function<uint64_t(CellId)> next_use_;

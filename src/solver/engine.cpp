@@ -169,6 +169,8 @@ void Engine::FinishSweep() {
 }
 
 void Engine::FinishRound() {
+  pager_.Trace().Measure(&state_.times.bytes_belady,
+                         &state_.times.bytes_compulsory);
   double reflected = 0;
   double residual = 0;
   double squared_error = 0;
@@ -358,7 +360,7 @@ void Engine::Equilibrate(const Receiver& r) {
   const double tolerance = ToleratedResidual(state_.cells[r.id.Index()]);
   const MemoryCharge work = pager_.Reserve(r.tree->Sent().SizeBytes(),
                                            "the working arrays of a cell");
-  LinkCache own(*store_, *budget_, {r.id, r.id});
+  LinkCache own(*store_, *budget_, {r.id, r.id}, pager_.Trace());
   const GatherSide side{r.geometry->patches, r.tree.get()};
   for (int i = 0; i < kMostIterations; ++i) {
     CoefficientArray change = TimedPushPull(r);
@@ -476,6 +478,7 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
                    {r.id, source},
                    r.tree->Size(),
                    tree->Size(),
+                   pager_.Trace(),
                    [&](const LinkBlock& block) {
                      Gather(block,
                             {r.geometry->patches, r.tree.get()},

@@ -1,5 +1,6 @@
 #include "solver/link_store.h"
 
+#include <optional>
 #include <utility>
 
 namespace enfilade {
@@ -10,6 +11,18 @@ constexpr size_t kChunkLinks = size_t{64} * 1024;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
+}
+
+// Reads a chunk and notes that it was asked for.
+std::optional<Bytes> GetChunk(const BlockStorage& store,
+                              const BlockKey& key,
+                              AccessTrace& trace) {
+  const uint64_t read_before = store.Stats().bytes_read;
+  auto bytes = store.Get(key);
+  if (bytes) {
+    trace.Record(key, store.Stats().bytes_read - read_before);
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -46,9 +59,10 @@ void ForEachLinkBlock(const BlockStorage& store,
                       CellPair pair,
                       size_t receiver_elements,
                       size_t source_elements,
+                      AccessTrace& trace,
                       const std::function<void(LinkBlock&&)>& visit) {
   for (uint32_t chunk = 0;; ++chunk) {
-    const auto bytes = store.Get(ChunkKey(pair, chunk));
+    const auto bytes = GetChunk(store, ChunkKey(pair, chunk), trace);
     if (!bytes) {
       return;
     }
@@ -59,11 +73,12 @@ void ForEachLinkBlock(const BlockStorage& store,
 void LinkCache::ForEach(size_t receiver_elements,
                         size_t source_elements,
                         const std::function<void(const LinkBlock&)>& visit) {
-  for (const LinkBlock& block : kept_) {
-    visit(block);
+  for (size_t chunk = 0; chunk < kept_.size(); ++chunk) {
+    trace_->RecordHit(ChunkKey(pair_, static_cast<uint32_t>(chunk)));
+    visit(kept_[chunk]);
   }
   for (auto chunk = static_cast<uint32_t>(kept_.size()); !complete_; ++chunk) {
-    const auto bytes = store_->Get(ChunkKey(pair_, chunk));
+    const auto bytes = GetChunk(*store_, ChunkKey(pair_, chunk), *trace_);
     if (!bytes) {
       complete_ = kept_.size() == chunk;
       return;

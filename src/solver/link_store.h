@@ -6,6 +6,7 @@
 #include "base/block_storage.h"
 #include "base/ids.h"
 #include "base/memory.h"
+#include "solver/access_trace.h"
 #include "solver/link_block.h"
 
 #include <cstdint>
@@ -49,6 +50,7 @@ void ForEachLinkBlock(const BlockStorage& store,
                       CellPair pair,
                       size_t receiver_elements,
                       size_t source_elements,
+                      AccessTrace& trace,
                       const std::function<void(LinkBlock&&)>& visit);
 
 // The chunks of a pair that is gathered again and again: kept decoded while
@@ -56,8 +58,11 @@ void ForEachLinkBlock(const BlockStorage& store,
 // either way.
 class LinkCache {
  public:
-  LinkCache(const BlockStorage& store, MemoryBudget& budget, CellPair pair)
-      : store_(&store), budget_(&budget), pair_(pair) {}
+  LinkCache(const BlockStorage& store,
+            MemoryBudget& budget,
+            CellPair pair,
+            AccessTrace& trace)
+      : store_(&store), budget_(&budget), pair_(pair), trace_(&trace) {}
 
   void ForEach(size_t receiver_elements,
                size_t source_elements,
@@ -67,6 +72,7 @@ class LinkCache {
   const BlockStorage* store_;
   MemoryBudget* budget_;
   CellPair pair_;
+  AccessTrace* trace_;
   bool complete_ = false;  // all chunks are kept
   std::vector<LinkBlock> kept_;
   std::vector<MemoryCharge> charges_;

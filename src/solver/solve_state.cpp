@@ -14,7 +14,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    refine_seconds,
                                    gather_seconds,
                                    push_pull_seconds,
-                                   store_seconds)
+                                   store_seconds,
+                                   bytes_belady,
+                                   bytes_compulsory)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PairCursor, source, item, chunk)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveState,
                                    basis,

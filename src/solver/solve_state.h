@@ -39,12 +39,15 @@ struct RoundRecord {
   uint64_t links = 0;
 };
 
-// Time spent, over all runs: kept apart because it is not the same twice.
+// Time spent and bytes asked for, over all runs: kept apart because they are
+// not the same twice.
 struct SolveTimes {
   double refine_seconds = 0;
   double gather_seconds = 0;
   double push_pull_seconds = 0;
   double store_seconds = 0;
+  uint64_t bytes_belady = 0;
+  uint64_t bytes_compulsory = 0;
 };
 
 // Where within a receiver the next step is.

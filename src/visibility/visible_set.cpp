@@ -17,7 +17,7 @@ namespace enfilade {
 namespace {
 
 constexpr const char* kSummaryMeta = "visibility";
-constexpr size_t kCellsPerBatch = 64;
+constexpr size_t kCellsPerBatch = 8;
 
 void PutAscending(const std::vector<CellId>& cells, ByteWriter& writer) {
   writer.PutVarint(cells.size());

@@ -1,0 +1,52 @@
+#include "solver/access_trace.h"
+
+#include "store/belady.h"
+
+#include <algorithm>
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kMostAccesses = 1 << 17;
+
+}  // namespace
+
+void AccessTrace::Record(const BlockKey& key, uint64_t bytes) {
+  const auto [it, is_new] =
+      index_.try_emplace(key, static_cast<uint32_t>(bytes_.size()));
+  if (is_new) {
+    bytes_.push_back(bytes);
+  } else {
+    bytes_[it->second] = std::max(bytes_[it->second], bytes);
+  }
+  accesses_.push_back(it->second);
+  if (accesses_.size() >= kMostAccesses) {
+    Fold();
+  }
+}
+
+void AccessTrace::RecordHit(const BlockKey& key) {
+  const auto it = index_.find(key);
+  if (it != index_.end()) {
+    accesses_.push_back(it->second);
+  }
+}
+
+void AccessTrace::Fold() {
+  const BeladyReads reads = MeasureBelady(accesses_, bytes_, capacity_bytes_);
+  belady_ += reads.optimal_bytes;
+  compulsory_ += reads.compulsory_bytes;
+  index_.clear();
+  bytes_.clear();
+  accesses_.clear();
+}
+
+void AccessTrace::Measure(uint64_t* belady_bytes, uint64_t* compulsory_bytes) {
+  Fold();
+  *belady_bytes += belady_;
+  *compulsory_bytes += compulsory_;
+  belady_ = 0;
+  compulsory_ = 0;
+}
+
+}  // namespace enfilade
