@@ -144,8 +144,8 @@ void PlanIndex::AddWall(std::span<const Point3> polygon) {
     return;
   }
   const auto index = static_cast<uint32_t>(walls_.size());
-  const auto [x0, x1] = std::minmax(Cell(wall.from.x), Cell(wall.to.x));
-  const auto [y0, y1] = std::minmax(Cell(wall.from.y), Cell(wall.to.y));
+  const auto [x0, x1] = std::minmax({Cell(wall.from.x), Cell(wall.to.x)});
+  const auto [y0, y1] = std::minmax({Cell(wall.from.y), Cell(wall.to.y)});
   for (int64_t x = x0; x <= x1; ++x) {
     for (int64_t y = y0; y <= y1; ++y) {
       const double cx = static_cast<double>(x) * kCellMetres;
