@@ -34,7 +34,7 @@ bool SegmentMeetsBox(Point2 a, Point2 b, Point2 low, Point2 high) {
       return from >= lo && from <= hi;
     }
     const auto [enter, leave] =
-        std::minmax((lo - from) / delta, (hi - from) / delta);
+        std::minmax({(lo - from) / delta, (hi - from) / delta});
     t0 = std::max(t0, enter);
     t1 = std::min(t1, leave);
     return t0 <= t1;
