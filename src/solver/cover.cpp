@@ -16,9 +16,9 @@ namespace {
 constexpr int kDirections = 8;
 constexpr float kReach = 0.35F;  // m
 // One sample point for this area, so that a chair leg's foot is not missed.
-constexpr float kAreaPerPoint = 2e-3F;  // m2
+constexpr float kAreaPerPoint = 8e-4F;  // m2
 constexpr size_t kLeastPoints = 16;
-constexpr size_t kMostPoints = 1024;
+constexpr size_t kMostPoints = 2048;
 
 struct Frame {
   Vec3f u, v, n;

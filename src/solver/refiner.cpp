@@ -406,6 +406,9 @@ void Refiner::Visit(const Receiver& r,
     return;
   }
   if (cover_ != nullptr && cover_->MustSplit(r.patch, r.path)) {
+    if (r.path == kRootPath && MissesAGate(r.end, s.end)) {
+      return;
+    }
     SplitReceiver(r, s, blocked, task);
     return;
   }
@@ -413,6 +416,9 @@ void Refiner::Visit(const Receiver& r,
   const float bound = r.weight * peak * form_factor;
   if (bound < tau_weak) {
     AddWeak(r, s, form_factor, bound, task);
+    return;
+  }
+  if (MissesAGate(r.end, s.end)) {
     return;
   }
   const Judgement judgement = Judge(r.end, s);

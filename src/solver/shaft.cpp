@@ -8,6 +8,7 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kGroupSize = 8;
+constexpr size_t kSuperGroupSize = 16;
 // Coplanar is not between: tolerance on plane distances, m.
 constexpr float kPlaneTolerance = 1e-4F;
 
@@ -90,6 +91,40 @@ ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches) {
     ++group.count;
     boxes_.push_back(box);
   }
+  for (size_t i = 0; i < groups_.size(); ++i) {
+    if (i % kSuperGroupSize == 0) {
+      supergroups_.push_back({groups_[i].box, static_cast<uint32_t>(i), 0});
+    }
+    Group& super = supergroups_.back();
+    super.box = {Min(super.box.low, groups_[i].box.low),
+                 Max(super.box.high, groups_[i].box.high)};
+    ++super.count;
+  }
+}
+
+struct ShaftBlockers::Shaft {
+  const PatchGeometry* receiver = nullptr;
+  const PatchGeometry* source = nullptr;
+  std::array<Vec3f, 8> ends;  // the corners of both
+  size_t count = 0;
+  Vec3f low;
+  Vec3f high;
+};
+
+bool ShaftBlockers::IsClearOf(const Group& group, const Shaft& shaft) const {
+  const auto both = std::span<const Vec3f>(shaft.ends).first(shaft.count);
+  for (uint32_t i = group.first; i < group.first + group.count; ++i) {
+    const auto blocker = std::span<const Vec3f>(&points_[size_t{4} * i], 4);
+    if (Overlap(shaft.low, shaft.high, boxes_[i].low, boxes_[i].high) &&
+        !AllOnSide(both, blocker[0], normals_[i], 1) &&
+        !AllOnSide(both, blocker[0], normals_[i], -1) &&
+        !AllOnSide(
+            blocker, shaft.receiver->origin, shaft.receiver->normal, -1) &&
+        !AllOnSide(blocker, shaft.source->origin, shaft.source->normal, -1)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 bool ShaftBlockers::IsEmptyBetween(const PatchGeometry& receiver,
@@ -98,29 +133,22 @@ bool ShaftBlockers::IsEmptyBetween(const PatchGeometry& receiver,
                                    ElementFrame source_frame) const {
   const Corners r = CornersOf(receiver, receiver_frame);
   const Corners s = CornersOf(source, source_frame);
-  std::array<Vec3f, 8> ends;
-  size_t count = 0;
-  Vec3f low = r.points[0];
-  Vec3f high = low;
+  Shaft shaft{&receiver, &source, {}, 0, r.points[0], r.points[0]};
   for (const Corners* c : {&r, &s}) {
     for (const Vec3f p : c->View()) {
-      ends[count++] = p;
-      low = Min(low, p);
-      high = Max(high, p);
+      shaft.ends[shaft.count++] = p;
+      shaft.low = Min(shaft.low, p);
+      shaft.high = Max(shaft.high, p);
     }
   }
-  const auto both = std::span<const Vec3f>(ends).first(count);
-  for (const Group& group : groups_) {
-    if (!Overlap(low, high, group.box.low, group.box.high)) {
+  for (const Group& super : supergroups_) {
+    if (!Overlap(shaft.low, shaft.high, super.box.low, super.box.high)) {
       continue;
     }
-    for (uint32_t i = group.first; i < group.first + group.count; ++i) {
-      const auto blocker = std::span<const Vec3f>(&points_[size_t{4} * i], 4);
-      if (Overlap(low, high, boxes_[i].low, boxes_[i].high) &&
-          !AllOnSide(both, blocker[0], normals_[i], 1) &&
-          !AllOnSide(both, blocker[0], normals_[i], -1) &&
-          !AllOnSide(blocker, r.points[0], receiver.normal, -1) &&
-          !AllOnSide(blocker, s.points[0], source.normal, -1)) {
+    for (uint32_t i = super.first; i < super.first + super.count; ++i) {
+      const Group& group = groups_[i];
+      if (Overlap(shaft.low, shaft.high, group.box.low, group.box.high) &&
+          !IsClearOf(group, shaft)) {
         return false;
       }
     }
@@ -129,7 +157,8 @@ bool ShaftBlockers::IsEmptyBetween(const PatchGeometry& receiver,
 }
 
 uint64_t ShaftBlockers::SizeBytes() const {
-  return groups_.size() * sizeof(Group) + boxes_.size() * sizeof(Box) +
+  return (groups_.size() + supergroups_.size()) * sizeof(Group) +
+         boxes_.size() * sizeof(Box) +
          (points_.size() + normals_.size()) * sizeof(Vec3f);
 }
 

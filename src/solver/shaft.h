@@ -38,7 +38,12 @@ class ShaftBlockers {
     uint32_t count = 0;
   };
 
+  // Groups of blockers, and groups of groups.
   std::vector<Group> groups_;
+  std::vector<Group> supergroups_;
+  struct Shaft;  // a query
+  [[nodiscard]] bool IsClearOf(const Group& group, const Shaft& shaft) const;
+
   std::vector<Box> boxes_;     // of the blockers, group after group
   std::vector<Vec3f> points_;  // four corners each (a triangle repeats one)
   std::vector<Vec3f> normals_;
