@@ -3,6 +3,15 @@
 #include "base/check.h"
 
 namespace enfilade {
+namespace {
+
+void CheckCorners(const LeafElement& leaf) {
+  ENFILADE_CHECK(leaf.corners.size() == 3 || leaf.corners.size() == 4,
+                 "{} corners",
+                 leaf.corners.size());
+}
+
+}  // namespace
 
 void ForEachElement(
     const ElementSource& source,
@@ -10,9 +19,7 @@ void ForEachElement(
     const std::function<void(CellId, const LeafElement&)>& visit) {
   for (size_t c = 0; c < source.cells; ++c) {
     source.for_each_leaf(CellId(c), [&](const LeafElement& leaf) {
-      ENFILADE_CHECK(leaf.corners.size() == 3 || leaf.corners.size() == 4,
-                     "{} corners",
-                     leaf.corners.size());
+      CheckCorners(leaf);
       visit(CellId(c), leaf);
     });
     if (progress) {
