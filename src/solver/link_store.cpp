@@ -1,5 +1,7 @@
 #include "solver/link_store.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <utility>
 
@@ -49,8 +51,23 @@ void LinkWriter::Flush() {
     return;
   }
   SortLinks(&pending_);
-  on_chunk_(pending_);
-  store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(pending_));
+  // A group of receivers may have brought far more than one chunk.
+  uint32_t near = 0;
+  for (size_t first = 0; first < pending_.links.size(); first += kChunkLinks) {
+    const size_t last = std::min(first + kChunkLinks, pending_.links.size());
+    LinkBlock chunk;
+    chunk.links.assign(
+        pending_.links.begin() + static_cast<std::ptrdiff_t>(first),
+        pending_.links.begin() + static_cast<std::ptrdiff_t>(last));
+    for (Link& link : chunk.links) {
+      if (link.kind == LinkKind::kNear) {
+        link.near_index = static_cast<uint32_t>(chunk.near.size());
+        chunk.near.push_back(pending_.near[near++]);
+      }
+    }
+    on_chunk_(chunk);
+    store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(chunk));
+  }
   pending_.links.clear();
   pending_.near.clear();
 }
