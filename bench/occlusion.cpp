@@ -133,7 +133,7 @@ double RawRate(RTCScene scene, const std::vector<SegmentPacket>& packets) {
     std::transform(packets.begin(), packets.end(), rays.begin(), RawRays);
     const auto start = std::chrono::steady_clock::now();
     for (RTCRay16& r : rays) {
-      RTCIntersectContext context;
+      RTCIntersectContext context{};
       rtcInitIntersectContext(&context);
       rtcOccluded16(valid.data(), scene, &context, &r);
       blocked += r.tfar[0] < 0 ? 1 : 0;

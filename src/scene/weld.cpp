@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace enfilade {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 // Grid cells are this many tolerances wide, so that few points are near the
 // border of theirs.
 constexpr double kCellTolerances = 64;
+constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
 }  // namespace
 
@@ -37,23 +39,20 @@ uint32_t Welder::Vertex(Point3 p) {
     return static_cast<int64_t>(std::floor(value * scale));
   };
   const double t = tolerance_;
-  std::optional<uint32_t> found;
+  uint32_t found = kNone;
   for (int64_t x = cell(p.x - t); x <= cell(p.x + t); ++x) {
     for (int64_t y = cell(p.y - t); y <= cell(p.y + t); ++y) {
       for (int64_t z = cell(p.z - t); z <= cell(p.z + t); ++z) {
-        const auto here = FirstNear(Key(x, y, z), p);
-        if (here && (!found || *here < *found)) {
-          found = here;
-        }
+        found = std::min(found, FirstNear(Key(x, y, z), p).value_or(kNone));
       }
     }
   }
-  if (!found) {
+  if (found == kNone) {
     found = static_cast<uint32_t>(vertices_.size());
     vertices_.push_back(p);
-    grid_.emplace(Key(cell(p.x), cell(p.y), cell(p.z)), *found);
+    grid_.emplace(Key(cell(p.x), cell(p.y), cell(p.z)), found);
   }
-  return *found;
+  return found;
 }
 
 }  // namespace enfilade
