@@ -2,6 +2,7 @@
 
 #include "scene/figure_cut.h"
 #include "scene/gbxml_model.h"
+#include "scene/gbxml_repair.h"
 #include "scene/space_shell.h"
 
 #include <algorithm>
@@ -16,8 +17,7 @@ namespace enfilade {
 namespace {
 
 constexpr double kShellToleranceMetres = 0.01;
-constexpr double kCutToleranceMetres = 5e-4;
-constexpr double kLeastThicknessMetres = 1e-3;  // thinner polygons have no area
+constexpr double kCutToleranceMetres = 1e-5;
 constexpr double kOffsetsMetres[] = {0.01, 0.05};
 
 // Reflectances by surface type, as of common finishes (floors 0.2, walls 0.5,
@@ -53,15 +53,6 @@ bool IsAir(std::string_view type) {
   return type == "Air";
 }
 
-double Thickness(std::span<const Point3> polygon) {
-  double longest = 0;
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    longest = std::max(longest,
-                       Length(polygon[(i + 1) % polygon.size()] - polygon[i]));
-  }
-  return longest > 0 ? 2 * Length(AreaVector(polygon)) / longest : 0;
-}
-
 Point3 MeanOf(const Polygon3& polygon) {
   Vec3 sum;
   for (const Point3 p : polygon) {
@@ -93,17 +84,20 @@ class GbxmlImport {
   GbxmlImport(GbxmlModel model,
               const GbxmlInput& input,
               MaterialTable& materials,
+              MemoryBudget& budget,
               SceneWriter& writer,
               SceneInfo& info)
       : model_(std::move(model)),
         file_(input.path.string()),
         strip_spaces_(input.strip_spaces),
         materials_(materials),
+        budget_(budget),
         writer_(writer),
         info_(info) {}
 
   void Run() {
-    DropThinSurfaces();
+    CountPolygons();
+    repair_ = RepairGbxmlModel(budget_, model_);
     BuildShells();
     Count();
     for (size_t i = 0; i < model_.surfaces.size(); ++i) {
@@ -114,19 +108,13 @@ class GbxmlImport {
   }
 
  private:
-  void DropThinSurfaces() {
+  void CountPolygons() {
     info_.gbxml.emplace();
     info_.gbxml->surfaces = static_cast<uint32_t>(model_.surfaces.size());
     info_.input_polygons = model_.surfaces.size();
-    for (GbxmlSurface& s : model_.surfaces) {
+    for (const GbxmlSurface& s : model_.surfaces) {
       info_.input_polygons += s.openings.size();
-      dropped_ += std::erase_if(s.openings, [](const GbxmlOpening& o) {
-        return Thickness(o.polygon) < kLeastThicknessMetres;
-      });
     }
-    dropped_ += std::erase_if(model_.surfaces, [](const GbxmlSurface& s) {
-      return Thickness(s.polygon) < kLeastThicknessMetres;
-    });
   }
 
   void BuildShells() {
@@ -359,7 +347,13 @@ class GbxmlImport {
         info_.notes.push_back(fmt::format("{} {}", count, text));
       }
     };
-    add(dropped_, "polygons without area were dropped");
+    if (repair_.cracks.moved > 0) {
+      info_.notes.push_back(fmt::format(
+          "{} vertices were moved by up to {:.1f} mm to where surfaces meet",
+          repair_.cracks.moved,
+          1e3 * repair_.cracks.greatest_move_m));
+    }
+    add(repair_.dropped, "polygons without area were dropped");
     add(turned_,
         "surfaces are wound against the rule that their normal points out of "
         "their first Space; their sides were found from the Spaces' shells");
@@ -374,6 +368,7 @@ class GbxmlImport {
   std::string file_;
   bool strip_spaces_;
   MaterialTable& materials_;
+  MemoryBudget& budget_;
   SceneWriter& writer_;
   SceneInfo& info_;
   std::vector<SpaceShell> shells_;  // indexed by SpaceId
@@ -382,7 +377,7 @@ class GbxmlImport {
   std::map<std::pair<std::string, bool>, size_t> input_by_type_;
   Face face_;
   ObjectId object_;
-  uint64_t dropped_ = 0;
+  GbxmlRepair repair_;
   uint64_t turned_ = 0;
   uint64_t unclear_ = 0;
 };
@@ -395,7 +390,7 @@ void ReadGbxml(const GbxmlInput& input,
                SceneWriter& writer,
                SceneInfo& info) {
   GbxmlModel model = ReadGbxmlModel(input.path, budget);
-  GbxmlImport(std::move(model), input, materials, writer, info).Run();
+  GbxmlImport(std::move(model), input, materials, budget, writer, info).Run();
   if (input.strip_spaces) {
     info.spaces.clear();
     info.openings.clear();

@@ -5,8 +5,9 @@
 namespace enfilade {
 namespace {
 
-// Thinner portals count as slivers.
-constexpr double kSliverMetres = 1e-3;
+// Thinner portals count as slivers: narrower than the cracks that the partition
+// closes, so that their normal is lost in rounding.
+constexpr double kSliverMetres = 2e-5;
 constexpr double kLeastEdgeMetres = 1e-7;
 
 // Edge rows mix directions and moments: in this unit both are of order one.

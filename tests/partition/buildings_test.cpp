@@ -101,6 +101,25 @@ TEST_P(GbxmlBuildings, EverySpaceIsACell) {
   }
 }
 
+// Whatever rounding did to the file: what is closed in it is closed.
+TEST_P(GbxmlBuildings, PortalsLieInTheOpeningsThatTheFileNames) {
+  constexpr double kNearM = 0.01;
+  const Building building = Import(GetParam(), budget_);
+  const Partition partition = BuildPartition(*building.store, {}, budget_);
+  for (const Portal& portal : partition.portals) {
+    const Point3 middle = VertexMean(portal.vertices);
+    const auto& openings = building.info.openings;
+    EXPECT_TRUE(std::any_of(openings.begin(),
+                            openings.end(),
+                            [&](const Opening& opening) {
+                              return testing::IsInPolygon(
+                                  opening.vertices, middle, kNearM);
+                            }))
+        << "cells " << portal.front.value << " and " << portal.back.value
+        << " at " << middle.x << " " << middle.y << " " << middle.z;
+  }
+}
+
 constexpr uint32_t kOutside = ~0U;
 using SpacePair = std::pair<uint32_t, uint32_t>;
 

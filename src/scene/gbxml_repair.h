@@ -1,0 +1,23 @@
+// Repairs a gbXML model's polygons: cracks between them, and those without
+// area.
+
+#pragma once
+
+#include "base/memory.h"
+#include "scene/crack_closer.h"
+#include "scene/gbxml_model.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+struct GbxmlRepair {
+  CrackSummary cracks;
+  uint64_t dropped = 0;  // polygons without area
+};
+
+// Makes surfaces that come within 3 mm of each other touch (crack_closer.h);
+// drops surfaces and openings thinner than a millimetre.
+GbxmlRepair RepairGbxmlModel(MemoryBudget& budget, GbxmlModel& model);
+
+}  // namespace enfilade

@@ -1,0 +1,124 @@
+#include "scene/plane_snap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace enfilade {
+namespace {
+
+// Polygons turned by more than this from a plane are not compared with it.
+constexpr double kNearlyParallel = 0.9;
+
+double GreatestDistance(const std::vector<Point3>& polygon,
+                        const ScenePlane& plane) {
+  double greatest = 0;
+  for (const Point3 p : polygon) {
+    greatest = std::max(greatest, std::abs(plane.Distance(p)));
+  }
+  return greatest;
+}
+
+// The plane of that normal in the middle of the polygon's vertices' range.
+ScenePlane MiddlePlane(const std::vector<Point3>& polygon, Vec3 normal) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Point3 p : polygon) {
+    const double at = Dot(normal, p - Point3{});
+    low = std::min(low, at);
+    high = std::max(high, at);
+  }
+  return {normal, 0.5 * (low + high)};
+}
+
+class PlaneSnapper {
+ public:
+  explicit PlaneSnapper(double tolerance) : tolerance_(tolerance) {}
+
+  uint32_t PlaneFor(const std::vector<Point3>& polygon) {
+    const Vec3 normal = Normalize(AreaVector(polygon));
+    if (const auto known = KnownPlane(polygon, normal); known != kNone) {
+      return known;
+    }
+    planes_.push_back(NewPlane(polygon, normal));
+    return static_cast<uint32_t>(planes_.size() - 1);
+  }
+
+  std::vector<ScenePlane> Take() { return std::move(planes_); }
+
+ private:
+  static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+
+  [[nodiscard]] uint32_t KnownPlane(const std::vector<Point3>& polygon,
+                                    Vec3 normal) const {
+    uint32_t best = kNone;
+    double least = tolerance_;
+    for (uint32_t i = 0; i < planes_.size(); ++i) {
+      const ScenePlane& plane = planes_[i];
+      if (std::abs(plane.Distance(polygon[0])) > tolerance_ ||
+          std::abs(Dot(plane.normal, normal)) < kNearlyParallel) {
+        continue;
+      }
+      const double distance = GreatestDistance(polygon, plane);
+      if (distance < least || (distance == least && best == kNone)) {
+        best = i;
+        least = distance;
+      }
+    }
+    return best;
+  }
+
+  ScenePlane NewPlane(const std::vector<Point3>& polygon, Vec3 normal) {
+    for (const Vec3 direction : directions_) {
+      if (std::abs(Dot(direction, normal)) < kNearlyParallel) {
+        continue;
+      }
+      const Vec3 turned = Dot(direction, normal) > 0 ? direction : -direction;
+      const ScenePlane plane = MiddlePlane(polygon, turned);
+      if (GreatestDistance(polygon, plane) <= 0.5 * tolerance_) {
+        return plane;
+      }
+    }
+    const Vec3 level = {normal.x, normal.y, 0};
+    if (Length(level) > kNearlyParallel) {
+      const ScenePlane upright = MiddlePlane(polygon, Normalize(level));
+      if (GreatestDistance(polygon, upright) <= 0.5 * tolerance_) {
+        directions_.push_back(upright.normal);
+        directions_.push_back({-upright.normal.y, upright.normal.x, 0});
+        return upright;
+      }
+    }
+    directions_.push_back(normal);
+    return MiddlePlane(polygon, normal);
+  }
+
+  double tolerance_;
+  std::vector<ScenePlane> planes_;
+  std::vector<Vec3> directions_{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
+};
+
+}  // namespace
+
+SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
+                         double tolerance) {
+  std::vector<double> area(polygons.size());
+  std::vector<uint32_t> order(polygons.size());
+  std::iota(order.begin(), order.end(), 0U);
+  for (const uint32_t i : order) {
+    area[i] = Length(AreaVector(polygons[i]));
+  }
+  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return area[a] > area[b];
+  });
+  PlaneSnapper snapper(tolerance);
+  SnappedPlanes snapped;
+  snapped.plane_of.resize(polygons.size());
+  for (const uint32_t i : order) {
+    snapped.plane_of[i] = snapper.PlaneFor(polygons[i]);
+  }
+  snapped.planes = snapper.Take();
+  return snapped;
+}
+
+}  // namespace enfilade
