@@ -116,9 +116,12 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   }
   geometry->shaft = std::make_unique<ShaftBlockers>(blockers);
   geometry->portals = PortalsOf(cell);
+  geometry->clusters = std::make_unique<ClusterTree>(
+      geometry->patches, WholePatches(geometry->patches.size()));
   const uint64_t bytes = geometry->patches.size() * sizeof(PatchGeometry) +
                          geometry->shaft->SizeBytes() +
-                         geometry->portals->SizeBytes();
+                         geometry->portals->SizeBytes() +
+                         geometry->clusters->SizeBytes();
   MakeRoom(bytes, "the geometry of a cell");
   Insert(key, geometry, bytes);
   return geometry;

@@ -11,6 +11,7 @@
 #include "partition/partition.h"
 #include "scene/scene_store.h"
 #include "solver/access_trace.h"
+#include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/geometry.h"
 #include "solver/push_pull.h"
@@ -30,6 +31,7 @@ struct CellGeometry {
   std::vector<PatchGeometry> patches;
   std::unique_ptr<ShaftBlockers> shaft;    // its blockers
   std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
+  std::unique_ptr<ClusterTree> clusters;   // of its patches
 };
 
 // Builds the surface table of a scene.

@@ -53,6 +53,14 @@ void CoefficientArray::Subtract(const CoefficientArray& other) {
   }
 }
 
+void CoefficientArray::Blend(float a, const CoefficientArray& other, float b) {
+  for (size_t p = 0; p < pages_.size(); ++p) {
+    for (size_t i = 0; i < pages_[p].size(); ++i) {
+      pages_[p][i] = a * other.pages_[p][i] + b * pages_[p][i];
+    }
+  }
+}
+
 float CoefficientArray::MaxAbs() const {
   float largest = 0;
   for (const auto& page : pages_) {

@@ -58,6 +58,9 @@ class CoefficientArray {
   void Add(const CoefficientArray& other);
   void Subtract(const CoefficientArray& other);
 
+  // this = a * other + b * this.
+  void Blend(float a, const CoefficientArray& other, float b);
+
   // The largest absolute value; 0 if there is none.
   [[nodiscard]] float MaxAbs() const;
   [[nodiscard]] bool IsFinite() const;

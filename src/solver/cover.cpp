@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -19,6 +21,11 @@ constexpr float kReach = 0.35F;  // m
 constexpr float kAreaPerPoint = 8e-4F;  // m2
 constexpr size_t kLeastPoints = 16;
 constexpr size_t kMostPoints = 2048;
+// A surface can only be covered below what stands on it or hangs before it, or
+// inside of it: within this distance of what is projected onto it.
+constexpr float kMargin = 0.05F;  // m
+// What is nearer to its plane than this does not stand before a surface.
+constexpr float kInPlane = 1e-4F;  // m
 
 struct Frame {
   Vec3f u, v, n;
@@ -37,6 +44,110 @@ Vec3f CosineDirection(const Frame& frame, Random* random) {
          frame.n * std::sqrt(1 - r2);
 }
 
+// A part of a patch, in its coordinates.
+struct Rect {
+  float low_a, high_a, low_b, high_b;
+
+  [[nodiscard]] bool Has(float a, float b) const {
+    return a >= low_a && a <= high_a && b >= low_b && b <= high_b;
+  }
+};
+
+struct Range {
+  float low = 1e30F;
+  float high = -1e30F;
+
+  void Add(float v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+};
+
+// Where on a patch others can cover it: their projections, widened.
+class Candidates {
+ public:
+  Candidates(const CoverSide& cell, size_t patch)
+      : cell_(&cell), self_(patch), patch_(&cell.patches[patch]) {
+    const Corners corners = CornersOf(*patch_, {});
+    for (const Vec3f p : corners.View()) {
+      reach_.Add(p + Vec3f{kReach, kReach, kReach});
+      reach_.Add(p - Vec3f{kReach, kReach, kReach});
+    }
+    if (!cell.clusters->Items().empty()) {
+      Visit(0);
+    }
+  }
+
+  [[nodiscard]] std::vector<Rect> Take() { return std::move(rects_); }
+
+ private:
+  void Visit(uint32_t node) {
+    const Cluster& cluster = cell_->clusters->Clusters()[node];
+    if (!Overlap(cluster.box, reach_) || IsClear(HeightsOf(cluster.box))) {
+      return;
+    }
+    if (cluster.child != 0) {
+      Visit(cluster.child);
+      Visit(cluster.child + 1);
+      return;
+    }
+    for (uint32_t i = cluster.first; i < cluster.first + cluster.count; ++i) {
+      const uint32_t other = cell_->clusters->Items()[i].patch;
+      if (other != self_) {
+        Project(cell_->patches[other]);
+      }
+    }
+  }
+
+  void Project(const PatchGeometry& other) {
+    const Corners corners = CornersOf(other, {});
+    const Vec3f cross = Cross(patch_->u, patch_->v);
+    const float square = Dot(cross, cross);
+    const float area = std::sqrt(square);
+    Range height;
+    Range a;
+    Range b;
+    for (const Vec3f p : corners.View()) {
+      const Vec3f d = p - patch_->origin;
+      height.Add(Dot(d, patch_->normal));
+      a.Add(Dot(Cross(d, patch_->v), cross) / square);
+      b.Add(Dot(Cross(patch_->u, d), cross) / square);
+    }
+    const float wide_a = kMargin * Length(patch_->v) / area;
+    const float wide_b = kMargin * Length(patch_->u) / area;
+    const Rect rect = {
+        a.low - wide_a, a.high + wide_a, b.low - wide_b, b.high + wide_b};
+    if (!IsClear(height) && rect.low_a < 1 && rect.high_a > 0 &&
+        rect.low_b < 1 && rect.high_b > 0) {
+      rects_.push_back(rect);
+    }
+  }
+
+  [[nodiscard]] Range HeightsOf(const Box& box) const {
+    const Vec3f n = patch_->normal;
+    const Vec3f middle = (box.low + box.high) * 0.5F - patch_->origin;
+    const Vec3f half = (box.high - box.low) * 0.5F;
+    const float spread = half.x * std::abs(n.x) + half.y * std::abs(n.y) +
+                         half.z * std::abs(n.z);
+    return {Dot(middle, n) - spread, Dot(middle, n) + spread};
+  }
+
+  static bool IsClear(Range height) {
+    return height.high <= kInPlane || height.low >= kReach;
+  }
+
+  static bool Overlap(const Box& a, const Box& b) {
+    return a.low.x <= b.high.x && a.high.x >= b.low.x && a.low.y <= b.high.y &&
+           a.high.y >= b.low.y && a.low.z <= b.high.z && a.high.z >= b.low.z;
+  }
+
+  const CoverSide* cell_;
+  size_t self_;
+  const PatchGeometry* patch_;
+  Box reach_;
+  std::vector<Rect> rects_;
+};
+
 // Looks for covers on one patch.
 class Search {
  public:
@@ -45,63 +156,96 @@ class Search {
          float reflected,
          uint64_t key,
          std::span<const CellBlockers* const> occluders,
-         std::vector<ElementPath>* split)
+         std::vector<ElementPath>* leaves)
       : options_(&options),
         patch_(&patch),
         frame_(FrameOf(patch)),
         reflected_(reflected),
         key_(key),
         occluders_(occluders),
-        split_(split) {}
+        leaves_(leaves) {}
 
-  void Visit(ElementPath path, ElementFrame frame) {
+  void Visit(ElementPath path,
+             ElementFrame frame,
+             const std::vector<Rect>& candidates) {
+    const std::vector<Rect> here = Within(frame, candidates);
     const float diameter = DiameterOf(*patch_, frame);
     const float area = AreaOf(*patch_, frame);
     // No cover at all can hide more than this.
     const float most = 0.5F * reflected_ * std::sqrt(area);
-    if (most <= static_cast<float>(options_->tau) ||
+    if (here.empty() || most <= static_cast<float>(options_->tau) ||
         diameter <= options_->least_diameter ||
         path >= (1U << (2 * kMaxLevel))) {
+      leaves_->push_back(path);
       return;
     }
-    const float share = CoveredShare(path, frame);
+    const float share = CoveredShare(path, frame, here);
     const float error = reflected_ * std::sqrt(share * (1 - share) * area);
     if (error <= static_cast<float>(options_->tau)) {
+      leaves_->push_back(path);
       return;
     }
-    split_->push_back(path);
     for (size_t c = 0; c < kChildren; ++c) {
-      Visit(ChildPath(path, c), ChildOf(frame, patch_->shape, c));
+      Visit(ChildPath(path, c), ChildOf(frame, patch_->shape, c), here);
     }
   }
 
   [[nodiscard]] uint64_t Rays() const { return rays_; }
 
  private:
-  [[nodiscard]] float CoveredShare(ElementPath path, ElementFrame frame) {
+  static std::vector<Rect> Within(ElementFrame frame,
+                                  const std::vector<Rect>& rects) {
+    const float end_a = frame.a + frame.scale;
+    const float end_b = frame.b + frame.scale;
+    std::vector<Rect> within;
+    std::copy_if(rects.begin(),
+                 rects.end(),
+                 std::back_inserter(within),
+                 [&](const Rect& r) {
+                   return r.high_a >= std::min(frame.a, end_a) &&
+                          r.low_a <= std::max(frame.a, end_a) &&
+                          r.high_b >= std::min(frame.b, end_b) &&
+                          r.low_b <= std::max(frame.b, end_b);
+                 });
+    return within;
+  }
+
+  [[nodiscard]] float CoveredShare(ElementPath path,
+                                   ElementFrame frame,
+                                   const std::vector<Rect>& candidates) {
     const float wanted = AreaOf(*patch_, frame) / kAreaPerPoint;
     const size_t points =
         std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
     Random random(MixKey(key_, path));
     size_t covered = 0;
     for (size_t first = 0; first < points; first += 16) {
-      covered +=
-          CoveredOf(frame, std::min<size_t>(16, points - first), &random);
+      covered += CoveredOf(
+          frame, std::min<size_t>(16, points - first), candidates, &random);
     }
     return static_cast<float>(covered) / static_cast<float>(points);
   }
 
   // How many of `count` <= 16 random points are covered.
-  size_t CoveredOf(ElementFrame frame, size_t count, Random* random) {
+  size_t CoveredOf(ElementFrame frame,
+                   size_t drawn,
+                   const std::vector<Rect>& candidates,
+                   Random* random) {
     std::array<Vec3f, 16> points;
-    for (size_t i = 0; i < count; ++i) {
+    size_t count = 0;
+    for (size_t i = 0; i < drawn; ++i) {
       auto s = static_cast<float>(random->Next());
       auto t = static_cast<float>(random->Next());
       if (patch_->shape == PatchShape::kTriangle && s + t > 1) {
         s = 1 - s;
         t = 1 - t;
       }
-      points[i] = PointOn(*patch_, frame, s, t);
+      const float a = frame.a + frame.scale * s;
+      const float b = frame.b + frame.scale * t;
+      if (std::any_of(candidates.begin(), candidates.end(), [&](const Rect& r) {
+            return r.Has(a, b);
+          })) {
+        points[count++] = PointOn(*patch_, frame, s, t);
+      }
     }
     for (int k = 0; k < kDirections && count > 0; ++k) {
       SegmentPacket packet{};
@@ -134,43 +278,39 @@ class Search {
   float reflected_;
   uint64_t key_;
   std::span<const CellBlockers* const> occluders_;
-  std::vector<ElementPath>* split_;
+  std::vector<ElementPath>* leaves_;
   uint64_t rays_ = 0;
 };
 
 }  // namespace
 
-CoverMap::CoverMap(const CoverOptions& options,
-                   CellId cell,
-                   std::span<const PatchGeometry> patches,
-                   std::span<const float> reflected,
-                   std::span<const CellBlockers* const> occluders)
-    : split_(patches.size()) {
+Covers FindCovers(const CoverOptions& options,
+                  const CoverSide& cell,
+                  std::span<const float> reflected) {
+  const auto& patches = cell.patches;
+  const CellBlockers* const occluders[] = {cell.occluders};
   std::vector<uint64_t> rays(patches.size());
+  std::vector<std::vector<ElementPath>> leaves(patches.size());
   ParallelFor(patches.size(), [&](size_t i) {
     if (patches[i].reflects) {
       Search search(options,
                     patches[i],
                     reflected[i],
-                    MixKey(MixKey(options.seed, cell.value), i),
+                    MixKey(MixKey(options.seed, cell.id.value), i),
                     occluders,
-                    &split_[i]);
-      search.Visit(kRootPath, {});
+                    &leaves[i]);
+      search.Visit(kRootPath, {}, Candidates(cell, i).Take());
       rays[i] = search.Rays();
-      std::sort(split_[i].begin(), split_[i].end());
     }
   });
-  for (const uint64_t r : rays) {
-    rays_ += r;
+  Covers covers;
+  for (size_t i = 0; i < patches.size(); ++i) {
+    covers.rays += rays[i];
+    for (const ElementPath path : leaves[i]) {
+      covers.receivers.push_back({static_cast<uint32_t>(i), path});
+    }
   }
-}
-
-uint64_t CoverMap::SizeBytes() const {
-  uint64_t bytes = split_.size() * sizeof(std::vector<ElementPath>);
-  for (const auto& paths : split_) {
-    bytes += paths.capacity() * sizeof(ElementPath);
-  }
-  return bytes;
+  return covers;
 }
 
 }  // namespace enfilade

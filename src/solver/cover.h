@@ -6,11 +6,10 @@
 
 #pragma once
 
-#include "solver/element_tree.h"
+#include "solver/cluster_tree.h"
 #include "solver/geometry.h"
 #include "visibility/occlusion.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,32 +22,24 @@ struct CoverOptions {
   float least_diameter = 0.005F;  // m
 };
 
-// The elements of a cell that must be split because they are partly covered.
-class CoverMap {
- public:
-  // `reflected`: rho H of every patch, mean, W/m2. `occluders`: of the cell.
-  CoverMap(const CoverOptions& options,
-           CellId cell,
-           std::span<const PatchGeometry> patches,
-           std::span<const float> reflected,
-           std::span<const CellBlockers* const> occluders);
-
-  [[nodiscard]] bool MustSplit(uint32_t patch, ElementPath path) const {
-    return std::binary_search(split_[patch].begin(), split_[patch].end(), path);
-  }
-
-  // How many elements of a patch must be split.
-  [[nodiscard]] size_t SplitCount(size_t patch) const {
-    return split_[patch].size();
-  }
-
-  [[nodiscard]] uint64_t SizeBytes() const;
-
-  [[nodiscard]] uint64_t Rays() const { return rays_; }
-
- private:
-  std::vector<std::vector<ElementPath>> split_;  // per patch, ascending
-  uint64_t rays_ = 0;
+// The elements of a cell at which refinement begins: its reflecting patches,
+// those that are partly covered split until the edges of the covers are found.
+struct Covers {
+  std::vector<ClusterItem> receivers;
+  uint64_t rays = 0;
 };
+
+// A cell as the search for covers sees it.
+struct CoverSide {
+  CellId id;
+  std::span<const PatchGeometry> patches;
+  const ClusterTree* clusters = nullptr;  // of all patches
+  const CellBlockers* occluders = nullptr;
+};
+
+// `reflected`: rho H of every patch, mean, W/m2.
+Covers FindCovers(const CoverOptions& options,
+                  const CoverSide& cell,
+                  std::span<const float> reflected);
 
 }  // namespace enfilade

@@ -43,6 +43,14 @@ double MeanSquare(const ShapeBasis& basis,
 
 }  // namespace
 
+ElementFrame FrameOfPath(PatchShape shape, ElementPath path) {
+  ElementFrame frame;
+  for (size_t level = LevelOf(path); level-- > 0;) {
+    frame = ChildOf(frame, shape, path >> (2 * level) & 3);
+  }
+  return frame;
+}
+
 void PushTo(const ShapeBasis& basis,
             const TreeShape& shape,
             size_t child,
@@ -94,6 +102,7 @@ void CellTree::GrowCoefficients() {
   gathered_.GrowTo(elements_.size());
   sent_.GrowTo(elements_.size());
   delta_.GrowTo(elements_.size());
+  gain_.GrowTo(elements_.size());
   detail_.resize(elements_.size());
 }
 
@@ -187,7 +196,8 @@ void CellTree::Save(BlockStorage& store, CellId cell) const {
   store.Put(StructureKey(cell), structure.View());
   for (size_t page = 0; page < gathered_.PageCount(); ++page) {
     ByteWriter out;
-    for (const CoefficientArray* array : {&gathered_, &sent_, &delta_}) {
+    for (const CoefficientArray* array :
+         {&gathered_, &sent_, &delta_, &gain_}) {
       PutShuffled(array->Page(page), &out);
     }
     store.Put(PageKey(cell, page), out.View());
@@ -223,7 +233,7 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
     const Bytes bytes = store.GetOrThrow(PageKey(cell, page));
     ByteReader values(bytes);
     for (CoefficientArray* array :
-         {&tree.gathered_, &tree.sent_, &tree.delta_}) {
+         {&tree.gathered_, &tree.sent_, &tree.delta_, &tree.gain_}) {
       GetShuffled(&values, array->Page(page));
     }
   }
@@ -245,7 +255,7 @@ uint64_t CellTree::Digest() const {
 
 uint64_t CellTree::SizeBytes() const {
   return elements_.capacity() * sizeof(Element) + gathered_.SizeBytes() +
-         sent_.SizeBytes() + delta_.SizeBytes() +
+         sent_.SizeBytes() + delta_.SizeBytes() + gain_.SizeBytes() +
          detail_.capacity() * sizeof(float) + patch_shapes_.capacity();
 }
 
@@ -259,7 +269,8 @@ bool CellTree::IsValid() const {
       return false;
     }
   }
-  return gathered_.IsFinite() && sent_.IsFinite() && delta_.IsFinite();
+  return gathered_.IsFinite() && sent_.IsFinite() && delta_.IsFinite() &&
+         gain_.IsFinite();
 }
 
 }  // namespace enfilade

@@ -7,6 +7,13 @@
 //   dB     delta     the last change of `sent`, which links of other cells may
 //                    still have to be told of
 //
+// and per element
+//
+//          gain      the sum of the coefficients of its links: the irradiance
+//                    that they would bring if all sources sent 1 W/m2. That of
+//                    a point is the sum over its ancestors, and by geometry at
+//                    most 1; push-pull holds sampled links to it.
+//
 // Elements are numbered in the order of their creation: the roots are the
 // patches, children follow their parent, four in a row. So a loop upwards is a
 // push and a loop downwards a pull.
@@ -43,6 +50,9 @@ inline constexpr size_t kMaxLevel = 15;
 inline ElementPath ChildPath(ElementPath path, size_t child) {
   return path << 2 | static_cast<ElementPath>(child);
 }
+
+// Where the element at the end of a path lies on its patch.
+ElementFrame FrameOfPath(PatchShape shape, ElementPath path);
 
 // What all trees of a solve share.
 struct TreeShape {
@@ -100,6 +110,10 @@ class CellTree {
 
   CoefficientArray& Delta() { return delta_; }
 
+  CoefficientArray& Gain() { return gain_; }
+
+  [[nodiscard]] const CoefficientArray& Gain() const { return gain_; }
+
   [[nodiscard]] const CoefficientArray& Gathered() const { return gathered_; }
 
   [[nodiscard]] const CoefficientArray& Sent() const { return sent_; }
@@ -124,7 +138,8 @@ class CellTree {
       : shape_(shape),
         gathered_(shape.Stride()),
         sent_(shape.Stride()),
-        delta_(shape.Stride()) {}
+        delta_(shape.Stride()),
+        gain_(1) {}
 
   void GrowCoefficients();
   void AppendChildren(uint32_t parent, PatchShape patch_shape);
@@ -137,6 +152,7 @@ class CellTree {
   CoefficientArray gathered_;
   CoefficientArray sent_;
   CoefficientArray delta_;
+  CoefficientArray gain_;
   std::vector<float> detail_;
 };
 

@@ -3,6 +3,7 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "solver/cover.h"
 #include "solver/gather.h"
 #include "solver/stopwatch.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 // The first round aims at this error, with about this many links per patch.
 constexpr double kFirstError = 0.4;
-constexpr double kFirstLinksPerPatch = 30;
+constexpr double kFirstLinksPerPatch = 3;
 // tau_weak over tau: docs/decisions/0011-oracle.md.
 constexpr double kWeakShare = 0.5;
 // Estimated over predicted error, and the power of the number of links by which
@@ -31,33 +32,20 @@ constexpr double kResidualShare = 0.01;
 constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostRounds = 16;
 constexpr uint32_t kMostSweeps = 60;
-constexpr int kMostIterations = 200;
-// Refinement: one item is a receiver patch and this many source patches, a
-// group is refined in parallel and applied in order.
-constexpr size_t kItemSources = 32;
-constexpr size_t kGroupItems = 256;
-// Covered receivers make more links, so fewer of them form a group.
-constexpr size_t kGroupWork = 2048;
+// Steps of the iteration within a cell between commits, and their most.
+constexpr int kCycleSteps = 8;
+constexpr int kMostCycles = 40;
+// Items of refinement that are worked on in parallel and applied in order: as
+// many as make some of these numbers of links, so that neither memory nor
+// threads waiting for the last one matter. By the links of the group before, so
+// that groups are cut alike in every run.
+constexpr uint32_t kMostGroupItems = 512;
+constexpr size_t kFewGroupLinks = 8000;
+constexpr size_t kManyGroupLinks = 24000;
 
 // Links on their way from refinement to the store: a pending chunk, the results
 // of a group, an encoded chunk.
-constexpr uint64_t kWorkspaceBytes = 6ULL << 20;
-
-// How many items from `first` on form a group. Depends on the scene's state
-// only, so that chunks are cut alike in every run.
-size_t GroupSize(const CoverMap& cover,
-                 size_t first,
-                 size_t items,
-                 size_t ranges) {
-  size_t work = 0;
-  size_t count = 0;
-  while (first + count < items && count < kGroupItems &&
-         (count < 2 || work < kGroupWork)) {
-    work += 8 + cover.SplitCount((first + count) / ranges);
-    ++count;
-  }
-  return count;
-}
+constexpr uint64_t kWorkspaceBytes = 8ULL << 20;
 
 double PowerOf(const Rgb& exitance) {
   return (exitance[0] + exitance[1] + exitance[2]) / 3;
@@ -209,13 +197,16 @@ void Engine::FinishRound() {
     return;
   }
   ++state_.round;
-  StartRound(state_.relit ? state_.tau : NextTau(record.estimated_error));
+  StartRound(NextTau(record.estimated_error));
 }
 
 double Engine::NextTau(double estimated) const {
   // The error falls a little slower than the root of tau.
   const double wanted = 0.92 * state_.error / std::max(estimated, 1e-30);
-  return state_.tau * std::clamp(std::pow(wanted, 2.2), 1.0 / 12, 0.6);
+  // Where cells were lit only after their links were made, the estimate is not
+  // worth a long step.
+  const double least = state_.relit ? 1.0 / 4 : 1.0 / 12;
+  return state_.tau * std::clamp(std::pow(wanted, 2.2), least, 0.6);
 }
 
 double Engine::Relative(double squared) const {
@@ -254,7 +245,7 @@ bool Engine::IsLit(CellId cell) const {
          kDarkShare * state_.mean_reflected;
 }
 
-void Engine::FindCovers(Receiver* receiver) {
+void Engine::FindReceivers(Receiver* receiver) {
   const Receiver& r = *receiver;
   const Stopwatch watch(&state_.times.refine_seconds);
   const auto& patches = r.geometry->patches;
@@ -267,11 +258,15 @@ void Engine::FindCovers(Receiver* receiver) {
   options.tau = kCoverShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
   const auto occluder = pager_.Occluder(r.id);
-  const CellBlockers* const occluders[] = {occluder.get()};
-  receiver->cover =
-      std::make_unique<CoverMap>(options, r.id, patches, reflected, occluders);
-  state_.rays += r.cover->Rays();
-  receiver->cover_charge = pager_.Reserve(r.cover->SizeBytes(), "the covers");
+  Covers covers =
+      FindCovers(options,
+                 {r.id, patches, r.geometry->clusters.get(), occluder.get()},
+                 reflected);
+  state_.rays += covers.rays;
+  receiver->receivers_charge = pager_.Reserve(
+      ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
+  receiver->receivers =
+      std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
 }
 
 void Engine::RefineCell(CellId cell) {
@@ -281,17 +276,18 @@ void Engine::RefineCell(CellId cell) {
     row.links = 0;
     row.squared_error = 0;
     r.tree->Gathered().SetZero();
+    r.tree->Gain().SetZero();
     r.tree->Delta().SetZero();
     pager_.MarkDirty(cell);
   }
-  FindCovers(&r);
+  FindReceivers(&r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
-    state_.cursor = {state_.cursor.source + 1, 0, 0};
+    state_.cursor = {state_.cursor.source + 1, 0, 0, state_.cursor.group};
     CheckPoint();
   }
-  r.cover.reset();
-  r.cover_charge.Reset();
+  r.receivers.reset();
+  r.receivers_charge.Reset();
   Equilibrate(r);
   Finish(r);
   row.changed =
@@ -355,29 +351,51 @@ CoefficientArray Engine::TimedPushPull(const Receiver& r) {
   return PushPull(*r.tree, r.geometry->patches, surfaces_);
 }
 
-// Iterates the light within a cell until what is unsent is small.
+// Iterates the light within a cell until what is unsent is small. Commits come
+// between cycles, whose state is in the store: the bits are the same after one.
 void Engine::Equilibrate(const Receiver& r) {
-  const double tolerance = ToleratedResidual(state_.cells[r.id.Index()]);
-  const MemoryCharge work = pager_.Reserve(r.tree->Sent().SizeBytes(),
+  CellRow& row = state_.cells[r.id.Index()];
+  const double tolerance = ToleratedResidual(row);
+  const MemoryCharge work = pager_.Reserve(2 * r.tree->Sent().SizeBytes(),
                                            "the working arrays of a cell");
   LinkCache own(*store_, *budget_, {r.id, r.id}, pager_.Trace());
-  const GatherSide side{r.geometry->patches, r.tree.get()};
-  for (int i = 0; i < kMostIterations; ++i) {
-    CoefficientArray change = TimedPushPull(r);
-    change.Subtract(r.tree->Sent());
-    const LeafSums sums = SumOverLeaves(*r.tree, r.geometry->patches, change);
-    if (sums.absolute <= tolerance) {
+  for (int cycle = 0; cycle < kMostCycles; ++cycle) {
+    SemiIteration iteration(row.radius);
+    if (RunCycle(r, tolerance, &own, &iteration)) {
       return;
     }
-    const Stopwatch watch(&state_.times.gather_seconds);
-    own.ForEach(r.tree->Size(), r.tree->Size(), [&](const LinkBlock& block) {
-      Gather(block, side, side, change, r.tree->Gathered());
-    });
-    r.tree->Sent().Add(change);
-    r.tree->Delta().Add(change);
-    pager_.MarkDirty(r.id);
+    row.radius = iteration.LearntRadius();
     CheckPoint();
   }
+}
+
+// Some steps of the semi-iteration; true when little enough is unsent.
+bool Engine::RunCycle(const Receiver& r,
+                      double tolerance,
+                      LinkCache* own,
+                      SemiIteration* iteration) {
+  const GatherSide side{r.geometry->patches, r.tree.get()};
+  CoefficientArray step(shape_.Stride());
+  step.GrowTo(r.tree->Size());
+  for (int i = 0; i < kCycleSteps; ++i) {
+    CoefficientArray unsent = TimedPushPull(r);
+    unsent.Subtract(r.tree->Sent());
+    const double norm =
+        SumOverLeaves(*r.tree, r.geometry->patches, unsent).absolute;
+    if (norm <= tolerance) {
+      return true;
+    }
+    const auto weight = static_cast<float>(iteration->NextWeight(norm));
+    step.Blend(weight, unsent, weight - 1);
+    const Stopwatch watch(&state_.times.gather_seconds);
+    own->ForEach(r.tree->Size(), r.tree->Size(), [&](const LinkBlock& block) {
+      Gather(block, side, side, step, r.tree->Gathered());
+    });
+    r.tree->Sent().Add(step);
+    r.tree->Delta().Add(step);
+    pager_.MarkDirty(r.id);
+  }
+  return false;
 }
 
 // ------------------------------------------------------------ one cell pair
@@ -412,10 +430,11 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   options.tau = state_.tau;
   options.tau_weak = kWeakShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
-  const RefineSide receiver_side{r.id, r.geometry->patches, r.tree.get()};
-  const RefineSide source_side{source.source, geometry->patches, tree.get()};
   const Refiner refiner(
-      options, receiver_side, source_side, blockers, r.cover.get());
+      options,
+      {r.id, r.geometry->patches, r.tree.get(), r.receivers.get()},
+      {source.source, geometry->patches, tree.get(), geometry->clusters.get()},
+      blockers);
   CellRow& row = state_.cells[r.id.Index()];
   LinkWriter writer(*store_,
                     {r.id, source.source},
@@ -429,38 +448,23 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                              r.tree->Gathered());
                       row.links += block.links.size();
                     });
-  const size_t ranges =
-      (geometry->patches.size() + kItemSources - 1) / kItemSources;
-  const size_t items = r.geometry->patches.size() * ranges;
   std::vector<RawLinks> results;
-  while (state_.cursor.item < items) {
-    const size_t first = state_.cursor.item;
-    const size_t count = GroupSize(*r.cover, first, items, ranges);
-    {
-      const Stopwatch watch(&state_.times.refine_seconds);
-      results.assign(count, {});
-      ParallelFor(count, [&](size_t i) {
-        const size_t item = first + i;
-        const size_t begin = item % ranges * kItemSources;
-        refiner.Refine(PatchId(item / ranges),
-                       begin,
-                       std::min(begin + kItemSources, geometry->patches.size()),
-                       &results[i]);
-      });
-      for (const RawLinks& result : results) {
-        row.squared_error += result.squared_error;
-        state_.rays += result.rays;
-        ApplyLinks(result,
-                   r.geometry->patches,
-                   *r.tree,
-                   geometry->patches,
-                   *tree,
-                   &writer.Pending());
-      }
+  while (state_.cursor.item < refiner.ItemCount()) {
+    const size_t links = RefineGroup(refiner, &results);
+    for (const RawLinks& result : results) {
+      row.squared_error += result.squared_error;
+      state_.rays += result.rays;
+      ApplyLinks(result,
+                 r.geometry->patches,
+                 *r.tree,
+                 geometry->patches,
+                 *tree,
+                 &writer.Pending());
     }
-    pager_.MarkDirty(r.id);
-    pager_.MarkDirty(source.source);
-    state_.cursor.item += count;
+    if (links > 0) {
+      pager_.MarkDirty(r.id);
+      pager_.MarkDirty(source.source);
+    }
     if (writer.Full()) {
       writer.Flush();
       state_.cursor.chunk = writer.Chunks();
@@ -468,6 +472,31 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     }
   }
   writer.Flush();
+}
+
+// Refines the items at the cursor and moves it; returns the number of links.
+size_t Engine::RefineGroup(const Refiner& refiner,
+                           std::vector<RawLinks>* results) {
+  const Stopwatch watch(&state_.times.refine_seconds);
+  PairCursor& cursor = state_.cursor;
+  const size_t count =
+      std::min<size_t>(cursor.group, refiner.ItemCount() - cursor.item);
+  results->resize(count);
+  ParallelFor(count, [&](size_t i) {
+    (*results)[i].Clear();
+    refiner.Refine(cursor.item + i, &(*results)[i]);
+  });
+  cursor.item += count;
+  size_t links = 0;
+  for (const RawLinks& result : *results) {
+    links += result.links.size();
+  }
+  if (links < kFewGroupLinks) {
+    cursor.group = std::min(2 * cursor.group, kMostGroupItems);
+  } else if (links > kManyGroupLinks) {
+    cursor.group = std::max(cursor.group / 2, 1U);
+  }
+  return links;
 }
 
 void Engine::GatherPair(const Receiver& r, CellId source) {

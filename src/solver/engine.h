@@ -20,6 +20,7 @@
 #include "solver/cell_pager.h"
 #include "solver/link_store.h"
 #include "solver/refiner.h"
+#include "solver/semi_iteration.h"
 #include "solver/solve.h"
 #include "solver/solve_state.h"
 #include "visibility/visible_set.h"
@@ -47,8 +48,9 @@ class Engine {
     std::vector<VisibleCell> sources;  // itself last
     std::shared_ptr<const CellGeometry> geometry;
     std::shared_ptr<CellTree> tree;
-    std::unique_ptr<CoverMap> cover;  // while it is refined
-    MemoryCharge cover_charge;
+    // While it is refined: the elements at which refinement begins.
+    std::unique_ptr<ClusterTree> receivers;
+    MemoryCharge receivers_charge;
   };
 
   void Start();
@@ -61,10 +63,15 @@ class Engine {
   [[nodiscard]] double NextTau(double estimated) const;
 
   Receiver Load(CellId cell);
-  void FindCovers(Receiver* r);
+  void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
+  size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);
   void GatherPair(const Receiver& r, CellId source);
   void Equilibrate(const Receiver& r);
+  bool RunCycle(const Receiver& r,
+                double tolerance,
+                LinkCache* own,
+                SemiIteration* iteration);
   CoefficientArray TimedPushPull(const Receiver& r);
   void Finish(const Receiver& r);
 

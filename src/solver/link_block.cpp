@@ -31,15 +31,6 @@ uint16_t EncodeCoefficient(float value) {
   return static_cast<uint16_t>(std::clamp<int64_t>(code, 0, 0xFFFF));
 }
 
-float DecodeCoefficient(uint16_t code) {
-  if (code == 0) {
-    return 0;
-  }
-  return std::bit_cast<float>(
-      (code + (uint32_t{kExponentBias} << (23 - kDroppedBits)))
-      << kDroppedBits);
-}
-
 void SortLinks(LinkBlock* block) {
   std::sort(block->links.begin(),
             block->links.end(),

@@ -18,6 +18,7 @@
 #include "solver/form_factor.h"
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,7 +32,12 @@ using NearCoefficients = std::array<uint16_t, kTransferNodes * kTransferNodes>;
 // Six bits of exponent, ten of fraction: [2^-47, 2^17), relative error at most
 // 2^-11; smaller values become zero, larger ones the largest.
 uint16_t EncodeCoefficient(float value);
-float DecodeCoefficient(uint16_t code);
+
+inline float DecodeCoefficient(uint16_t code) {
+  constexpr uint32_t kBias = (127 - 47) << 10;
+  const uint32_t bits = (code + kBias) << 13;
+  return std::bit_cast<float>(code == 0 ? 0U : bits);
+}
 
 // A link of a cell pair; element ids are local to the two cells.
 struct Link {

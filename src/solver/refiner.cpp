@@ -1,20 +1,16 @@
 #include "solver/refiner.h"
 
 #include "base/random.h"
+#include "solver/transfer_sample.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace enfilade {
 namespace {
 
-// The oracle's constants: docs/decisions/0011-oracle.md has the measurements.
-// A source nearer than this many of its diameters gets exact form factors.
-constexpr float kNearDiameters = 2.0F;
-// RMS over the element per RMS over the test points, of a residual quadratic
-// in the receiver's coordinates (second order) or linear (constant basis).
-constexpr float kBilinearResidual = 0.6F;
-constexpr float kConstantResidual = 0.9F;
+// Constants of the oracle: docs/decisions/0011-oracle.md.
 // What sixteen rays leave unknown, as a share of the unoccluded transfer: per
 // root of p (1 - p) where some are blocked, and where none or all are.
 constexpr float kMixedVisibility = 0.5F;
@@ -22,231 +18,65 @@ constexpr float kUnprovenClear = 0.03F;
 constexpr float kUnprovenBlocked = 0.04F;
 // Of a part of what was blocked already, that much less.
 constexpr float kBlockedDecay = 0.25F;
-// Of the variance of sixteen samples, the part that is blamed on the larger
-// end rather than on the end with which they vary.
-constexpr float kVarianceNoise = 0.15F;
+// The first four rays decide alone where they agree and what they leave unknown
+// is at most this share of tau.
+constexpr float kUnprovenByFour = 0.15F;
+constexpr float kDecidedByFour = 0.25F;
 // A sampled transfer is kept at least with this multiple of its form factor,
-// so that no coefficient exceeds its inverse: with larger ones the operator
-// would not contract where it is dark now, and light arriving later would grow.
-constexpr float kWeakGain = 4;
+// so that no coefficient exceeds its inverse: what is dark now may be lit
+// later.
+constexpr float kWeakGain = 1;
 // Black surfaces receive too, for probes, but need less care.
 constexpr float kLeastWeightReflectance = 0.1F;
 
-// A random point in the part of an element that node g stands for: a quarter
-// of a parallelogram, the third of a triangle nearest to a corner.
-Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
-  float s = static_cast<float>(random->Next());
-  float t = static_cast<float>(random->Next());
-  if (end.node_count == 4) {
-    s = 0.5F * (s + static_cast<float>(g & 1));
-    t = 0.5F * (t + static_cast<float>(g >> 1));
-    return PointOn(*end.patch, end.frame, s, t);
+// One item of work: this many receivers and sources.
+constexpr size_t kItemReceivers = 16;
+constexpr size_t kItemSources = 64;
+// Pairs of clusters are sampled where each pair of their items is kept with at
+// most this probability, and these many are to be expected.
+constexpr float kMostProbable = 0.5F;
+constexpr float kFewLinks = 2;
+
+// The error that the rays of a link leave, per unoccluded transfer.
+float UnknownShare(float visible, bool proven, bool few, int blocked) {
+  if (proven) {
+    return 0;
   }
-  if (s + t > 1) {
-    s = 1 - s;
-    t = 1 - t;
+  if (visible <= 0) {
+    return (few ? kUnprovenByFour : kUnprovenBlocked) *
+           std::pow(kBlockedDecay, static_cast<float>(blocked));
   }
-  // Nodes 0, 1, 2 lie near the corners of weight (1 - s - t), s, t.
-  std::array<float, 3> corner = {1 - s - t, s, t};
-  const size_t largest = static_cast<size_t>(
-      std::max_element(corner.begin(), corner.end()) - corner.begin());
-  std::swap(corner[largest], corner[g]);
-  return PointOn(*end.patch, end.frame, corner[1], corner[2]);
+  return kMixedVisibility * std::sqrt(visible * (1 - visible)) +
+         (few ? kUnprovenByFour : kUnprovenClear);
 }
 
-Vec3f RandomPoint(const TransferEnd& end, Random* random) {
-  return PointNearNode(
-      end, random->NextBelow(static_cast<uint32_t>(end.node_count)), random);
-}
-
-void AddSegment(Vec3f from, Vec3f to, SegmentPacket* packet) {
-  const uint32_t i = packet->count++;
-  packet->from_x[i] = from.x;
-  packet->from_y[i] = from.y;
-  packet->from_z[i] = from.z;
-  packet->to_x[i] = to.x;
-  packet->to_y[i] = to.y;
-  packet->to_z[i] = to.z;
-}
-
-// The unoccluded kernel between two points of the ends, without the source's
-// area.
-float PointKernel(Vec3f x,
-                  Vec3f y,
-                  const TransferEnd& r,
-                  const TransferEnd& s) {
-  const Vec3f d = y - x;
-  const float r2 = Dot(d, d) + 1e-12F;
-  return std::max(0.0F, Dot(d, r.patch->normal)) *
-         std::max(0.0F, -Dot(d, s.patch->normal)) /
-         (static_cast<float>(kPi) * r2 * r2);
-}
-
-struct PointPair {
-  Vec3f x;
-  Vec3f y;
-};
-
-// A pair of random points near node g of the receiver and node q of the
-// source, drawn by the kernel between them: one of a few candidates. The near
-// parts of close elements weigh more and are less occluded; uniform samples
-// would make such transfers too dark.
-PointPair PairByKernel(const TransferEnd& r,
-                       size_t g,
-                       const TransferEnd& s,
-                       size_t q,
-                       Random* random) {
-  constexpr size_t kCandidates = 6;
-  std::array<PointPair, kCandidates> candidates;
-  std::array<float, kCandidates> sums{};
-  float sum = 0;
-  for (size_t i = 0; i < kCandidates; ++i) {
-    candidates[i] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
-    sum += PointKernel(candidates[i].x, candidates[i].y, r, s) + 1e-20F;
-    sums[i] = sum;
-  }
-  const float pick = sum * static_cast<float>(random->Next());
-  size_t i = 0;
-  while (i + 1 < kCandidates && sums[i] < pick) {
-    ++i;
-  }
-  return candidates[i];
-}
-
-// The kernel varies much over the two elements.
-bool AreClose(const TransferEnd& r, const TransferEnd& s) {
-  return Length(s.center - r.center) < 2.0F * std::max(r.diameter, s.diameter);
-}
-
-// The point of an element that is nearest to p, a little off the rim.
-UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
-  const PatchGeometry& patch = *end.patch;
-  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
-  const Vec3f u = patch.u * end.frame.scale;
-  const Vec3f v = patch.v * end.frame.scale;
-  const float uu = Dot(u, u);
-  const float uv = Dot(u, v);
-  const float vv = Dot(v, v);
-  const float determinant = std::max(uu * vv - uv * uv, 1e-20F);
-  const float du = Dot(d, u);
-  const float dv = Dot(d, v);
-  constexpr float kRim = 0.03F;
-  float s = std::clamp((vv * du - uv * dv) / determinant, kRim, 1 - kRim);
-  float t = std::clamp((uu * dv - uv * du) / determinant, kRim, 1 - kRim);
-  if (patch.shape == PatchShape::kTriangle && s + t > 1 - kRim) {
-    const float scale = (1 - kRim) / (s + t);
-    s *= scale;
-    t *= scale;
-  }
-  return {static_cast<double>(s), static_cast<double>(t)};
-}
-
-// All of `end` lies behind (or in) the plane of the patch.
-bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
-  const float tolerance = 1e-5F * (1 + patch.diameter);
-  const Corners corners = CornersOf(*end.patch, end.frame);
-  return std::all_of(
-      corners.View().begin(), corners.View().end(), [&](Vec3f p) {
-        return Dot(p - patch.origin, patch.normal) <= tolerance;
-      });
-}
-
-bool IsNear(const TransferEnd& r, const TransferEnd& s) {
-  return Length(s.center - r.center) - 0.5F * r.diameter <
-         kNearDiameters * s.diameter;
-}
-
-// An upper bound of the mean form factor, not far above it when the ends are
-// far apart.
-float FormFactorBound(const TransferEnd& r, const TransferEnd& s) {
-  const Vec3f d = s.center - r.center;
-  const float distance = Length(d);
-  const float reach = 0.5F * (r.diameter + s.diameter);
-  const float gap = distance - reach;
-  if (gap <= 0.25F * s.diameter) {
-    return 1;
-  }
-  const float cos_x =
-      std::clamp((Dot(d, r.patch->normal) + reach) / gap, 0.0F, 1.0F);
-  const float cos_y =
-      std::clamp((reach - Dot(d, s.patch->normal)) / gap, 0.0F, 1.0F);
-  return std::min(
-      1.0F, s.area * cos_x * cos_y / (static_cast<float>(kPi) * gap * gap));
-}
-
-// Where the receiver's basis is tested: off its nodes, a little off its rim.
-std::span<const UnitPoint> TestPoints(PatchShape shape) {
-  static constexpr std::array<UnitPoint, 5> kSquare = {
-      {{0.5, 0.5}, {0.04, 0.5}, {0.96, 0.5}, {0.5, 0.04}, {0.5, 0.96}}};
-  static constexpr std::array<UnitPoint, 4> kTriangle = {
-      {{1.0 / 3, 1.0 / 3}, {0.48, 0.04}, {0.04, 0.48}, {0.48, 0.48}}};
-  if (shape == PatchShape::kTriangle) {
-    return kTriangle;
-  }
-  return kSquare;
-}
-
-// Whose fault unknown visibility is: near 1 where it varies with the point of
-// the receiver, near 0 where it varies with the point of the source. Splitting
-// the wrong end would turn one error that is seen into many that are too small
-// to be seen but add up.
-float ReceiverShare(uint16_t bits, const TransferEnd& r, const TransferEnd& s) {
-  std::array<float, kTransferNodes> rows{};
-  std::array<float, kTransferNodes> columns{};
-  float mean = 0;
+// All pairs of nodes of two ends.
+uint16_t AllBits(const TransferEnd& r, const TransferEnd& s) {
+  uint16_t bits = 0;
   for (size_t g = 0; g < r.node_count; ++g) {
-    for (size_t q = 0; q < s.node_count; ++q) {
-      const size_t bit = g * kTransferNodes + q;
-      const float v = (bits >> bit & 1) != 0 ? 1.0F : 0.0F;
-      rows[g] += v * s.weight[q];
-      columns[q] += v * r.weight[g];
-      mean += v * s.weight[q] * r.weight[g];
-    }
+    bits |= static_cast<uint16_t>(((1U << s.node_count) - 1)
+                                  << (g * kTransferNodes));
   }
-  float by_row = 0;
-  for (size_t g = 0; g < r.node_count; ++g) {
-    by_row += r.weight[g] * (rows[g] - mean) * (rows[g] - mean);
-  }
-  float by_column = 0;
-  for (size_t q = 0; q < s.node_count; ++q) {
-    by_column += s.weight[q] * (columns[q] - mean) * (columns[q] - mean);
-  }
-  const float size = r.diameter / (r.diameter + s.diameter + 1e-9F);
-  const float noise = kVarianceNoise * mean * (1 - mean) + 1e-3F;
-  return (by_row + noise * size) / (by_row + by_column + noise);
+  return bits;
 }
 
-// The values of the second-order Lagrange functions at the test points.
-struct TestTable {
-  Basis basis{2};
-  std::array<std::array<std::array<float, kTransferNodes>, 5>, 2> values{};
-
-  TestTable() {
-    for (const PatchShape shape :
-         {PatchShape::kParallelogram, PatchShape::kTriangle}) {
-      const auto points = TestPoints(shape);
-      for (size_t i = 0; i < points.size(); ++i) {
-        const auto all = basis.On(shape).Evaluate(points[i]);
-        for (size_t g = 0; g < kTransferNodes; ++g) {
-          values[static_cast<size_t>(shape)][i][g] = static_cast<float>(all[g]);
-        }
-      }
-    }
-  }
-};
-
-const TestTable& Tests() {
-  static const TestTable table;
-  return table;
-}
-
-float WeightedSum(const float* row,
-                  const std::array<float, kTransferNodes>& radiosity) {
-  return (row[0] * radiosity[0] + row[1] * radiosity[1]) +
-         (row[2] * radiosity[2] + row[3] * radiosity[3]);
+float LongestExtent(const Cluster& c) {
+  const Vec3f e = c.box.Extent();
+  return std::max({e.x, e.y, e.z});
 }
 
 }  // namespace
+
+void RawLinks::Clear() {
+  constexpr size_t kKept = 256;
+  if (links.capacity() > kKept || near.capacity() > kKept) {
+    *this = {};
+  }
+  links.clear();
+  near.clear();
+  squared_error = 0;
+  rays = 0;
+}
 
 void ApplyLinks(const RawLinks& raw,
                 std::span<const PatchGeometry> receiver_patches,
@@ -268,6 +98,7 @@ void ApplyLinks(const RawLinks& raw,
             .value;
     out.kind = link.kind;
     out.value = link.value;
+    *receiver.Gain().At(out.receiver) += link.gain;
     if (link.kind == LinkKind::kNear) {
       out.near_index = static_cast<uint32_t>(block->near.size());
       block->near.push_back(raw.near[link.near_index]);
@@ -276,7 +107,7 @@ void ApplyLinks(const RawLinks& raw,
   }
 }
 
-// Weak links wait for their rays until a packet is full.
+// One item of work.
 struct Refiner::Task {
   struct Pending {
     RawLink link;
@@ -284,6 +115,12 @@ struct Refiner::Task {
   };
 
   RawLinks* out = nullptr;
+  // The ends of the item's clusters, made when first asked for.
+  uint32_t first_receiver = 0;
+  uint32_t first_source = 0;
+  std::array<std::optional<Receiver>, kItemReceivers> receivers;
+  std::array<std::optional<Source>, kItemSources> sources;
+  // Weak links wait for their rays until the packet is full.
   SegmentPacket packet{};
   std::array<Pending, 16> pending{};
 };
@@ -291,20 +128,38 @@ struct Refiner::Task {
 Refiner::Refiner(const RefineOptions& options,
                  const RefineSide& receiver,
                  const RefineSide& source,
-                 const Blockers& blockers,
-                 const CoverMap* cover)
+                 const Blockers& blockers)
     : options_(options),
       receiver_(receiver),
       source_(source),
       blockers_(&blockers),
-      cover_(cover),
-      constant_basis_(receiver.tree->Shape().NodeStride() == 1) {}
+      constant_basis_(receiver.tree->Shape().NodeStride() == 1),
+      receiver_front_(receiver.clusters->Front(kItemReceivers)),
+      source_front_(source.clusters->Front(kItemSources)) {
+  std::vector<float> weights;
+  for (const ClusterItem& item : receiver.clusters->Items()) {
+    weights.push_back(RootReceiver(item).weight);
+  }
+  weights_ = receiver.clusters->LargestOf(weights);
+  std::vector<float> peaks;
+  std::vector<float> fluxes;
+  for (const ClusterItem& item : source.clusters->Items()) {
+    const Source s = RootSource(item);
+    peaks.push_back(PeakOf(s));
+    fluxes.push_back(PeakOf(s) * s.end.area);
+  }
+  peaks_ = source.clusters->LargestOf(peaks);
+  fluxes_ = source.clusters->LargestOf(fluxes);
+}
 
 uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {
-  uint64_t key = MixKey(options_.seed,
-                        uint64_t{receiver_.id.value} << 32 | source_.id.value);
-  key = MixKey(key, uint64_t{r.patch} << 32 | r.path);
+  uint64_t key = MixKey(PairKey(), uint64_t{r.patch} << 32 | r.path);
   return MixKey(key, uint64_t{s.patch} << 32 | s.path);
+}
+
+uint64_t Refiner::PairKey() const {
+  return MixKey(options_.seed,
+                uint64_t{receiver_.id.value} << 32 | source_.id.value);
 }
 
 // ---------------------------------------------------------------- the ends
@@ -323,11 +178,15 @@ void Refiner::SetRadiosity(Source* source) const {
   source->detail = source_.tree->Detail(source->element);
 }
 
-Refiner::Source Refiner::RootSource(size_t patch) const {
+float Refiner::PeakOf(const Source& s) {
+  return *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
+}
+
+Refiner::Source Refiner::RootSource(const ClusterItem& item) const {
   Source s;
-  s.end = MakeTransferEnd(source_.patches[patch], {});
-  s.patch = static_cast<uint32_t>(patch);
-  s.element = ElementId(patch);
+  s.end = MakeTransferEnd(source_.patches[item.patch], {});
+  s.patch = item.patch;
+  s.element = ElementId(item.patch);
   SetRadiosity(&s);
   return s;
 }
@@ -361,6 +220,17 @@ Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
   return s;
 }
 
+Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
+  const PatchGeometry& patch = receiver_.patches[item.patch];
+  Receiver r;
+  r.end = MakeTransferEnd(patch, FrameOfPath(patch.shape, item.path));
+  r.patch = item.patch;
+  r.path = item.path;
+  r.weight = std::max(patch.max_reflectance, kLeastWeightReflectance) *
+             std::sqrt(r.end.area);
+  return r;
+}
+
 Refiner::Receiver Refiner::ChildReceiver(const Receiver& parent,
                                          size_t child) const {
   Receiver r;
@@ -372,81 +242,155 @@ Refiner::Receiver Refiner::ChildReceiver(const Receiver& parent,
   return r;
 }
 
-// ------------------------------------------------------------ the recursion
+bool Refiner::CanSplit(const TransferEnd& end, ElementPath path) const {
+  return end.diameter > options_.least_diameter &&
+         path < (1U << (2 * kMaxLevel));
+}
 
-void Refiner::Refine(PatchId receiver,
-                     size_t first_source,
-                     size_t last_source,
-                     RawLinks* out) const {
-  const PatchGeometry& patch = receiver_.patches[receiver.Index()];
-  if (!patch.reflects) {
-    return;
-  }
+// ------------------------------------------------------------- the clusters
+
+void Refiner::Refine(size_t item, RawLinks* out) const {
   Task task;
   task.out = out;
-  Receiver r;
-  r.end = MakeTransferEnd(patch, {});
-  r.patch = receiver.value;
-  r.weight = std::max(patch.max_reflectance, kLeastWeightReflectance) *
-             std::sqrt(patch.area);
-  for (size_t i = first_source; i < last_source; ++i) {
-    Visit(r, RootSource(i), 0, &task);
-  }
+  const uint32_t r = receiver_front_[item / source_front_.size()];
+  const uint32_t s = source_front_[item % source_front_.size()];
+  task.first_receiver = receiver_.clusters->Clusters()[r].first;
+  task.first_source = source_.clusters->Clusters()[s].first;
+  VisitClusters(r, s, &task);
   FlushWeak(&task);
 }
+
+void Refiner::VisitClusters(uint32_t receiver,
+                            uint32_t source,
+                            Task* task) const {
+  const Cluster& r = receiver_.clusters->Clusters()[receiver];
+  const Cluster& s = source_.clusters->Clusters()[source];
+  const ClusterBound bound = BoundOf(r, s);
+  if (bound.behind) {
+    return;
+  }
+  const float transfer =
+      weights_[receiver] * std::min(peaks_[source] * bound.form_factor,
+                                    fluxes_[source] * bound.per_area);
+  const float probability = WeakProbability(transfer, bound.form_factor);
+  const bool are_leaves = r.child == 0 && s.child == 0;
+  const float expected =
+      static_cast<float>(r.count) * static_cast<float>(s.count) * probability;
+  if (probability < kMostProbable && (expected < kFewLinks || are_leaves)) {
+    SamplePairs({receiver, source}, bound.form_factor, probability, task);
+  } else if (are_leaves) {
+    for (uint32_t i = r.first; i < r.first + r.count; ++i) {
+      for (uint32_t k = s.first; k < s.first + s.count; ++k) {
+        Visit(ReceiverAt(i, task), SourceAt(k, task), 0, task);
+      }
+    }
+  } else if (s.child == 0 ||
+             (r.child != 0 && LongestExtent(r) >= LongestExtent(s))) {
+    VisitClusters(r.child, source, task);
+    VisitClusters(r.child + 1, source, task);
+  } else {
+    VisitClusters(receiver, s.child, task);
+    VisitClusters(receiver, s.child + 1, task);
+  }
+}
+
+// Draws the pairs of items whose weak links are kept, without looking at the
+// others: first by `probability`, which none of them exceeds, jumping from one
+// success to the next; then, of those, by what is their own.
+void Refiner::SamplePairs(ClusterPair pair,
+                          float form_factor,
+                          float probability,
+                          Task* task) const {
+  const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
+  const Cluster& s = source_.clusters->Clusters()[pair.source];
+  const uint64_t pairs = uint64_t{r.count} * s.count;
+  Random random(
+      MixKey(PairKey(), ~(uint64_t{pair.receiver} << 32 | pair.source)));
+  const double log_miss = std::log1p(-static_cast<double>(probability));
+  uint64_t at = 0;
+  while (true) {
+    const double misses = std::log1p(-random.Next()) / log_miss;
+    if (!(misses < static_cast<double>(pairs - at))) {
+      return;
+    }
+    at += static_cast<uint64_t>(misses);
+    const Receiver& receiver =
+        ReceiverAt(r.first + static_cast<uint32_t>(at / s.count), task);
+    const Source& source =
+        SourceAt(s.first + static_cast<uint32_t>(at % s.count), task);
+    if (!IsBehind(source.end, *receiver.end.patch) &&
+        !IsBehind(receiver.end, *source.end.patch)) {
+      const float f =
+          std::min(form_factor, FormFactorBound(receiver.end, source.end));
+      AddWeak(receiver,
+              source,
+              f,
+              receiver.weight * PeakOf(source) * f,
+              probability,
+              task);
+    }
+    if (++at == pairs) {
+      return;
+    }
+  }
+}
+
+const Refiner::Receiver& Refiner::ReceiverAt(uint32_t item, Task* task) const {
+  auto& slot = task->receivers[item - task->first_receiver];
+  if (!slot) {
+    slot = RootReceiver(receiver_.clusters->Items()[item]);
+  }
+  return *slot;
+}
+
+const Refiner::Source& Refiner::SourceAt(uint32_t item, Task* task) const {
+  auto& slot = task->sources[item - task->first_source];
+  if (!slot) {
+    slot = RootSource(source_.clusters->Items()[item]);
+  }
+  return *slot;
+}
+
+float Refiner::WeakProbability(float transfer, float form_factor) const {
+  return std::min(1.0F,
+                  std::max(transfer / static_cast<float>(options_.tau_weak),
+                           kWeakGain * form_factor));
+}
+
+// ------------------------------------------------------------ the recursion
 
 void Refiner::Visit(const Receiver& r,
                     const Source& s,
                     int blocked,
                     Task* task) const {
-  const float peak =
-      *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
   const float tau_weak = static_cast<float>(options_.tau_weak);
   if (IsBehind(s.end, *r.end.patch) || IsBehind(r.end, *s.end.patch)) {
     return;
   }
-  if (cover_ != nullptr && cover_->MustSplit(r.patch, r.path)) {
-    if (r.path == kRootPath && MissesAGate(r.end, s.end)) {
-      return;
-    }
-    SplitReceiver(r, s, blocked, task);
-    return;
-  }
   const float form_factor = FormFactorBound(r.end, s.end);
-  const float bound = r.weight * peak * form_factor;
+  const float bound = r.weight * PeakOf(s) * form_factor;
   if (bound < tau_weak) {
-    AddWeak(r, s, form_factor, bound, task);
+    AddWeak(r, s, form_factor, bound, 1, task);
     return;
   }
   if (MissesAGate(r.end, s.end)) {
     return;
   }
-  const Judgement judgement = Judge(r.end, s);
-  const Visibility look = Look(r, s, judgement, task);
-  const float p = look.fraction;
-  float unknown = judgement.transfer;
-  if (look.proven) {
-    unknown = 0;
-  } else if (p > 0 && p < 1) {
-    unknown *= kMixedVisibility * std::sqrt(p * (1 - p)) + kUnprovenClear;
-  } else if (p > 0) {
-    unknown *= kUnprovenClear;
-  } else {
-    unknown *=
-        kUnprovenBlocked * std::pow(kBlockedDecay, static_cast<float>(blocked));
-    ++blocked;
-  }
-  const float visible = p > 0 ? 1.0F : 0.0F;
+  const Judgement judgement = Judge(r.end, s, constant_basis_);
+  const Visibility look = Look(r, s, judgement, blocked, task);
+  const float unknown =
+      judgement.transfer *
+      UnknownShare(look.fraction, look.proven, look.few, blocked);
+  const float visible = look.fraction > 0 ? 1.0F : 0.0F;
+  blocked += look.fraction > 0 ? 0 : 1;
   const float share = ReceiverShare(look.bits, r.end, s.end);
   const float by_receiver =
       visible * judgement.receiver_error + share * unknown;
   const float by_source =
       visible * judgement.source_error + (1 - share) * unknown;
   const float error = r.weight * (by_receiver + by_source);
-  const bool can_split_r = r.end.diameter > options_.least_diameter &&
-                           r.path < (1U << (2 * kMaxLevel));
-  const bool can_split_s = s.end.diameter > options_.least_diameter &&
-                           s.path < (1U << (2 * kMaxLevel));
+  const bool can_split_r = CanSplit(r.end, r.path);
+  const bool can_split_s = CanSplit(s.end, s.path);
   if (error <= static_cast<float>(options_.tau) ||
       (!can_split_r && !can_split_s)) {
     Accept(r, s, judgement, look, error, task);
@@ -484,73 +428,12 @@ void Refiner::SplitSource(const Receiver& r,
   }
 }
 
-// --------------------------------------------------------------- the oracle
-
-Refiner::Judgement Refiner::Judge(const TransferEnd& r, const Source& s) const {
-  Judgement j;
-  j.near = IsNear(r, s.end);
-  j.kernel = j.near ? NearKernel(r, s.end) : QuadratureKernel(r, s.end);
-  std::array<float, kTransferNodes> at_nodes{};
-  float form_factor = 0;  // the largest seen
-  for (size_t g = 0; g < r.node_count; ++g) {
-    const float* row = &j.kernel[g * kTransferNodes];
-    at_nodes[g] = WeightedSum(row, s.radiosity);
-    j.transfer += r.weight[g] * at_nodes[g];
-    form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
-  }
-  const PatchShape shape = r.patch->shape;
-  const auto residual_at = [&](UnitPoint at, const float* lagrange) {
-    const Vec3f x = PointOn(
-        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
-    const auto row = j.near ? NearRow(x, r.patch->normal, s.end)
-                            : QuadratureRow(x, r.patch->normal, s.end);
-    form_factor = std::max(form_factor, (row[0] + row[1]) + (row[2] + row[3]));
-    const float fit =
-        constant_basis_ ? j.transfer : WeightedSum(lagrange, at_nodes);
-    return WeightedSum(row.data(), s.radiosity) - fit;
-  };
-  const auto points = TestPoints(shape);
-  float square = 0;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const auto& lagrange = Tests().values[static_cast<size_t>(shape)][i];
-    const float residual = residual_at(points[i], lagrange.data());
-    square += residual * residual;
-  }
-  square /= static_cast<float>(points.size());
-  if (s.end.diameter < 2 * r.diameter && j.near) {
-    // A small source close to a large receiver peaks between its nodes: over
-    // an area like the source's, widened by its distance.
-    const UnitPoint at = NearestOn(r, s.end.center);
-    const auto values = Tests().basis.On(shape).Evaluate(at);
-    std::array<float, kTransferNodes> lagrange{};
-    for (size_t g = 0; g < r.node_count; ++g) {
-      lagrange[g] = static_cast<float>(values[g]);
-    }
-    const Vec3f x = PointOn(
-        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
-    const Vec3f d = s.end.center - x;
-    const float residual = residual_at(at, lagrange.data());
-    square +=
-        residual * residual * std::min(1.0F, (s.end.area + Dot(d, d)) / r.area);
-  }
-  j.receiver_error = (constant_basis_ ? kConstantResidual : kBilinearResidual) *
-                     std::sqrt(square);
-  // The source's radiosity beyond its nodes, damped by the kernel's
-  // smoothness: one order of distance per order of the basis.
-  const float distance = Length(s.end.center - r.center);
-  float damping = std::min(1.0F, s.end.diameter / std::max(distance, 1e-6F));
-  damping = constant_basis_ ? damping : damping * damping;
-  const auto [low, high] = std::minmax_element(
-      s.radiosity.begin(),
-      s.radiosity.begin() + static_cast<std::ptrdiff_t>(s.end.node_count));
-  const float spread = j.near ? 0.25F * (*high - *low) * damping : 0.0F;
-  j.source_error = form_factor * (s.detail * damping + spread);
-  return j;
-}
+// ------------------------------------------------------------- the visibility
 
 Refiner::Visibility Refiner::Look(const Receiver& r,
                                   const Source& s,
                                   const Judgement& judgement,
+                                  int blocked,
                                   Task* task) const {
   Visibility look;
   look.proven =
@@ -560,47 +443,67 @@ Refiner::Visibility Refiner::Look(const Receiver& r,
                     return shaft->IsEmptyBetween(
                         *r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
                   });
-  Random random(KeyOf(r, s));
-  const bool close = AreClose(r.end, s.end);
+  if (look.proven) {
+    look.bits = AllBits(r.end, s.end);
+    return look;
+  }
+  RaySums sums{.random = Random(KeyOf(r, s))};
+  // First one ray from each node of the receiver, each to another of the
+  // source; then those of all other pairs.
+  TraceDiagonals(r, s, judgement, {0, 1}, &sums, task);
+  const float decay = std::pow(kBlockedDecay, static_cast<float>(blocked));
+  const float left = r.weight * judgement.transfer * kUnprovenByFour * decay;
+  look.few = (sums.seen == 0 || sums.seen == sums.traced) &&
+             left <= kDecidedByFour * static_cast<float>(options_.tau);
+  if (!look.few) {
+    TraceDiagonals(r, s, judgement, {1, s.end.node_count}, &sums, task);
+  }
+  look.bits = sums.bits;
+  if (look.few && sums.seen > 0) {
+    look.bits = AllBits(r.end, s.end);
+  }
+  look.fraction = sums.visible / sums.all;
+  return look;
+}
+
+// Traces rays from each node g of the receiver to the source's nodes
+// (g + k) mod n for k in [first, last).
+void Refiner::TraceDiagonals(const Receiver& r,
+                             const Source& s,
+                             const Judgement& judgement,
+                             DiagonalRange range,
+                             RaySums* sums,
+                             Task* task) const {
   SegmentPacket packet{};
   std::array<uint8_t, 16> lane_bit{};
-  for (size_t g = 0; g < r.end.node_count; ++g) {
-    for (size_t q = 0; q < s.end.node_count; ++q) {
-      const size_t bit = g * kTransferNodes + q;
-      if (look.proven) {
-        look.bits = static_cast<uint16_t>(look.bits | 1U << bit);
-        continue;
-      }
-      lane_bit[packet.count] = static_cast<uint8_t>(bit);
-      const PointPair ends = close
-                                 ? PairByKernel(r.end, g, s.end, q, &random)
-                                 : PointPair{PointNearNode(r.end, g, &random),
-                                             PointNearNode(s.end, q, &random)};
-      AddSegment(ends.x, ends.y, &packet);
+  for (size_t k = range.first; k < range.last; ++k) {
+    for (size_t g = 0; g < r.end.node_count; ++g) {
+      const size_t q = (g + k) % s.end.node_count;
+      lane_bit[packet.count] = static_cast<uint8_t>(g * kTransferNodes + q);
+      AddSegment(RandomPair(r.end, g, s.end, q, &sums->random), &packet);
     }
-  }
-  if (look.proven) {
-    return look;
   }
   const uint32_t blocked = Occluded(blockers_->occluders, packet);
   task->out->rays += packet.count;
-  float sum = 0;
-  float visible = 0;
+  sums->traced += packet.count;
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
     const size_t bit = lane_bit[lane];
     const float share =
         judgement.kernel[bit] * s.radiosity[bit % kTransferNodes] + 1e-20F;
-    sum += share;
+    sums->all += share;
     if ((blocked >> lane & 1) == 0) {
-      visible += share;
-      look.bits = static_cast<uint16_t>(look.bits | 1U << bit);
+      ++sums->seen;
+      sums->visible += share;
+      sums->bits |= static_cast<uint16_t>(1U << bit);
     }
   }
-  look.fraction = visible / sum;
-  return look;
 }
 
 // ---------------------------------------------------------------- the links
+
+RawLink Refiner::LinkBetween(const Receiver& r, const Source& s) {
+  return {r.patch, r.path, s.patch, s.path, LinkKind::kWeak, 0, 0, 0};
+}
 
 void Refiner::Accept(const Receiver& r,
                      const Source& s,
@@ -613,17 +516,17 @@ void Refiner::Accept(const Receiver& r,
   if (visibility.bits == 0) {
     return;
   }
-  RawLink link{
-      r.patch, r.path, s.patch, s.path, LinkKind::kFar, visibility.bits, 0};
-  if (constant_basis_) {
-    float mean = 0;
-    for (size_t i = 0; i < judgement.kernel.size(); ++i) {
-      if ((visibility.bits >> i & 1) != 0) {
-        mean += r.end.weight[i / kTransferNodes] * judgement.kernel[i];
-      }
+  RawLink link = LinkBetween(r, s);
+  link.kind = LinkKind::kFar;
+  link.value = visibility.bits;
+  for (size_t i = 0; i < judgement.kernel.size(); ++i) {
+    if ((visibility.bits >> i & 1) != 0) {
+      link.gain += r.end.weight[i / kTransferNodes] * judgement.kernel[i];
     }
+  }
+  if (constant_basis_) {
     link.kind = LinkKind::kWeak;
-    link.value = EncodeCoefficient(mean);
+    link.value = EncodeCoefficient(link.gain);
   } else if (judgement.near) {
     NearCoefficients coefficients{};
     for (size_t i = 0; i < coefficients.size(); ++i) {
@@ -643,13 +546,13 @@ void Refiner::AddWeak(const Receiver& r,
                       const Source& s,
                       float form_factor_bound,
                       float bound,
+                      float drawn,
                       Task* task) const {
   const float probability =
-      std::min(1.0F,
-               std::max(bound / static_cast<float>(options_.tau_weak),
-                        kWeakGain * form_factor_bound));
+      std::min(drawn, WeakProbability(bound, form_factor_bound));
   Random random(KeyOf(r, s));
-  if (random.Next() >= static_cast<double>(probability)) {
+  if (random.Next() * static_cast<double>(drawn) >=
+      static_cast<double>(probability)) {
     return;
   }
   const Vec3f x = RandomPoint(r.end, &random);
@@ -660,7 +563,7 @@ void Refiner::AddWeak(const Receiver& r,
       form_factor += k;
     }
   } else {
-    form_factor = s.end.area * PointKernel(x, y, r.end, s.end);
+    form_factor = s.end.area * PointKernel({x, y}, r.end, s.end);
   }
   const double spread = static_cast<double>(bound / probability);
   task->out->squared_error +=
@@ -668,10 +571,9 @@ void Refiner::AddWeak(const Receiver& r,
   if (!(form_factor > 0)) {
     return;
   }
-  task->pending[task->packet.count] = {
-      {r.patch, r.path, s.patch, s.path, LinkKind::kWeak, 0, 0},
-      form_factor / probability};
-  AddSegment(x, y, &task->packet);
+  task->pending[task->packet.count] = {LinkBetween(r, s),
+                                       form_factor / probability};
+  AddSegment({x, y}, &task->packet);
   if (task->packet.count == task->pending.size()) {
     FlushWeak(task);
   }
@@ -686,7 +588,8 @@ void Refiner::FlushWeak(Task* task) const {
   for (uint32_t i = 0; i < task->packet.count; ++i) {
     if ((blocked >> i & 1) == 0) {
       RawLink link = task->pending[i].link;
-      link.value = EncodeCoefficient(task->pending[i].coefficient);
+      link.gain = task->pending[i].coefficient;
+      link.value = EncodeCoefficient(link.gain);
       task->out->links.push_back(link);
     }
   }

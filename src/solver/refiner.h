@@ -14,14 +14,17 @@
 // Transfers below tau as a whole become weak links: each is kept with the
 // probability that its bound has of tau, and is then divided by it, so that
 // their sum is unbiased and their number follows the light and not the square
-// of the patches.
+// of the patches. Neither does the time: where the bounds of two clusters say
+// that few of their pairs will be kept, those few are drawn at once.
 
 #pragma once
 
-#include "solver/cover.h"
+#include "base/random.h"
+#include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
 #include "solver/link_block.h"
+#include "solver/oracle.h"
 #include "solver/shaft.h"
 #include "visibility/occlusion.h"
 
@@ -44,6 +47,8 @@ struct RefineSide {
   CellId id;
   std::span<const PatchGeometry> patches;
   const CellTree* tree = nullptr;
+  // Of the elements at which refinement begins; whole patches for the source.
+  const ClusterTree* clusters = nullptr;
 };
 
 // A link before its elements have ids.
@@ -55,6 +60,7 @@ struct RawLink {
   LinkKind kind{};
   uint16_t value = 0;
   uint32_t near_index = 0;
+  float gain = 0;  // mean over the receiver of what a source of 1 W/m2 brings
 };
 
 struct RawLinks {
@@ -62,6 +68,9 @@ struct RawLinks {
   std::vector<NearCoefficients> near;
   double squared_error = 0;  // sum of squared weighted errors, (W/m)^2
   uint64_t rays = 0;
+
+  // Empties it, but keeps moderate room for the next ones.
+  void Clear();
 };
 
 // What stands between two cells.
@@ -73,7 +82,8 @@ struct Blockers {
   std::vector<const ShaftBlockers*> gates;
 };
 
-// Appends raw links to a block, making the elements that they name.
+// Appends raw links to a block, making the elements that they name, and adds
+// to the receivers' gains.
 void ApplyLinks(const RawLinks& raw,
                 std::span<const PatchGeometry> receiver_patches,
                 CellTree& receiver,
@@ -84,31 +94,26 @@ void ApplyLinks(const RawLinks& raw,
 // Refines the transfers from one source cell to one receiver cell.
 class Refiner {
  public:
-  // All arguments are borrowed. `cover`: of the receiver; may be null.
+  // All arguments are borrowed.
   Refiner(const RefineOptions& options,
           const RefineSide& receiver,
           const RefineSide& source,
-          const Blockers& blockers,
-          const CoverMap* cover);
+          const Blockers& blockers);
 
-  // Appends the links of one receiver patch with the sources [first, last).
-  // Thread-safe: touches nothing but `out`.
-  void Refine(PatchId receiver,
-              size_t first_source,
-              size_t last_source,
-              RawLinks* out) const;
+  // How many items of work there are.
+  [[nodiscard]] size_t ItemCount() const {
+    return receiver_front_.size() * source_front_.size();
+  }
+
+  // Appends the links of one item. Thread-safe: touches nothing but `out`.
+  void Refine(size_t item, RawLinks* out) const;
 
  private:
-  // The source's end of a candidate, with its radiosity at the nodes: the
-  // largest channel of each, W/m2.
-  struct Source {
-    TransferEnd end;
+  struct Source : RadiantEnd {
     uint32_t patch = 0;
     ElementPath path = kRootPath;
     ElementId element;   // the deepest that exists
     bool exists = true;  // `element` is this very one
-    std::array<float, kTransferNodes> radiosity{};
-    float detail = 0;
   };
 
   struct Receiver {
@@ -118,28 +123,51 @@ class Refiner {
     float weight = 0;  // reflectance times root of area
   };
 
-  // Estimated parts of the error on the receiver, W/m2 of irradiance.
-  struct Judgement {
-    Kernel kernel{};
-    bool near = false;
-    float transfer = 0;        // mean irradiance if nothing were in between
-    float receiver_error = 0;  // beyond the receiver's basis
-    float source_error = 0;    // beyond the source's nodes
-  };
-
   struct Visibility {
     uint16_t bits = 0;   // per pair of nodes
     float fraction = 1;  // weighted by the kernel and the radiosity
     bool proven = false;
+    bool few = false;  // four rays sufficed
   };
 
-  struct Task;  // one call of Refine: output and pending weak links
+  // What rays of one link have seen.
+  struct RaySums {
+    Random random;  // for the next rays
+    uint32_t traced = 0;
+    uint32_t seen = 0;
+    float all = 0;  // kernel times radiosity
+    float visible = 0;
+    uint16_t bits = 0;
+  };
 
-  [[nodiscard]] Source RootSource(size_t patch) const;
+  struct DiagonalRange {
+    size_t first = 0;
+    size_t last = 0;
+  };
+
+  struct ClusterPair {
+    uint32_t receiver = 0;
+    uint32_t source = 0;
+  };
+
+  struct Task;
+
+  [[nodiscard]] Source RootSource(const ClusterItem& item) const;
   [[nodiscard]] Source ChildSource(const Source& parent, size_t child) const;
+  [[nodiscard]] Receiver RootReceiver(const ClusterItem& item) const;
   [[nodiscard]] Receiver ChildReceiver(const Receiver& parent,
                                        size_t child) const;
   void SetRadiosity(Source* source) const;
+  static float PeakOf(const Source& s);
+  [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
+
+  void VisitClusters(uint32_t receiver, uint32_t source, Task* task) const;
+  void SamplePairs(ClusterPair pair,
+                   float form_factor,
+                   float probability,
+                   Task* task) const;
+  const Receiver& ReceiverAt(uint32_t item, Task* task) const;
+  const Source& SourceAt(uint32_t item, Task* task) const;
 
   // `blocked`: how many splits ago no ray got through any more.
   void Visit(const Receiver& r, const Source& s, int blocked, Task* task) const;
@@ -154,16 +182,28 @@ class Refiner {
   [[nodiscard]] bool MissesAGate(const TransferEnd& r,
                                  const TransferEnd& s) const;
 
-  [[nodiscard]] Judgement Judge(const TransferEnd& r, const Source& s) const;
   [[nodiscard]] Visibility Look(const Receiver& r,
                                 const Source& s,
                                 const Judgement& judgement,
+                                int blocked,
                                 Task* task) const;
+  void TraceDiagonals(const Receiver& r,
+                      const Source& s,
+                      const Judgement& judgement,
+                      DiagonalRange range,
+                      RaySums* sums,
+                      Task* task) const;
 
+  // With which probability a transfer is kept, by bounds of itself (W/m,
+  // weighted) and of its form factor.
+  [[nodiscard]] float WeakProbability(float transfer, float form_factor) const;
+
+  // `drawn`: the probability with which the pair was chosen to be looked at.
   void AddWeak(const Receiver& r,
                const Source& s,
                float form_factor_bound,
                float bound,
+               float drawn,
                Task* task) const;
   void FlushWeak(Task* task) const;
   void Accept(const Receiver& r,
@@ -173,14 +213,21 @@ class Refiner {
               float error,
               Task* task) const;
 
+  static RawLink LinkBetween(const Receiver& r, const Source& s);
+  [[nodiscard]] uint64_t PairKey() const;
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, const Source& s) const;
 
   RefineOptions options_;
   RefineSide receiver_;
   RefineSide source_;
   const Blockers* blockers_;
-  const CoverMap* cover_;
   bool constant_basis_;
+  std::vector<uint32_t> receiver_front_;
+  std::vector<uint32_t> source_front_;
+  // Per cluster, the largest of its items'.
+  std::vector<float> weights_;
+  std::vector<float> peaks_;   // radiosity, W/m2
+  std::vector<float> fluxes_;  // radiosity times area, W
 };
 
 }  // namespace enfilade

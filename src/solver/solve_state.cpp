@@ -17,7 +17,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    store_seconds,
                                    bytes_belady,
                                    bytes_compulsory)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PairCursor, source, item, chunk)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PairCursor, source, item, chunk, group)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveState,
                                    basis,
                                    seed,

@@ -23,6 +23,7 @@ struct CellRow {
   double changed = 0;        // integral of (change in this round)^2, W^2/m2
   double squared_error = 0;  // of this round's links, (W/m)^2
   double area = 0;           // of its reflecting patches, m2
+  double radius = 0.5;       // of the transport within it (semi_iteration.h)
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
   uint32_t elements = 0;
   uint64_t links = 0;
@@ -55,6 +56,7 @@ struct PairCursor {
   uint32_t source = 0;  // index into the receiver's list of sources
   uint64_t item = 0;    // of the pair's refinement
   uint32_t chunk = 0;   // link chunks of the pair that are written
+  uint32_t group = 16;  // items that are refined together next
 };
 
 struct SolveState {

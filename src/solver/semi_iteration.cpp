@@ -1,0 +1,40 @@
+#include "solver/semi_iteration.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+constexpr double kLargestRadius = 0.99;
+
+}  // namespace
+
+double SemiIteration::NextWeight(double unsent) {
+  if (steps_ == 0) {
+    weight_ = 1;
+  } else if (steps_ == 1) {
+    weight_ = 1 / (1 - 0.5 * radius_ * radius_);
+    early_ = unsent;
+  } else {
+    weight_ = 1 / (1 - 0.25 * radius_ * radius_ * weight_);
+  }
+  last_ = unsent;
+  ++steps_;
+  return weight_;
+}
+
+double SemiIteration::LearntRadius() const {
+  if (steps_ < 4 || !(early_ > 0)) {
+    return radius_;
+  }
+  const double seen = std::pow(last_ / early_, 1.0 / (steps_ - 2));
+  // Per step, eigenvalues up to the radius fall by `expected`, and one of
+  // radius (z + 1/z) / 2 by z times as much.
+  const double expected = radius_ / (1 + std::sqrt(1 - radius_ * radius_));
+  const double z = seen / expected;
+  return z > 1 ? std::min(kLargestRadius, 0.5 * radius_ * (z + 1 / z))
+               : radius_;
+}
+
+}  // namespace enfilade

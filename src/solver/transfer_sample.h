@@ -1,0 +1,40 @@
+// Random points on the ends of a transfer, for rays between them.
+
+#pragma once
+
+#include "base/random.h"
+#include "solver/form_factor.h"
+#include "visibility/occlusion.h"
+
+#include <cstddef>
+
+namespace enfilade {
+
+struct PointPair {
+  Vec3f x;  // on the receiver
+  Vec3f y;  // on the source
+};
+
+// A random point of an element.
+Vec3f RandomPoint(const TransferEnd& end, Random* random);
+
+// A pair of random points, one in the part of the receiver that its node g
+// stands for, one in the part of the source that its node q does. Where the
+// kernel varies much over the two elements, the pair is drawn by it: the near
+// parts of close elements weigh more and are less occluded, so that uniform
+// samples would make such transfers too dark.
+PointPair RandomPair(const TransferEnd& receiver,
+                     size_t g,
+                     const TransferEnd& source,
+                     size_t q,
+                     Random* random);
+
+// The unoccluded kernel between two points of the ends without the source's
+// area: cos_x cos_y / (pi r^2), 1/m2.
+float PointKernel(PointPair points,
+                  const TransferEnd& receiver,
+                  const TransferEnd& source);
+
+void AddSegment(PointPair points, SegmentPacket* packet);
+
+}  // namespace enfilade
