@@ -20,6 +20,10 @@ namespace {
 
 constexpr std::string_view kMetaName = "partition";
 constexpr size_t kPortalsPerChunk = 4096;
+// Kinds of kPortals blocks, by their second number; 1 is the tree's.
+constexpr uint32_t kPortalBlock = 0;
+constexpr uint32_t kRegionBlock = 2;
+constexpr uint32_t kOpeningBlock = 3;
 constexpr double kMarginShare = 0.01;
 constexpr double kMarginM = 0.1;
 
@@ -46,6 +50,44 @@ std::vector<CellInfo> DescribeCells(const BuiltTree& built,
   return cells;
 }
 
+void SavePortals(const std::vector<Portal>& portals,
+                 uint32_t kind,
+                 BlockStorage& store) {
+  for (size_t first = 0; first < portals.size(); first += kPortalsPerChunk) {
+    const size_t end = std::min(portals.size(), first + kPortalsPerChunk);
+    ByteWriter chunk;
+    for (size_t i = first; i < end; ++i) {
+      chunk.PutVarint(portals[i].front.value);
+      chunk.PutVarint(portals[i].back.value);
+      chunk.PutArray(std::span<const Point3>(portals[i].vertices));
+    }
+    store.Put({BlockKind::kPortals,
+               static_cast<uint32_t>(first / kPortalsPerChunk),
+               kind},
+              chunk.View());
+  }
+}
+
+void SaveRegions(const std::vector<CellId>& cell_of_region,
+                 const std::vector<Portal>& openings,
+                 BlockStorage& store) {
+  ByteWriter head;
+  head.PutVarint(openings.size());
+  head.PutArray(std::span<const CellId>(cell_of_region));
+  store.Put({BlockKind::kPortals, 0, kRegionBlock}, head.View());
+  SavePortals(openings, kOpeningBlock, store);
+}
+
+// The openings between leaves, each leaf a region of its own.
+std::vector<Portal> MakeOpenings(const BuiltTree& built,
+                                 const std::vector<LeafBorder>& borders) {
+  std::vector<CellId> itself;
+  for (uint32_t i = 0; i < built.leaves.size(); ++i) {
+    itself.emplace_back(i);
+  }
+  return MakePortals(built.tree, borders, itself);
+}
+
 void SavePartition(const Partition& partition, BlockStorage& store) {
   ByteWriter head;
   head.PutVarint(partition.cells.size());
@@ -62,29 +104,28 @@ void SavePartition(const Partition& partition, BlockStorage& store) {
   }
   const auto* text = reinterpret_cast<const char*>(head.View().data());
   store.SetMeta(kMetaName, {text, head.Size()});
-  for (size_t first = 0; first < partition.portals.size();
-       first += kPortalsPerChunk) {
-    const size_t end =
-        std::min(partition.portals.size(), first + kPortalsPerChunk);
-    ByteWriter chunk;
-    for (size_t i = first; i < end; ++i) {
-      const Portal& portal = partition.portals[i];
-      chunk.PutVarint(portal.front.value);
-      chunk.PutVarint(portal.back.value);
-      chunk.PutArray(std::span<const Point3>(portal.vertices));
-    }
-    store.Put(
-        {BlockKind::kPortals, static_cast<uint32_t>(first / kPortalsPerChunk)},
-        chunk.View());
-  }
+  SavePortals(partition.portals, kPortalBlock, store);
 }
 
-Portal ReadPortal(ByteReader& reader) {
-  Portal portal;
-  portal.front = CellId(static_cast<uint32_t>(reader.GetVarint()));
-  portal.back = CellId(static_cast<uint32_t>(reader.GetVarint()));
-  portal.vertices = reader.GetArray<Point3>();
-  return portal;
+std::vector<Portal> LoadPortals(const BlockStorage& store,
+                                uint32_t kind,
+                                uint64_t count) {
+  std::vector<Portal> portals;
+  for (uint32_t chunk = 0; portals.size() < count; ++chunk) {
+    const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk, kind});
+    ByteReader reader(bytes);
+    if (reader.AtEnd()) {
+      throw DamagedStoreError("a stored piece of the portals is empty");
+    }
+    while (!reader.AtEnd()) {
+      Portal portal;
+      portal.front = CellId(static_cast<uint32_t>(reader.GetVarint()));
+      portal.back = CellId(static_cast<uint32_t>(reader.GetVarint()));
+      portal.vertices = reader.GetArray<Point3>();
+      portals.push_back(std::move(portal));
+    }
+  }
+  return portals;
 }
 
 uint64_t BytesOf(const BuiltTree& built) {
@@ -141,9 +182,9 @@ Partition BuildPartition(BlockStorage& store,
   const MemoryCharge tree_charge(
       budget, BytesOf(built), "the tree of splitting planes");
   const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
-  // Twice: the portals are made of them.
+  // Thrice: the portals and the openings of regions are made of them.
   const MemoryCharge borders_charge(
-      budget, 2 * BytesOf(borders), "the borders between convex regions");
+      budget, 3 * BytesOf(borders), "the borders between convex regions");
   progress.Reach(0.6);
   std::vector<std::optional<SpaceId>> spaces;
   if (!info.spaces.empty()) {
@@ -153,7 +194,8 @@ Partition BuildPartition(BlockStorage& store,
       JoinLeaves({built, survey, borders, spaces, all_split}, options);
   Partition partition;
   partition.cells = DescribeCells(built, joined);
-  partition.portals = MakePortals(built.tree, borders, joined);
+  partition.portals = MakePortals(built.tree, borders, joined.cell_of_leaf);
+  SaveRegions(joined.cell_of_leaf, MakeOpenings(built, borders), store);
   progress.Reach(0.7);
   SaveTree(built.tree, joined.cell_of_leaf, store);
   WritePatches(
@@ -193,14 +235,21 @@ Partition LoadPartition(const BlockStorage& store) {
   for (std::string& note : partition.notes) {
     note = head.GetString();
   }
-  for (uint32_t chunk = 0; partition.portals.size() < portals; ++chunk) {
-    const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk});
-    ByteReader reader(bytes);
-    while (!reader.AtEnd()) {
-      partition.portals.push_back(ReadPortal(reader));
-    }
-  }
+  partition.portals = LoadPortals(store, kPortalBlock, portals);
   return partition;
+}
+
+std::optional<Regions> LoadRegions(const BlockStorage& store) {
+  const auto block = store.Get({BlockKind::kPortals, 0, kRegionBlock});
+  if (!block) {
+    return std::nullopt;
+  }
+  ByteReader head(*block);
+  Regions regions;
+  const uint64_t openings = head.GetVarint();
+  regions.cell_of = head.GetArray<CellId>();
+  regions.openings = LoadPortals(store, kOpeningBlock, openings);
+  return regions;
 }
 
 }  // namespace enfilade

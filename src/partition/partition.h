@@ -18,6 +18,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace enfilade {
@@ -52,12 +54,25 @@ struct Partition {
   std::vector<std::string> notes;
 };
 
+// The convex regions that the cells are joined of, and every opening between
+// two of them, those inside a cell included: `front` and `back` of a Portal
+// here count regions.
+struct Regions {
+  std::vector<CellId> cell_of;  // indexed by region
+  std::vector<Portal> openings;
+};
+
 // Reads the store's scene; writes kCellPatches blocks, kPortals chunks and a
-// meta entry. Deterministic: depends on scene and options only.
+// meta
+// entry. Deterministic: depends on scene and options only.
 Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);
 
 Partition LoadPartition(const BlockStorage& store);
+
+// The regions of a partition that BuildPartition has stored; nullopt if the
+// store has none.
+std::optional<Regions> LoadRegions(const BlockStorage& store);
 
 }  // namespace enfilade

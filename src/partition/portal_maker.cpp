@@ -43,13 +43,13 @@ bool JoinOne(const Vec3& normal, std::vector<Opening2>& openings) {
 
 std::vector<Portal> MakePortals(const BspTree& tree,
                                 const std::vector<LeafBorder>& borders,
-                                const LeafCells& cells) {
+                                const std::vector<CellId>& cell_of_leaf) {
   // By node and cells in front and behind.
   using Key = std::tuple<NodeId, CellId, CellId>;
   std::map<Key, std::vector<Opening2>> openings;
   for (const LeafBorder& border : borders) {
-    const CellId front = cells.cell_of_leaf[border.front.Index()];
-    const CellId back = cells.cell_of_leaf[border.back.Index()];
+    const CellId front = cell_of_leaf[border.front.Index()];
+    const CellId back = cell_of_leaf[border.back.Index()];
     if (front != back) {
       auto& of_pair = openings[{border.node, front, back}];
       for (const Polygon& polygon : border.open) {

@@ -16,6 +16,6 @@ namespace enfilade {
 // open border between different cells.
 std::vector<Portal> MakePortals(const BspTree& tree,
                                 const std::vector<LeafBorder>& borders,
-                                const LeafCells& cells);
+                                const std::vector<CellId>& cell_of_leaf);
 
 }  // namespace enfilade

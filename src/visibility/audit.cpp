@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "partition/bsp_tree.h"
 #include "partition/patch.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
@@ -135,7 +136,7 @@ class CellSampler {
 class Auditor {
  public:
   Auditor(const BlockStorage& store, MemoryBudget& budget)
-      : store_(&store), tracer_(store, budget) {
+      : store_(&store), budget_(&budget), tracer_(store, budget) {
     summary_.conservative_pairs = LoadVisibilitySummary(store).visible_pairs;
     constexpr uint64_t kBytesPerPair = 40;
     pair_charge_ = MemoryCharge(budget,
@@ -274,8 +275,30 @@ class Auditor {
     }
   }
 
+  // Rays start and end a little off their patches. Where a cell is thinner than
+  // that, between two walls, they do so in another cell and prove nothing.
+  bool IsBetweenItsCells(const Suspect& s) {
+    if (store_->Count(BlockKind::kPortals) == 0) {
+      return true;  // cells without a partition
+    }
+    if (!locator_) {
+      locator_.emplace(*store_);
+      constexpr size_t kBytesPerLeaf = 2 * sizeof(BspNode);
+      locator_charge_ = MemoryCharge(*budget_,
+                                     locator_->LeafCount() * kBytesPerLeaf,
+                                     "the tree of splitting planes");
+    }
+    const Patch patch =
+        LoadCellPatches(*store_, s.hit.cell).patches[s.hit.patch.Index()];
+    const Point3 end = s.ray.origin + s.ray.direction * s.hit.distance +
+                       PatchNormal(patch) * kRayOffsetMetres;
+    return locator_->Locate(s.ray.origin) == s.origin &&
+           locator_->Locate(end) == s.hit.cell;
+  }
+
   void Convict(const Suspect& s, std::span<const TraceHit> beside) {
     const bool is_real =
+        IsBetweenItsCells(s) &&
         std::all_of(beside.begin(), beside.end(), [&](const TraceHit& hit) {
           return hit.hit && hit.on_front && hit.cell == s.hit.cell;
         });
@@ -294,7 +317,10 @@ class Auditor {
   }
 
   const BlockStorage* store_;
+  MemoryBudget* budget_;
   RayTracer tracer_;
+  std::optional<PartitionLocator> locator_;  // once it is needed
+  MemoryCharge locator_charge_;
   MemoryCharge pair_charge_;
   MemoryCharge ray_charge_;
   size_t batch_ = 0;

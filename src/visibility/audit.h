@@ -25,8 +25,9 @@ struct MissedPair {
 struct AuditSummary {
   uint64_t audit_rays = 0;
   uint64_t audit_missed = 0;  // rays that join a pair the sets lack
-  // Rays that came through no opening: they hit a patch from behind, or joined
-  // a missing pair that not all of four rays beside them, 0.1 mm away, join.
+  // Rays that came through no opening: they hit a patch from behind, joined a
+  // missing pair that not all of four rays beside them, 0.1 mm away, join, or
+  // left or met a patch where its cell is thinner than that.
   uint64_t audit_leaks = 0;
   uint64_t conservative_pairs = 0;  // ordered, as VisibilitySummary counts
   uint64_t sampled_pairs = 0;       // ordered: that a ray joined, either way

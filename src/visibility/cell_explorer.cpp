@@ -1,7 +1,10 @@
 #include "visibility/cell_explorer.h"
 
+#include "visibility/beam_flood.h"
+
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -28,9 +31,12 @@ class SeenCells {
       number = static_cast<uint32_t>(cells_.size());
       cells_.push_back(cell);
       between_.emplace_back();
+      is_loose_.push_back(false);
     }
     return number;
   }
+
+  void AddLoose(CellId target) { is_loose_[NumberOf(target)] = true; }
 
   // Every cell of the path, itself seen, lies between source and target.
   void Add(CellId target, const std::vector<uint32_t>& path) {
@@ -41,17 +47,17 @@ class SeenCells {
     }
   }
 
-  // The seen cells in ascending order, theirs between too.
-  [[nodiscard]] std::vector<SeenCell> Sorted() const {
-    std::vector<SeenCell> sorted(cells_.size());
+  // The seen cells that were reached, in ascending order, theirs between too.
+  [[nodiscard]] std::vector<SeenCell> Sorted(
+      const std::vector<bool>& reached) const {
+    std::vector<SeenCell> sorted;
     for (size_t i = 0; i < cells_.size(); ++i) {
-      sorted[i].cell = cells_[i];
-      for (size_t k = 0; k < 64 * between_[i].size(); ++k) {
-        if ((between_[i][k / 64] >> (k % 64) & 1) != 0) {
-          sorted[i].between.push_back(cells_[k]);
+      if (reached[cells_[i].Index()]) {
+        sorted.push_back({cells_[i], is_loose_[i], {}});
+        if (!is_loose_[i]) {
+          ListBetween(between_[i], reached, sorted.back().between);
         }
       }
-      std::sort(sorted[i].between.begin(), sorted[i].between.end());
     }
     std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
       return a.cell < b.cell;
@@ -60,9 +66,21 @@ class SeenCells {
   }
 
  private:
+  void ListBetween(const std::vector<uint64_t>& bits,
+                   const std::vector<bool>& reached,
+                   std::vector<CellId>& between) const {
+    for (size_t k = 0; k < 64 * bits.size(); ++k) {
+      if ((bits[k / 64] >> (k % 64) & 1) != 0 && reached[cells_[k].Index()]) {
+        between.push_back(cells_[k]);
+      }
+    }
+    std::sort(between.begin(), between.end());
+  }
+
   std::vector<uint32_t> number_;  // by cell
   std::vector<CellId> cells_;     // by number
   std::vector<std::vector<uint64_t>> between_;
+  std::vector<bool> is_loose_;
 };
 
 // The next doorway of a sequence, found passable.
@@ -73,13 +91,15 @@ struct NextStep {
 
 class Explorer {
  public:
-  Explorer(CellId source, const Partition& partition, const PortalGraph& graph)
+  Explorer(CellId source,
+           const Partition& partition,
+           const PortalGraph& graph,
+           const RegionGraph& regions)
       : source_(source),
-        partition_(&partition),
         graph_(&graph),
+        regions_(&regions),
         origin_(partition.cells[source.Index()].bounds.Center()),
-        seen_(graph.CellCount()),
-        is_loose_(graph.CellCount(), false) {}
+        seen_(graph.CellCount()) {}
 
   Exploration Run(uint32_t max_steps) {
     Exploration result;
@@ -93,13 +113,13 @@ class Explorer {
       is_spent_ = false;
       Walk(first, {first.polygon, std::nullopt});
       result.steps += share - steps_left_;
-      if (is_spent_) {
-        result.budget_spent = true;
-        Flood(first);
-      }
+      result.budget_spent = result.budget_spent || is_spent_;
     }
-    AddLoose();
-    result.seen = seen_.Sorted();
+    const std::vector<bool> reached = Flood();
+    if (result.budget_spent) {
+      AddLoose(reached);
+    }
+    result.seen = seen_.Sorted(reached);
     return result;
   }
 
@@ -179,63 +199,33 @@ class Explorer {
     return true;
   }
 
-  // Marks what a ray through `first` may reach, each portal tested with
-  // `first` alone.
-  void Flood(const Doorway& first) {
-    std::vector<bool> reached(graph_->CellCount(), false);
-    std::vector<CellId> open = {first.to};
-    reached[first.to.Index()] = true;
-    while (!open.empty()) {
-      const CellId cell = open.back();
-      open.pop_back();
-      is_loose_[cell.Index()] = true;
-      for (const Doorway& next : graph_->Doorways(cell)) {
-        if (!reached[next.to.Index()] && MayFollow(first, next)) {
-          reached[next.to.Index()] = true;
-          open.push_back(next.to);
-        }
+  // What a line through any opening of the source may reach, and the source.
+  [[nodiscard]] std::vector<bool> Flood() const {
+    std::vector<bool> reached(graph_->CellCount());
+    BeamFlood flood(*regions_);
+    for (const DoorwayGroup& group : GroupDoorways(
+             regions_->DoorwaysOut(source_), regions_->GroupsPerCell())) {
+      if (!flood.Run(group, reached)) {
+        break;
       }
     }
+    reached[source_.Index()] = true;
+    return reached;
   }
 
-  static bool MayFollow(const Doorway& first, const Doorway& next) {
-    if (first.portal == next.portal) {
-      return false;
-    }
-    return (first.is_sliver ||
-            !ClipBeyond(next.polygon, first.plane).empty()) &&
-           (next.is_sliver || ReachesBefore(first.polygon, next.plane));
-  }
-
-  // Adds the flooded cells; between them and the source lies every flooded
-  // cell that meets the box around both.
-  void AddLoose() {
-    std::vector<CellId> loose;
-    for (size_t i = 0; i < is_loose_.size(); ++i) {
-      if (is_loose_[i]) {
-        loose.emplace_back(i);
+  void AddLoose(const std::vector<bool>& reached) {
+    for (size_t i = 0; i < reached.size(); ++i) {
+      if (reached[i]) {
+        seen_.AddLoose(CellId(i));
       }
-    }
-    const auto& cells = partition_->cells;
-    for (const CellId target : loose) {
-      Box3 hull = cells[source_.Index()].bounds;
-      hull.Include(cells[target.Index()].bounds);
-      std::vector<uint32_t> between = {seen_.NumberOf(source_)};
-      for (const CellId cell : loose) {
-        if (cells[cell.Index()].bounds.Overlaps(hull)) {
-          between.push_back(seen_.NumberOf(cell));
-        }
-      }
-      seen_.Add(target, between);
     }
   }
 
   CellId source_;
-  const Partition* partition_;
   const PortalGraph* graph_;
+  const RegionGraph* regions_;
   Point3 origin_;  // of the coordinates of rows
   SeenCells seen_;
-  std::vector<bool> is_loose_;    // by cell: reached by a flood
   std::vector<Passed> passed_;    // the sequence
   std::vector<PluckerRow> rows_;  // of the sequence
   std::vector<uint32_t> path_;    // numbers of the cells along the sequence
@@ -248,8 +238,9 @@ class Explorer {
 Exploration ExploreFrom(CellId source,
                         const Partition& partition,
                         const PortalGraph& graph,
+                        const RegionGraph& regions,
                         uint32_t max_steps) {
-  return Explorer(source, partition, graph).Run(max_steps);
+  return Explorer(source, partition, graph, regions).Run(max_steps);
 }
 
 }  // namespace enfilade

@@ -5,6 +5,7 @@
 
 #include "base/ids.h"
 #include "partition/partition.h"
+#include "visibility/beam_flood.h"
 #include "visibility/portal_graph.h"
 
 #include <cstdint>
@@ -13,9 +14,11 @@
 namespace enfilade {
 
 // A cell that the source may see, and the cells that a ray between the two may
-// pass, both ends included, ascending.
+// pass, both ends included, ascending. Of a loose one it is not known what lies
+// between: nothing is listed.
 struct SeenCell {
   CellId cell;
+  bool is_loose = false;
   std::vector<CellId> between;
 };
 
@@ -26,13 +29,14 @@ struct Exploration {
 };
 
 // Tries at most about `max_steps` sequences, shared evenly among the portals
-// of the source. Where a portal's share is spent, everything beyond it counts
-// as seen that a flood from portal to portal reaches, each of them stabbed by
-// a line together with the first alone; and every cell so reached that meets
-// the box around source and target lies between them.
+// of the source. Beside that a flood through the openings of regions
+// (beam_flood.h) knows nothing of sequences, but of the walls within cells: it
+// strikes out what it does not reach, and where portals' shares are spent,
+// what it reaches is seen loosely.
 Exploration ExploreFrom(CellId source,
                         const Partition& partition,
                         const PortalGraph& graph,
+                        const RegionGraph& regions,
                         uint32_t max_steps);
 
 }  // namespace enfilade

@@ -19,9 +19,13 @@ Doorway MakeDoorway(PortalId id, CellId to, std::vector<Point3> polygon) {
   door.to = to;
   const Vec3 area = AreaVector(polygon);
   double longest = 0;
+  Box3 bounds;
   for (const Point3 p : polygon) {
     longest = std::max(longest, Length(p - polygon.front()));
+    bounds.Include(p);
   }
+  door.center = bounds.Center();
+  door.radius = 0.5 * Length(bounds.Extent());
   door.is_sliver = Length(area) <= kSliverMetres * longest;
   if (!door.is_sliver) {
     door.plane.normal = Normalize(area);
@@ -39,25 +43,35 @@ Doorway MakeDoorway(PortalId id, CellId to, std::vector<Point3> polygon) {
 }  // namespace
 
 // A line from front to back runs against the normal of the vertices' order.
-PortalGraph::PortalGraph(const Partition& partition)
-    : doorways_(partition.cells.size()) {
-  for (size_t i = 0; i < partition.portals.size(); ++i) {
-    const Portal& portal = partition.portals[i];
+PortalGraph::PortalGraph(size_t cells, const std::vector<Portal>& portals)
+    : doorways_(cells) {
+  for (size_t i = 0; i < portals.size(); ++i) {
+    const Portal& portal = portals[i];
     if (portal.front == portal.back || portal.vertices.empty()) {
       continue;
     }
     const std::vector<Point3>& forward = portal.vertices;
     const std::vector<Point3> reverse(forward.rbegin(), forward.rend());
-    doorways_[portal.front.Index()].push_back(
-        MakeDoorway(PortalId(i), portal.back, reverse));
-    doorways_[portal.back.Index()].push_back(
-        MakeDoorway(PortalId(i), portal.front, forward));
+    const auto add = [&](CellId from, Doorway door) {
+      door.index = static_cast<uint32_t>(doorway_count_++);
+      doorways_[from.Index()].push_back(std::move(door));
+    };
+    add(portal.front, MakeDoorway(PortalId(i), portal.back, reverse));
+    add(portal.back, MakeDoorway(PortalId(i), portal.front, forward));
   }
 }
 
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
-                               const Plane& plane) {
+                               const DoorPlane& plane) {
   std::vector<Point3> kept;
+  ClipBeyondInto(polygon, plane, kept);
+  return kept;
+}
+
+void ClipBeyondInto(const std::vector<Point3>& polygon,
+                    const DoorPlane& plane,
+                    std::vector<Point3>& kept) {
+  kept.clear();
   const size_t n = polygon.size();
   for (size_t i = 0; i < n; ++i) {
     const Point3 p = polygon[i];
@@ -71,10 +85,9 @@ std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
       kept.push_back(Lerp(p, q, dp / (dp - dq)));
     }
   }
-  return kept;
 }
 
-bool ReachesBefore(const std::vector<Point3>& polygon, const Plane& plane) {
+bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane) {
   return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
     return plane.Beyond(p) <= kStabToleranceMetres;
   });

@@ -17,7 +17,7 @@ namespace enfilade {
 constexpr double kStabToleranceMetres = 1e-4;
 
 // Points x with normal . x >= offset lie beyond.
-struct Plane {
+struct DoorPlane {
   Vec3 normal;  // of length 1
   double offset = 0;
 
@@ -31,18 +31,24 @@ struct Plane {
 // the direction of passing, which is the plane's normal.
 struct Doorway {
   PortalId portal;
+  uint32_t index = 0;  // among all doorways of the graph
   CellId to;
   std::vector<Point3> polygon;
-  Plane plane;
+  Point3 center;  // of a ball around the polygon
+  double radius = 0;
+  DoorPlane plane;
   // Too thin for a normal: lines pass it wherever they like.
   bool is_sliver = false;
 };
 
 class PortalGraph {
  public:
-  explicit PortalGraph(const Partition& partition);
+  // Of so many cells, or of regions and their openings.
+  PortalGraph(size_t cells, const std::vector<Portal>& portals);
 
   [[nodiscard]] size_t CellCount() const { return doorways_.size(); }
+
+  [[nodiscard]] size_t DoorwayCount() const { return doorway_count_; }
 
   // Out of a cell, by portal.
   [[nodiscard]] const std::vector<Doorway>& Doorways(CellId cell) const {
@@ -51,15 +57,21 @@ class PortalGraph {
 
  private:
   std::vector<std::vector<Doorway>> doorways_;  // indexed by CellId
+  size_t doorway_count_ = 0;
 };
 
 // The part of a convex polygon beyond the plane, kept a tolerance too large;
 // empty if there is none.
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
-                               const Plane& plane);
+                               const DoorPlane& plane);
+
+// The same into a polygon that exists, whose memory is used again.
+void ClipBeyondInto(const std::vector<Point3>& polygon,
+                    const DoorPlane& plane,
+                    std::vector<Point3>& kept);
 
 // Whether some point lies before the plane, within the tolerance.
-bool ReachesBefore(const std::vector<Point3>& polygon, const Plane& plane);
+bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane);
 
 // Appends the rows that a line through the polygon satisfies, the polygon
 // enlarged by the tolerance. Coordinates are taken relative to `origin` and

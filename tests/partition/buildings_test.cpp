@@ -1,15 +1,10 @@
-// Real buildings, where their folder exists (ENFILADE_DATA or ../shared/data
-// beside the sources).
+// Real buildings, where their folder exists (real_buildings.h).
 
 #include "base/photometry.h"
 #include "partition/partition.h"
-#include "scene/import.h"
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,41 +13,16 @@
 #include <utility>
 
 #include "tests/partition/boundary_check.h"
+#include "tests/partition/real_buildings.h"
 #include "tests/partition/test_scenes.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
 
-namespace fs = std::filesystem;
+using testing::Building;
+using testing::Import;
 using testing::RandomPointIn;
-
-fs::path DataFolder() {
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets the environment.
-  if (const char* named = std::getenv("ENFILADE_DATA")) {
-    return named;
-  }
-  return fs::path(ENFILADE_SOURCE_DIR).parent_path() / "shared" / "data";
-}
-
-// An imported building. Light is not this layer's matter: everything emits.
-struct Building {
-  std::unique_ptr<BlockStorage> store = CreateStoreInMemory();
-  SceneInfo info;
-};
-
-Building Import(const std::string& name, MemoryBudget& budget) {
-  const fs::path overrides =
-      fs::path(::testing::TempDir()) / "partition_overrides.json";
-  std::ofstream(overrides)
-      << R"({"materials": {"*": {"reflectance": 0.5, "exitance": 1}}})";
-  ImportOptions options;
-  options.overrides = overrides;
-  Building building;
-  building.info =
-      ImportScene(DataFolder() / name, options, budget, *building.store);
-  return building;
-}
 
 // The same polygons with everything else forgotten.
 std::unique_ptr<BlockStorage> Stripped(const Building& building) {
@@ -71,15 +41,8 @@ std::unique_ptr<BlockStorage> Stripped(const Building& building) {
   return store;
 }
 
-class Buildings : public ::testing::TestWithParam<const char*> {
+class Buildings : public testing::RealBuildings {
  protected:
-  void SetUp() override {
-    if (!fs::exists(DataFolder())) {
-      GTEST_SKIP() << "no folder " << DataFolder()
-                   << ": set ENFILADE_DATA to the folder of real buildings";
-    }
-  }
-
   MemoryBudget budget_{200ULL << 20};
 };
 

@@ -1,0 +1,62 @@
+// The real buildings that tests run on where their folder exists
+// (ENFILADE_DATA, or ../shared/data beside the sources).
+
+#pragma once
+
+#include "base/memory.h"
+#include "scene/import.h"
+#include "store/sqlite_store.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace enfilade::testing {
+
+inline std::filesystem::path DataFolder() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets the environment.
+  if (const char* named = std::getenv("ENFILADE_DATA")) {
+    return named;
+  }
+  return std::filesystem::path(ENFILADE_SOURCE_DIR).parent_path() / "shared" /
+         "data";
+}
+
+// An imported building. Light is not this layer's matter: everything emits.
+struct Building {
+  std::unique_ptr<BlockStorage> store = CreateStoreInMemory();
+  SceneInfo info;
+};
+
+inline Building Import(const std::string& name,
+                       MemoryBudget& budget,
+                       bool strip_spaces = false) {
+  const std::filesystem::path overrides =
+      std::filesystem::path(::testing::TempDir()) / "building_overrides.json";
+  std::ofstream(overrides)
+      << R"({"materials": {"*": {"reflectance": 0.5, "exitance": 1}}})";
+  ImportOptions options;
+  options.overrides = overrides;
+  options.strip_spaces = strip_spaces;
+  Building building;
+  building.info =
+      ImportScene(DataFolder() / name, options, budget, *building.store);
+  return building;
+}
+
+// Skips the test without the folder. The parameter is a file in it.
+class RealBuildings : public ::testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(DataFolder())) {
+      GTEST_SKIP() << "no folder " << DataFolder()
+                   << ": set ENFILADE_DATA to the folder of real buildings";
+    }
+  }
+};
+
+}  // namespace enfilade::testing
