@@ -210,14 +210,13 @@ VisibleSet DecodeVisibleSet(const Bytes& bytes) {
   }
   VisibleSet set;
   for (const CellId source : sources) {
+    std::vector<uint8_t> bits(width);
+    for (uint8_t& byte : bits) {
+      byte = reader.Get<uint8_t>();
+    }
     VisibleCell visible{source, {}};
-    uint8_t byte = 0;
-    for (size_t i = 0; i < 8 * width; ++i) {
-      byte = i % 8 == 0 ? reader.Get<uint8_t>() : byte;
-      if ((byte >> (i % 8) & 1U) != 0) {
-        if (i >= sources.size()) {
-          throw DamagedStoreError("a stored visible set names unknown cells");
-        }
+    for (size_t i = 0; i < sources.size(); ++i) {
+      if ((bits[i / 8] >> (i % 8) & 1U) != 0) {
         visible.between.push_back(sources[i]);
       }
     }
