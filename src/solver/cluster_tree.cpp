@@ -11,14 +11,6 @@ namespace {
 constexpr size_t kLeafItems = 4;
 constexpr float kTouching = 1e20F;  // 1/m2
 
-Vec3f Low(Vec3f a, Vec3f b) {
-  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
-}
-
-Vec3f High(Vec3f a, Vec3f b) {
-  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
-}
-
 float Axis(Vec3f v, size_t axis) {
   return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
@@ -49,16 +41,6 @@ float LargestDot(const Box& a, const Box& b) {
 }
 
 }  // namespace
-
-void Box::Add(Vec3f p) {
-  low = Low(low, p);
-  high = High(high, p);
-}
-
-void Box::Add(const Box& box) {
-  low = Low(low, box.low);
-  high = High(high, box.high);
-}
 
 struct ClusterTree::Entry {
   ClusterItem item;

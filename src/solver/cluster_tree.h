@@ -24,19 +24,6 @@ struct ClusterItem {
   ElementPath path = kRootPath;
 };
 
-struct Box {
-  Vec3f low{kFar, kFar, kFar};
-  Vec3f high{-kFar, -kFar, -kFar};
-
-  void Add(Vec3f p);
-  void Add(const Box& box);
-
-  [[nodiscard]] Vec3f Extent() const { return high - low; }
-
- private:
-  static constexpr float kFar = 1e30F;
-};
-
 // A node: items [first, first + count), halved by the children child and
 // child + 1, or a leaf where child is 0.
 struct Cluster {

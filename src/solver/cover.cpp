@@ -83,7 +83,7 @@ class Candidates {
  private:
   void Visit(uint32_t node) {
     const Cluster& cluster = cell_->clusters->Clusters()[node];
-    if (!Overlap(cluster.box, reach_) || IsClear(HeightsOf(cluster.box))) {
+    if (!cluster.box.Overlaps(reach_) || IsClear(HeightsOf(cluster.box))) {
       return;
     }
     if (cluster.child != 0) {
@@ -134,11 +134,6 @@ class Candidates {
 
   static bool IsClear(Range height) {
     return height.high <= kInPlane || height.low >= kReach;
-  }
-
-  static bool Overlap(const Box& a, const Box& b) {
-    return a.low.x <= b.high.x && a.high.x >= b.low.x && a.low.y <= b.high.y &&
-           a.high.y >= b.low.y && a.low.z <= b.high.z && a.high.z >= b.low.z;
   }
 
   const CoverSide* cell_;

@@ -15,6 +15,7 @@
 #include "scene/face.h"
 #include "solver/basis.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -56,6 +57,33 @@ inline Vec3f ToFloat(Vec3 v) {
           static_cast<float>(v.y),
           static_cast<float>(v.z)};
 }
+
+// An axis-aligned box, closed; empty at first.
+struct Box {
+  Vec3f low{kFar, kFar, kFar};
+  Vec3f high{-kFar, -kFar, -kFar};
+
+  void Add(Vec3f p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {
+        std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+
+  void Add(const Box& box) {
+    Add(box.low);
+    Add(box.high);
+  }
+
+  [[nodiscard]] bool Overlaps(const Box& box) const {
+    return low.x <= box.high.x && box.low.x <= high.x && low.y <= box.high.y &&
+           box.low.y <= high.y && low.z <= box.high.z && box.low.z <= high.z;
+  }
+
+  [[nodiscard]] Vec3f Extent() const { return high - low; }
+
+ private:
+  static constexpr float kFar = 1e30F;
+};
 
 // A patch ready for the kernels.
 struct PatchGeometry {

@@ -37,14 +37,19 @@ constexpr size_t kItemSources = 64;
 constexpr float kMostProbable = 0.5F;
 constexpr float kFewLinks = 2;
 
-// The error that the rays of a link leave, per unoccluded transfer.
+// What rays that are all blocked leave unknown, per unoccluded transfer.
+float UnknownBlocked(bool few, int blocked) {
+  return (few ? kUnprovenByFour : kUnprovenBlocked) *
+         std::pow(kBlockedDecay, static_cast<float>(blocked));
+}
+
+// The error that the rays of a link leave, likewise.
 float UnknownShare(float visible, bool proven, bool few, int blocked) {
   if (proven) {
     return 0;
   }
   if (visible <= 0) {
-    return (few ? kUnprovenByFour : kUnprovenBlocked) *
-           std::pow(kBlockedDecay, static_cast<float>(blocked));
+    return UnknownBlocked(few, blocked);
   }
   return kMixedVisibility * std::sqrt(visible * (1 - visible)) +
          (few ? kUnprovenByFour : kUnprovenClear);
@@ -363,21 +368,40 @@ void Refiner::Visit(const Receiver& r,
                     const Source& s,
                     int blocked,
                     Task* task) const {
-  const float tau_weak = static_cast<float>(options_.tau_weak);
   if (IsBehind(s.end, *r.end.patch) || IsBehind(r.end, *s.end.patch)) {
     return;
   }
   const float form_factor = FormFactorBound(r.end, s.end);
   const float bound = r.weight * PeakOf(s) * form_factor;
-  if (bound < tau_weak) {
+  if (bound < static_cast<float>(options_.tau_weak)) {
     AddWeak(r, s, form_factor, bound, 1, task);
     return;
   }
-  if (MissesAGate(r.end, s.end)) {
+  const Shaft shaft =
+      ShaftBetween(*r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
+  if (MissesAGate(shaft)) {
     return;
   }
+  Rays rays{.random = Random(KeyOf(r, s))};
+  if (FewDecide(bound, blocked)) {
+    TraceDiagonals(r, s, {0, 1}, &rays, task);
+    if (rays.seen == 0) {
+      AddError(bound * UnknownBlocked(true, blocked), task);
+      return;
+    }
+  }
+  VisitSeen(r, s, shaft, blocked, &rays, task);
+}
+
+// The part of a visit that needs the kernel.
+void Refiner::VisitSeen(const Receiver& r,
+                        const Source& s,
+                        const Shaft& shaft,
+                        int blocked,
+                        Rays* rays,
+                        Task* task) const {
   const Judgement judgement = Judge(r.end, s, constant_basis_);
-  const Visibility look = Look(r, s, judgement, blocked, task);
+  const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays, task);
   const float unknown =
       judgement.transfer *
       UnknownShare(look.fraction, look.proven, look.few, blocked);
@@ -393,7 +417,8 @@ void Refiner::Visit(const Receiver& r,
   const bool can_split_s = CanSplit(s.end, s.path);
   if (error <= static_cast<float>(options_.tau) ||
       (!can_split_r && !can_split_s)) {
-    Accept(r, s, judgement, look, error, task);
+    AddError(error, task);
+    Accept(r, s, judgement, look, task);
   } else if (can_split_r && (by_receiver >= by_source || !can_split_s)) {
     SplitReceiver(r, s, blocked, task);
   } else {
@@ -401,13 +426,23 @@ void Refiner::Visit(const Receiver& r,
   }
 }
 
-bool Refiner::MissesAGate(const TransferEnd& r, const TransferEnd& s) const {
-  return std::any_of(blockers_->gates.begin(),
-                     blockers_->gates.end(),
-                     [&](const ShaftBlockers* portals) {
-                       return portals->IsEmptyBetween(
-                           *r.patch, r.frame, *s.patch, s.frame);
-                     });
+bool Refiner::MissesAGate(const Shaft& shaft) const {
+  return std::any_of(
+      blockers_->gates.begin(),
+      blockers_->gates.end(),
+      [&](const ShaftBlockers* portals) { return portals->LeaveEmpty(shaft); });
+}
+
+// Whether what four rays leave unknown of a transfer, where they agree, is
+// little.
+bool Refiner::FewDecide(float transfer, int blocked) const {
+  return transfer * UnknownBlocked(true, blocked) <=
+         kDecidedByFour * static_cast<float>(options_.tau);
+}
+
+void Refiner::AddError(float error, Task* task) {
+  task->out->squared_error +=
+      static_cast<double>(error) * static_cast<double>(error);
 }
 
 void Refiner::SplitReceiver(const Receiver& r,
@@ -432,69 +467,69 @@ void Refiner::SplitSource(const Receiver& r,
 
 Refiner::Visibility Refiner::Look(const Receiver& r,
                                   const Source& s,
-                                  const Judgement& judgement,
-                                  int blocked,
+                                  const Sight& sight,
+                                  Rays* rays,
                                   Task* task) const {
   Visibility look;
-  look.proven =
-      std::all_of(blockers_->shafts.begin(),
-                  blockers_->shafts.end(),
-                  [&](const ShaftBlockers* shaft) {
-                    return shaft->IsEmptyBetween(
-                        *r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
-                  });
+  look.proven = std::all_of(blockers_->shafts.begin(),
+                            blockers_->shafts.end(),
+                            [&](const ShaftBlockers* cell) {
+                              return cell->LeaveEmpty(*sight.shaft);
+                            });
   if (look.proven) {
     look.bits = AllBits(r.end, s.end);
     return look;
   }
-  RaySums sums{.random = Random(KeyOf(r, s))};
-  // First one ray from each node of the receiver, each to another of the
-  // source; then those of all other pairs.
-  TraceDiagonals(r, s, judgement, {0, 1}, &sums, task);
-  const float decay = std::pow(kBlockedDecay, static_cast<float>(blocked));
-  const float left = r.weight * judgement.transfer * kUnprovenByFour * decay;
-  look.few = (sums.seen == 0 || sums.seen == sums.traced) &&
-             left <= kDecidedByFour * static_cast<float>(options_.tau);
-  if (!look.few) {
-    TraceDiagonals(r, s, judgement, {1, s.end.node_count}, &sums, task);
+  if (rays->traced == 0) {
+    TraceDiagonals(r, s, {0, 1}, rays, task);
   }
-  look.bits = sums.bits;
-  if (look.few && sums.seen > 0) {
-    look.bits = AllBits(r.end, s.end);
+  const bool agree = rays->seen == 0 || rays->seen == rays->traced;
+  look.few =
+      agree && FewDecide(r.weight * sight.judgement->transfer, sight.blocked);
+  if (look.few) {
+    look.bits = rays->seen == 0 ? uint16_t{0} : AllBits(r.end, s.end);
+    look.fraction = rays->seen == 0 ? 0.0F : 1.0F;
+    return look;
   }
-  look.fraction = sums.visible / sums.all;
+  TraceDiagonals(r, s, {1, s.end.node_count}, rays, task);
+  look.bits = rays->seen;
+  float all = 0;
+  float visible = 0;
+  for (size_t bit = 0; bit < sight.judgement->kernel.size(); ++bit) {
+    const float share =
+        sight.judgement->kernel[bit] * s.radiosity[bit % kTransferNodes] +
+        1e-20F;
+    all += (rays->traced >> bit & 1) != 0 ? share : 0;
+    visible += (rays->seen >> bit & 1) != 0 ? share : 0;
+  }
+  look.fraction = visible / all;
   return look;
 }
 
 // Traces rays from each node g of the receiver to the source's nodes
-// (g + k) mod n for k in [first, last).
+// (g + k) mod n for k in [first, last): first one ray from each of the
+// receiver's nodes, each to another of the source's, then all others.
 void Refiner::TraceDiagonals(const Receiver& r,
                              const Source& s,
-                             const Judgement& judgement,
                              DiagonalRange range,
-                             RaySums* sums,
+                             Rays* rays,
                              Task* task) const {
-  SegmentPacket packet{};
+  SegmentPacket packet;
   std::array<uint8_t, 16> lane_bit{};
   for (size_t k = range.first; k < range.last; ++k) {
     for (size_t g = 0; g < r.end.node_count; ++g) {
       const size_t q = (g + k) % s.end.node_count;
       lane_bit[packet.count] = static_cast<uint8_t>(g * kTransferNodes + q);
-      AddSegment(RandomPair(r.end, g, s.end, q, &sums->random), &packet);
+      AddSegment(RandomPair(r.end, g, s.end, q, &rays->random), &packet);
     }
   }
   const uint32_t blocked = Occluded(blockers_->occluders, packet);
   task->out->rays += packet.count;
-  sums->traced += packet.count;
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
-    const size_t bit = lane_bit[lane];
-    const float share =
-        judgement.kernel[bit] * s.radiosity[bit % kTransferNodes] + 1e-20F;
-    sums->all += share;
+    const uint32_t bit = 1U << lane_bit[lane];
+    rays->traced |= static_cast<uint16_t>(bit);
     if ((blocked >> lane & 1) == 0) {
-      ++sums->seen;
-      sums->visible += share;
-      sums->bits |= static_cast<uint16_t>(1U << bit);
+      rays->seen |= static_cast<uint16_t>(bit);
     }
   }
 }
@@ -509,10 +544,7 @@ void Refiner::Accept(const Receiver& r,
                      const Source& s,
                      const Judgement& judgement,
                      const Visibility& visibility,
-                     float error,
                      Task* task) const {
-  task->out->squared_error +=
-      static_cast<double>(error) * static_cast<double>(error);
   if (visibility.bits == 0) {
     return;
   }
@@ -565,9 +597,7 @@ void Refiner::AddWeak(const Receiver& r,
   } else {
     form_factor = s.end.area * PointKernel({x, y}, r.end, s.end);
   }
-  const double spread = static_cast<double>(bound / probability);
-  task->out->squared_error +=
-      spread * spread * static_cast<double>(1 - probability);
+  AddError(bound / probability * std::sqrt(1 - probability), task);
   if (!(form_factor > 0)) {
     return;
   }

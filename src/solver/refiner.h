@@ -130,14 +130,18 @@ class Refiner {
     bool few = false;  // four rays sufficed
   };
 
-  // What rays of one link have seen.
-  struct RaySums {
-    Random random;  // for the next rays
-    uint32_t traced = 0;
-    uint32_t seen = 0;
-    float all = 0;  // kernel times radiosity
-    float visible = 0;
-    uint16_t bits = 0;
+  // The rays of a link: bits of pairs of nodes.
+  struct Rays {
+    Random random;  // for the next ones
+    uint16_t traced = 0;
+    uint16_t seen = 0;
+  };
+
+  // What is known when visibility is looked at.
+  struct Sight {
+    const Judgement* judgement = nullptr;
+    const Shaft* shaft = nullptr;
+    int blocked = 0;
   };
 
   struct DiagonalRange {
@@ -179,20 +183,26 @@ class Refiner {
                    const Source& s,
                    int blocked,
                    Task* task) const;
-  [[nodiscard]] bool MissesAGate(const TransferEnd& r,
-                                 const TransferEnd& s) const;
+  void VisitSeen(const Receiver& r,
+                 const Source& s,
+                 const Shaft& shaft,
+                 int blocked,
+                 Rays* rays,
+                 Task* task) const;
+  [[nodiscard]] bool MissesAGate(const Shaft& shaft) const;
 
   [[nodiscard]] Visibility Look(const Receiver& r,
                                 const Source& s,
-                                const Judgement& judgement,
-                                int blocked,
+                                const Sight& sight,
+                                Rays* rays,
                                 Task* task) const;
   void TraceDiagonals(const Receiver& r,
                       const Source& s,
-                      const Judgement& judgement,
                       DiagonalRange range,
-                      RaySums* sums,
+                      Rays* rays,
                       Task* task) const;
+  [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
+  static void AddError(float error, Task* task);
 
   // With which probability a transfer is kept, by bounds of itself (W/m,
   // weighted) and of its form factor.
@@ -210,7 +220,6 @@ class Refiner {
               const Source& s,
               const Judgement& judgement,
               const Visibility& visibility,
-              float error,
               Task* task) const;
 
   static RawLink LinkBetween(const Receiver& r, const Source& s);

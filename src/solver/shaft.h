@@ -5,11 +5,26 @@
 
 #include "solver/geometry.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace enfilade {
+
+// The space between two elements.
+struct Shaft {
+  const PatchGeometry* receiver = nullptr;
+  const PatchGeometry* source = nullptr;
+  std::array<Vec3f, 8> ends;  // the corners of both
+  size_t count = 0;
+  Box box;  // of both
+};
+
+Shaft ShaftBetween(const PatchGeometry& receiver,
+                   ElementFrame receiver_frame,
+                   const PatchGeometry& source,
+                   ElementFrame source_frame);
 
 // The blockers of one cell, in small groups with boxes.
 class ShaftBlockers {
@@ -19,31 +34,23 @@ class ShaftBlockers {
   // True only if no blocker can cut a segment between the two elements:
   // every blocker lies outside the box of both, or has both on one side of
   // its plane, or lies behind one of them.
-  [[nodiscard]] bool IsEmptyBetween(const PatchGeometry& receiver,
-                                    ElementFrame receiver_frame,
-                                    const PatchGeometry& source,
-                                    ElementFrame source_frame) const;
+  [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
  private:
-  struct Box {
-    Vec3f low;
-    Vec3f high;
-  };
-
   struct Group {
     Box box;
     uint32_t first = 0;
     uint32_t count = 0;
   };
 
+  [[nodiscard]] bool LeaveEmpty(const Group& group, const Shaft& shaft) const;
+
   // Groups of blockers, and groups of groups.
   std::vector<Group> groups_;
   std::vector<Group> supergroups_;
-  struct Shaft;  // a query
-  [[nodiscard]] bool IsClearOf(const Group& group, const Shaft& shaft) const;
-
+  Box box_;                    // of all
   std::vector<Box> boxes_;     // of the blockers, group after group
   std::vector<Vec3f> points_;  // four corners each (a triangle repeats one)
   std::vector<Vec3f> normals_;

@@ -39,7 +39,7 @@ PointPair PairByKernel(const TransferEnd& r,
                        const TransferEnd& s,
                        size_t q,
                        Random* random) {
-  constexpr size_t kCandidates = 6;
+  constexpr size_t kCandidates = 4;
   std::array<PointPair, kCandidates> candidates;
   std::array<float, kCandidates> sums{};
   float sum = 0;
