@@ -1,0 +1,237 @@
+// Covers are found where something stands, and looked for nowhere else.
+
+#include "solver/cover.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/solver/test_cells.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::Append;
+using test::BoxPatches;
+using test::GeometryOf;
+
+constexpr double kRoom = 4;  // m, the edge of the floor; patch 0
+constexpr Box3 kRoomBox = {{0, 0, 0}, {kRoom, kRoom, 3}};
+
+// A cell with the covers found on it.
+class CoveredCell {
+ public:
+  CoveredCell(std::vector<Patch> patches, double tau, uint64_t seed = 5)
+      : budget_(1ULL << 30),
+        device_(budget_, Point3{}),
+        geometry_(GeometryOf(patches)),
+        clusters_(geometry_, WholePatches(geometry_.size())) {
+    CellPatches cell;
+    cell.bounds = kRoomBox;
+    cell.patches = std::move(patches);
+    const auto blockers = device_.Build(cell);
+    CoverOptions options;
+    options.tau = tau;
+    options.seed = seed;
+    covers_ = FindCovers(options,
+                         {CellId(0U), geometry_, &clusters_, blockers.get()},
+                         std::vector<float>(geometry_.size(), 1.0F));
+  }
+
+  [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
+    return geometry_;
+  }
+
+  [[nodiscard]] const Covers& Found() const { return covers_; }
+
+  // The receivers on one patch.
+  [[nodiscard]] std::vector<ElementFrame> Leaves(uint32_t patch) const {
+    std::vector<ElementFrame> leaves;
+    for (const ClusterItem& item : covers_.receivers) {
+      if (item.patch == patch) {
+        leaves.push_back(FrameOfPath(geometry_[patch].shape, item.path));
+      }
+    }
+    return leaves;
+  }
+
+ private:
+  MemoryBudget budget_;
+  OcclusionDevice device_;
+  std::vector<PatchGeometry> geometry_;
+  ClusterTree clusters_;
+  Covers covers_;
+};
+
+std::vector<Patch> BareRoom() {
+  return BoxPatches(kRoomBox, true);
+}
+
+// A low plinth on the floor, too low and narrow to be looked out of.
+constexpr Box3 kPlinth = {{1.3, 2.1, 0}, {1.6, 2.4, 0.1}};
+
+std::vector<Patch> RoomWithPlinth() {
+  std::vector<Patch> patches = BareRoom();
+  Append(patches, BoxPatches(kPlinth, false));
+  return patches;
+}
+
+// The part of a leaf of the floor that the plinth covers.
+double CoveredShare(ElementFrame leaf) {
+  const auto overlap = [&](double from, double low, double high) {
+    const double width = kRoom * static_cast<double>(leaf.scale);
+    return std::max(0.0, std::min(from + width, high) - std::max(from, low)) /
+           width;
+  };
+  return overlap(kRoom * static_cast<double>(leaf.a),
+                 kPlinth.low.x,
+                 kPlinth.high.x) *
+         overlap(kRoom * static_cast<double>(leaf.b),
+                 kPlinth.low.y,
+                 kPlinth.high.y);
+}
+
+double LeafArea(ElementFrame leaf) {
+  return kRoom * kRoom * static_cast<double>(leaf.scale * leaf.scale);
+}
+
+TEST(Cover, BareRoomHasNone) {
+  // At tau 0.2 some 7 of 2048 points must be taken for covered by mistake; of
+  // the 130 in the strips along the edges, one in 256 is.
+  const CoveredCell cell(BareRoom(), 0.2);
+  ASSERT_EQ(cell.Found().receivers.size(), 6U);
+  for (const ClusterItem& item : cell.Found().receivers) {
+    EXPECT_EQ(item.path, kRootPath);
+  }
+}
+
+TEST(Cover, BareRoomIsLookedAtInStripsAlongItsEdgesOnly) {
+  const CoveredCell cell(BareRoom(), 0.2);
+  // At most 2048 points a wall, of which those within 0.05 m of its four edges
+  // are tried, in 8 directions each. The share of the strips is at most
+  // 4 x 0.05 / 3; 5 standard deviations of a binomial on top.
+  const double share = 4 * 0.05 / 3;
+  const double points =
+      2048 * share + 5 * std::sqrt(2048 * share * (1 - share));
+  EXPECT_LE(static_cast<double>(cell.Found().rays), 6 * 8 * points);
+}
+
+TEST(Cover, FreeHangingThingsOutOfReachCostNoRays) {
+  std::vector<Patch> floor = {BareRoom()[0]};
+  Append(floor, BoxPatches({{1, 1, 0.5}, {2, 2, 1}}, false));
+  const CoveredCell cell(floor, 0.01);
+  EXPECT_EQ(cell.Leaves(0).size(), 1U);
+  floor.resize(1);
+  EXPECT_EQ(CoveredCell(floor, 0.01).Found().rays, 0U);
+}
+
+TEST(Cover, BoxOnTheFloorIsFound) {
+  const double tau = 0.05;
+  const CoveredCell cell(RoomWithPlinth(), tau);
+  const auto leaves = cell.Leaves(0);
+  EXPECT_GT(leaves.size(), 4U);
+  double covered = 0;
+  for (const ElementFrame leaf : leaves) {
+    const double share = CoveredShare(leaf);
+    const double error = std::sqrt(share * (1 - share) * LeafArea(leaf));
+    // Twice for the noise of the sampled share: where that error is 2 tau, the
+    // share is (2 tau)^2 / area or more, of area / 8 cm2 points at least 12;
+    // to be taken for tau, 3 or fewer must have been hit.
+    EXPECT_LE(error, 2 * tau) << leaf.a << " " << leaf.b << " " << leaf.scale;
+    covered += share > 0.5 ? LeafArea(leaf) : 0;
+  }
+  // The leaves that are mostly covered make up the footprint.
+  EXPECT_NEAR(covered, 0.3 * 0.3, 0.3 * 0.3 * 0.5);
+}
+
+// The RMS over the floor of what is lost by taking each leaf for covered in its
+// mean.
+double EdgeError(double tau) {
+  double square = 0;
+  for (const ElementFrame leaf : CoveredCell(RoomWithPlinth(), tau).Leaves(0)) {
+    const double share = CoveredShare(leaf);
+    square += share * (1 - share) * LeafArea(leaf);
+  }
+  return std::sqrt(square);
+}
+
+TEST(Cover, ErrorOfItsEdgesFallsWithTheRootOfTau) {
+  const double whole = std::sqrt(0.09 * (1 - 0.09 / 16));  // one element
+  EXPECT_NEAR(EdgeError(1), whole, 1e-4);
+  // Leaves on the edge are about as wide as tau / reflected, and the strip that
+  // they make up is in the wrong by a constant: its area falls with tau.
+  const double slope =
+      std::log(EdgeError(0.2) / EdgeError(0.005)) / std::log(0.2 / 0.005);
+  EXPECT_NEAR(slope, 0.5, 0.1);
+}
+
+TEST(Cover, OnlyWhatIsPartlyCoveredIsSplit) {
+  const CoveredCell cell(RoomWithPlinth(), 0.05);
+  // A parent of four leaves must have been crossed by the edge of the cover.
+  for (const ElementFrame leaf : cell.Leaves(0)) {
+    if (leaf.scale == 1) {
+      continue;
+    }
+    const float wide = 2 * leaf.scale;
+    const ElementFrame parent = {wide * std::floor(leaf.a / wide),
+                                 wide * std::floor(leaf.b / wide),
+                                 wide};
+    const double share = CoveredShare(parent);
+    EXPECT_GT(share, 0) << parent.a << " " << parent.b << " " << wide;
+    EXPECT_LT(share, 1) << parent.a << " " << parent.b << " " << wide;
+  }
+}
+
+// Every path's leaves tile its patch: none is an ancestor of another, and their
+// areas add up.
+void ExpectTiled(const CoveredCell& cell) {
+  std::vector<std::vector<ElementPath>> paths(cell.Geometry().size());
+  for (const ClusterItem& item : cell.Found().receivers) {
+    paths[item.patch].push_back(item.path);
+  }
+  for (const auto& of_patch : paths) {
+    double area = 0;  // powers of four: exact
+    for (const ElementPath path : of_patch) {
+      size_t level = 0;
+      for (ElementPath up = path; up != kRootPath; up >>= 2) {
+        ++level;
+        EXPECT_EQ(std::count(of_patch.begin(), of_patch.end(), up >> 2), 0);
+      }
+      EXPECT_EQ(std::count(of_patch.begin(), of_patch.end(), path), 1);
+      area += std::pow(0.25, level);
+    }
+    EXPECT_EQ(area, 1);
+  }
+}
+
+TEST(Cover, LeavesTileTheirPatches) {
+  std::vector<Patch> patches = RoomWithPlinth();
+  // A triangle that lies half under the plinth's neighbour.
+  Append(patches, BoxPatches({{3, 3, 1.0}, {3.2, 3.2, 1.1}}, false));
+  patches.push_back(test::Triangle({2.9, 2.9, 0.98}, {0, 0.5, 0}, {0.5, 0, 0}));
+  std::swap(patches.back().u, patches.back().v);  // faces up, to the box
+  const CoveredCell cell(patches, 0.01);
+  EXPECT_GT(cell.Leaves(static_cast<uint32_t>(patches.size() - 1)).size(), 1U);
+  ExpectTiled(cell);
+}
+
+TEST(Cover, BlackPatchesReceiveNothing) {
+  std::vector<Patch> patches = RoomWithPlinth();
+  patches[0].reflects = false;
+  EXPECT_TRUE(CoveredCell(patches, 0.05).Leaves(0).empty());
+}
+
+TEST(Cover, SameSeedFindsTheSame) {
+  const CoveredCell a(RoomWithPlinth(), 0.02, 7);
+  const CoveredCell b(RoomWithPlinth(), 0.02, 7);
+  EXPECT_EQ(a.Found().rays, b.Found().rays);
+  ASSERT_EQ(a.Found().receivers.size(), b.Found().receivers.size());
+  for (size_t i = 0; i < a.Found().receivers.size(); ++i) {
+    EXPECT_EQ(a.Found().receivers[i].patch, b.Found().receivers[i].patch);
+    EXPECT_EQ(a.Found().receivers[i].path, b.Found().receivers[i].path);
+  }
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,341 @@
+// Reflection, emission and projection on trees, by their defining identities.
+
+#include "solver/push_pull.h"
+
+#include <cmath>
+
+#include "tests/solver/test_cells.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::GeometryOf;
+using test::RandomPatches;
+
+constexpr size_t kChannels = kRgbChannels;
+constexpr std::array<float, kChannels> kReflectance = {0.2F, 0.5F, 0.8F};
+constexpr std::array<float, kChannels> kExitance = {3, 1, 0.5F};
+
+SurfaceTable Surfaces() {
+  SurfaceTable table;
+  table.reflectance.assign(kReflectance.begin(), kReflectance.end());
+  table.exitance.assign(kExitance.begin(), kExitance.end());
+  return table;
+}
+
+// Random patches, the even ones emitting, with random trees over them.
+class PushPullTest : public ::testing::TestWithParam<size_t> {
+ protected:
+  PushPullTest()
+      : basis_(GetParam()),
+        patches_(Patches()),
+        tree_({&basis_, kChannels}, patches_) {
+    Random random(42);
+    for (int i = 0; i < 60; ++i) {
+      ElementPath path = kRootPath;
+      for (uint32_t level = random.NextBelow(5); level > 0; --level) {
+        path = ChildPath(path, random.NextBelow(kChildren));
+      }
+      tree_.FindOrCreate(
+          PatchId(random.NextBelow(static_cast<uint32_t>(patches_.size()))),
+          path,
+          patches_);
+    }
+  }
+
+  static std::vector<PatchGeometry> Patches() {
+    auto patches = GeometryOf(RandomPatches(41, 8, 4, 2), 0.8);
+    for (size_t i = 0; i < patches.size(); i += 2) {
+      patches[i].emits = true;
+    }
+    return patches;
+  }
+
+  [[nodiscard]] const PatchGeometry& PatchOf(ElementId e) const {
+    return patches_[tree_.At(e).patch];
+  }
+
+  [[nodiscard]] const ShapeBasis& BasisOf(ElementId e) const {
+    return basis_.On(PatchOf(e).shape);
+  }
+
+  [[nodiscard]] float Emitted(ElementId e, size_t channel) const {
+    return PatchOf(e).emits ? kExitance[channel] : 0;
+  }
+
+  // Calls visit(element, channel, node, index of the coefficient).
+  template <typename Visit>
+  void ForEachNode(const Visit& visit) const {
+    for (size_t i = 0; i < tree_.Size(); ++i) {
+      for (size_t c = 0; c < kChannels; ++c) {
+        for (size_t q = 0; q < BasisOf(ElementId(i)).NodeCount(); ++q) {
+          visit(ElementId(i), c, q, c * tree_.Shape().NodeStride() + q);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool IsRoot(ElementId e) const {
+    return e.Index() < tree_.PatchCount();
+  }
+
+  Basis basis_;
+  std::vector<PatchGeometry> patches_;
+  CellTree tree_;
+};
+
+// Float rounding of sums of a few values of this size.
+constexpr double kRounding = 1e-5;
+
+TEST_P(PushPullTest, DarkElementsHaveTheirEmission) {
+  const CoefficientArray b = EmittedRadiosity(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    EXPECT_NEAR(b[e][at], Emitted(e, c), kRounding);
+  });
+}
+
+TEST_P(PushPullTest, WithoutIrradianceOnlyEmissionIsLeft) {
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray e = EmittedRadiosity(tree_, patches_, Surfaces());
+  for (size_t i = 0; i < tree_.Size(); ++i) {
+    for (size_t k = 0; k < b.Stride(); ++k) {
+      EXPECT_EQ(b[ElementId(i)][k], e[ElementId(i)][k]);
+    }
+  }
+}
+
+TEST_P(PushPullTest, ConstantIrradianceOfTheRootIsReflectedEverywhere) {
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    if (IsRoot(e)) {
+      tree_.Gathered()[e][at] = 2 + static_cast<float>(c);
+    }
+  });
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    const float h = 2 + static_cast<float>(c);
+    EXPECT_NEAR(b[e][at], Emitted(e, c) + kReflectance[c] * h, kRounding);
+  });
+}
+
+TEST_P(PushPullTest, IrradianceOfAPointIsTheSumOverItsElements) {
+  // 1 on every element: a leaf at level n has n + 1.
+  ForEachNode([&](ElementId e, size_t, size_t, size_t at) {
+    tree_.Gathered()[e][at] = 1;
+  });
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    const Element& element = tree_.At(e);
+    if (element.first_child == 0) {
+      const double level = -std::log2(std::abs(element.frame.scale));
+      EXPECT_NEAR(b[e][at],
+                  static_cast<double>(Emitted(e, c)) +
+                      static_cast<double>(kReflectance[c]) * (level + 1),
+                  kRounding);
+    }
+  });
+}
+
+// Random irradiance on all elements.
+void FillAtRandom(CoefficientArray* values) {
+  Random random(43);
+  for (size_t i = 0; i < values->Size(); ++i) {
+    for (float& v : (*values)[ElementId(i)]) {
+      v = static_cast<float>(random.Next());
+    }
+  }
+}
+
+TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
+  FillAtRandom(&tree_.Gathered());
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t g, size_t at) {
+    const uint32_t child = tree_.At(e).first_child;
+    if (child == 0) {
+      return;
+    }
+    // The projection has the children's inner product with every function.
+    const ShapeBasis& basis = BasisOf(e);
+    double projected = 0;
+    for (size_t k = 0; k < kChildren; ++k) {
+      for (size_t q = 0; q < basis.NodeCount(); ++q) {
+        const auto of_child = b[ElementId(child + k)];
+        const float v = of_child[c * tree_.Shape().NodeStride() + q];
+        // The child's node lies at a point of the parent, weighs a quarter.
+        const ChildFrame frame = FrameOfChild(PatchOf(e).shape, k);
+        const UnitPoint node = basis.Node(q);
+        const UnitPoint at_parent = {frame.a + frame.scale * node.a,
+                                     frame.b + frame.scale * node.b};
+        projected += 0.25 * basis.Weight(q) * static_cast<double>(v) *
+                     basis.Evaluate(at_parent)[g];
+      }
+    }
+    EXPECT_NEAR(
+        static_cast<double>(b[e][at]) * basis.Weight(g), projected, kRounding);
+  });
+}
+
+TEST_P(PushPullTest, SumOverLeavesIsTheIntegralOverTheRoots) {
+  FillAtRandom(&tree_.Gathered());
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  double roots = 0;
+  ForEachNode([&](ElementId e, size_t, size_t q, size_t at) {
+    if (IsRoot(e)) {
+      roots += static_cast<double>(PatchOf(e).area) * BasisOf(e).Weight(q) *
+               static_cast<double>(b[e][at]) / kChannels;
+    }
+  });
+  const LeafSums sums = SumOverLeaves(tree_, patches_, b);
+  EXPECT_NEAR(sums.value / roots, 1, kRounding);
+  if (GetParam() == 1) {  // higher orders may swing below zero
+    EXPECT_NEAR(sums.absolute, sums.value, 1e-9 * roots);
+  }
+  EXPECT_GE(sums.absolute, sums.value * (1 - 1e-9));
+  double area = 0;
+  for (const PatchGeometry& p : patches_) {
+    area += static_cast<double>(p.area);
+  }
+  EXPECT_GE(sums.squared * area, sums.value * sums.value / kChannels);
+}
+
+TEST_P(PushPullTest, WhatTheBasisHoldsAtTheRootIsReproducedOnTheLeaves) {
+  // Irradiance 1 + 2 a - b (higher orders) over each patch.
+  const auto field = [&](double a, double b) {
+    return GetParam() == 1 ? 1 : 1 + 2 * a - b;
+  };
+  ForEachNode([&](ElementId e, size_t, size_t q, size_t at) {
+    if (IsRoot(e)) {
+      const UnitPoint node = BasisOf(e).Node(q);
+      tree_.Gathered()[e][at] = static_cast<float>(field(node.a, node.b));
+    }
+  });
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t q, size_t at) {
+    const ElementFrame f = tree_.At(e).frame;
+    const UnitPoint node = BasisOf(e).Node(q);
+    const double h =
+        field(static_cast<double>(f.a) + static_cast<double>(f.scale) * node.a,
+              static_cast<double>(f.b) + static_cast<double>(f.scale) * node.b);
+    EXPECT_NEAR(b[e][at],
+                static_cast<double>(Emitted(e, c)) +
+                    static_cast<double>(kReflectance[c]) * h,
+                2 * kRounding);
+  });
+}
+
+TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
+  FillAtRandom(&tree_.Gathered());
+  for (PatchGeometry& p : patches_) {
+    p.reflects = false;
+  }
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    EXPECT_NEAR(b[e][at], Emitted(e, c), kRounding);
+  });
+}
+
+// ------------------------------------------------------------------- gains
+
+// The factor by which a leaf of this gain must be held: rho * gain at most
+// (1 + rho) / 2, which is below 1 for every rho below 1.
+double Held(double rho, double gain) {
+  return std::min(1.0, 0.5 * (1 + rho) / (rho * gain));
+}
+
+TEST_P(PushPullTest, GainAboveTheLimitIsHeldAndOthersAreUntouched) {
+  // Patch i has a gain of i / 4; the limit of rho = 0.8 is 1.125.
+  for (size_t i = 0; i < patches_.size(); ++i) {
+    *tree_.Gain().At(i) = static_cast<float>(i) / 4;
+  }
+  FillAtRandom(&tree_.Gathered());
+  const CoefficientArray held = PushPull(tree_, patches_, Surfaces());
+  tree_.Gain().SetZero();
+  const CoefficientArray free = PushPull(tree_, patches_, Surfaces());
+  size_t changed = 0;
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    const size_t patch = tree_.At(e).patch;
+    const double gain = 0.25 * static_cast<double>(patch);
+    if (patch <= 4) {
+      EXPECT_EQ(held[e][at], free[e][at]) << gain;
+      return;
+    }
+    const double e0 = static_cast<double>(Emitted(e, c));
+    const double reflected = static_cast<double>(free[e][at]) - e0;
+    EXPECT_NEAR(held[e][at], e0 + Held(0.8, gain) * reflected, kRounding)
+        << gain;
+    ++changed;
+  });
+  EXPECT_GT(changed, 0U);
+}
+
+TEST_P(PushPullTest, GainOfAPointIsTheSumOverItsElements) {
+  // 0.6 on every element: only leaves below the root exceed 1.125.
+  for (size_t i = 0; i < tree_.Size(); ++i) {
+    *tree_.Gain().At(i) = 0.6F;
+  }
+  ForEachNode([&](ElementId e, size_t, size_t, size_t at) {
+    tree_.Gathered()[e][at] = IsRoot(e) ? 1 : 0;
+  });
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    if (tree_.At(e).first_child == 0) {
+      const double level =
+          -std::log2(std::abs(static_cast<double>(tree_.At(e).frame.scale)));
+      EXPECT_NEAR(b[e][at],
+                  static_cast<double>(Emitted(e, c)) +
+                      static_cast<double>(kReflectance[c]) *
+                          Held(0.8, 0.6 * (level + 1)),
+                  kRounding);
+    }
+  });
+}
+
+TEST(PushPull, HeldGainNeverGrowsLight) {
+  // B = E + rho kept gain B converges for every gain: rho kept gain < 1.
+  const Basis basis(1);
+  for (const double rho : {0.3, 0.8, 0.95, 0.99}) {
+    const auto patches = GeometryOf(RandomPatches(44, 1, 1, 1), rho);
+    SurfaceTable table;
+    table.reflectance.assign(kChannels, static_cast<float>(rho));
+    table.exitance.assign(kChannels, 0);
+    for (const float gain : {0.5F, 1.0F, 1.2F, 3.0F, 100.0F}) {
+      CellTree tree({&basis, kChannels}, patches);
+      *tree.Gain().At(0) = gain;
+      tree.Gathered()[ElementId(0U)][0] = gain;  // of a source of 1 W/m2
+      const CoefficientArray b = PushPull(tree, patches, table);
+      EXPECT_LE(b[ElementId(0U)][0], 0.5 * (1 + rho) + kRounding);
+      EXPECT_LT(b[ElementId(0U)][0], 1) << rho << " " << gain;
+    }
+  }
+}
+
+// ------------------------------------------------------------------- sums
+
+TEST_P(PushPullTest, MeanReflectedIsWhatIsBeyondEmission) {
+  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+    if (IsRoot(e)) {
+      tree_.Gathered()[e][at] = c == 1 ? 4 : 1;
+    }
+  });
+  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  for (size_t i = 0; i < patches_.size(); ++i) {
+    // 0.5 * 4 in the second channel is the largest.
+    EXPECT_NEAR(
+        MeanReflected(patches_[i], b[ElementId(i)], tree_.Shape(), Surfaces()),
+        2,
+        kRounding);
+  }
+}
+
+TEST_P(PushPullTest, EmittedFluxIsAreaTimesExitance) {
+  double flux = 0;
+  for (const PatchGeometry& p : patches_) {
+    flux += p.emits ? static_cast<double>(p.area) * (3 + 1 + 0.5) / 3 : 0;
+  }
+  EXPECT_NEAR(EmittedFlux(patches_, Surfaces()) / flux, 1, kRounding);
+}
+
+INSTANTIATE_TEST_SUITE_P(Orders, PushPullTest, ::testing::Values(1, 2, 3));
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,206 @@
+// Proofs of emptiness are never contradicted by rays, and are found where they
+// are easy.
+
+#include "solver/shaft.h"
+
+#include "solver/element_tree.h"
+#include "solver/form_factor.h"
+#include "solver/transfer_sample.h"
+
+#include <memory>
+
+#include "tests/solver/test_cells.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::Append;
+using test::BoxPatches;
+using test::GeometryOf;
+using test::RandomPatches;
+using test::RandomPointOn;
+
+// Segments that leave their surfaces at a smaller angle may hit these very
+// surfaces (visibility/occlusion.cpp).
+constexpr float kSteep = 1.0F / 25;
+
+// Blockers, as rays and as shafts see them.
+class Scenery {
+ public:
+  explicit Scenery(const std::vector<Patch>& patches)
+      : budget_(1ULL << 30),
+        device_(budget_, Point3{}),
+        geometry_(GeometryOf(patches)),
+        shaft_(geometry_) {
+    CellPatches cell;
+    cell.bounds = {{-100, -100, -100}, {100, 100, 100}};
+    cell.patches = patches;
+    occluder_ = device_.Build(cell);
+  }
+
+  [[nodiscard]] const std::vector<PatchGeometry>& Patches() const {
+    return geometry_;
+  }
+
+  [[nodiscard]] bool Proves(const PatchGeometry& r,
+                            ElementFrame rf,
+                            const PatchGeometry& s,
+                            ElementFrame sf) const {
+    return shaft_.IsEmptyBetween(r, rf, s, sf);
+  }
+
+  // Of 16 random segments between points that face each other, how many are
+  // blocked.
+  [[nodiscard]] int BlockedOf16(const TransferEnd& r,
+                                const TransferEnd& s,
+                                Random& random) const {
+    SegmentPacket packet{};
+    for (int i = 0; i < 16; ++i) {
+      const PointPair points = {RandomPointOn(*r.patch, r.frame, random),
+                                RandomPointOn(*s.patch, s.frame, random)};
+      const Vec3f d = points.y - points.x;
+      const float least = kSteep * Length(d);
+      if (Dot(d, r.patch->normal) > least && -Dot(d, s.patch->normal) > least) {
+        AddSegment(points, &packet);
+      }
+    }
+    const CellBlockers* const blockers[] = {occluder_.get()};
+    return packet.count == 0 ? 0
+                             : __builtin_popcount(Occluded(blockers, packet));
+  }
+
+ private:
+  MemoryBudget budget_;
+  OcclusionDevice device_;
+  std::vector<PatchGeometry> geometry_;
+  ShaftBlockers shaft_;
+  std::shared_ptr<const CellBlockers> occluder_;
+};
+
+ElementFrame RandomElement(PatchShape shape, Random& random) {
+  ElementPath path = kRootPath;
+  for (uint32_t level = random.NextBelow(4); level > 0; --level) {
+    path = ChildPath(path, random.NextBelow(kChildren));
+  }
+  return FrameOfPath(shape, path);
+}
+
+struct Tally {
+  int proofs = 0;
+  int blocked_pairs = 0;
+};
+
+// Elements of the given ends against the blockers: no proof may be
+// contradicted.
+Tally ExpectNoContradiction(const Scenery& scenery,
+                            const std::vector<PatchGeometry>& ends,
+                            int pairs,
+                            uint64_t seed) {
+  Random random(seed);
+  Tally tally;
+  const auto count = static_cast<uint32_t>(ends.size());
+  for (int i = 0; i < pairs; ++i) {
+    const PatchGeometry& rp = ends[random.NextBelow(count)];
+    const PatchGeometry& sp = ends[random.NextBelow(count)];
+    const TransferEnd r = MakeTransferEnd(rp, RandomElement(rp.shape, random));
+    const TransferEnd s = MakeTransferEnd(sp, RandomElement(sp.shape, random));
+    const int blocked = scenery.BlockedOf16(r, s, random);
+    const bool proven = scenery.Proves(rp, r.frame, sp, s.frame);
+    if (proven) {
+      EXPECT_EQ(blocked, 0) << "seed " << seed << ", pair " << i;
+    }
+    tally.proofs += proven ? 1 : 0;
+    tally.blocked_pairs += blocked > 0 ? 1 : 0;
+  }
+  return tally;
+}
+
+TEST(Shaft, ProofsHoldBetweenTheBlockersThemselves) {
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const Scenery scenery(RandomPatches(seed, 60, 4, 0.5));
+    const Tally tally =
+        ExpectNoContradiction(scenery, scenery.Patches(), 2000, seed);
+    EXPECT_GT(tally.proofs, 100);
+    EXPECT_GT(tally.blocked_pairs, 20);
+  }
+}
+
+TEST(Shaft, ProofsHoldBetweenOthersThroughTheBlockers) {
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const Scenery scenery(RandomPatches(100 + seed, 200, 4, 0.3));
+    const auto ends = GeometryOf(RandomPatches(200 + seed, 100, 4, 0.3));
+    const Tally tally = ExpectNoContradiction(scenery, ends, 2000, seed);
+    EXPECT_GT(tally.proofs, 100);
+    EXPECT_GT(tally.blocked_pairs, 20);
+  }
+}
+
+// A room with boxes that stand on its floor and against its walls: patches
+// share edges and planes, as real ones do.
+std::vector<Patch> RoomWithBoxes(uint64_t seed) {
+  Random random(seed);
+  std::vector<Patch> patches = BoxPatches({{0, 0, 0}, {4, 4, 3}}, true);
+  for (int i = 0; i < 8; ++i) {
+    const Point3 low = {3.2 * random.Next(), 3.2 * random.Next(), 0};
+    const Vec3 size = {0.2 + 0.6 * random.Next(),
+                       0.2 + 0.6 * random.Next(),
+                       0.1 + random.Next()};
+    Append(patches, BoxPatches({low, low + size}, false));
+  }
+  return patches;
+}
+
+TEST(Shaft, ProofsHoldInFurnishedRooms) {
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const Scenery scenery(RoomWithBoxes(seed));
+    const Tally tally =
+        ExpectNoContradiction(scenery, scenery.Patches(), 2000, seed);
+    EXPECT_GT(tally.proofs, 100);
+    EXPECT_GT(tally.blocked_pairs, 20);
+  }
+}
+
+TEST(Shaft, EveryShaftInABareRoomIsEmpty) {
+  const Scenery room(BoxPatches({{0, 0, 0}, {4, 5, 3}}, true));
+  for (const PatchGeometry& r : room.Patches()) {
+    for (const PatchGeometry& s : room.Patches()) {
+      EXPECT_TRUE(room.Proves(r, {}, s, {}));
+    }
+  }
+}
+
+TEST(Shaft, NothingBlocksWithoutBlockers) {
+  const Scenery nothing({});
+  const auto ends = GeometryOf(RandomPatches(3, 2, 2, 1));
+  EXPECT_TRUE(nothing.Proves(ends[0], {}, ends[1], {}));
+}
+
+TEST(Shaft, WhatStandsBetweenOrBesideIsToldApart) {
+  const auto ends =
+      GeometryOf({test::Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                  test::Rectangle({0, 0, 2}, {0, 1, 0}, {1, 0, 0})});
+  const auto proves = [&](Point3 corner) {
+    const Scenery blocker({test::Rectangle(corner, {0.2, 0, 0}, {0, 0.2, 0})});
+    return blocker.Proves(ends[0], {}, ends[1], {});
+  };
+  EXPECT_FALSE(proves({0.4, 0.4, 1}));
+  EXPECT_TRUE(proves({1.4, 0.4, 1}));    // beside
+  EXPECT_TRUE(proves({0.4, 0.4, 2.5}));  // above the source
+  EXPECT_TRUE(proves({0.4, 0.4, -1}));   // below the receiver
+}
+
+TEST(Shaft, PartsOfAWallSeePastABoxThatHidesTheRest) {
+  std::vector<Patch> patches = BoxPatches({{0, 0, 0}, {4, 4, 3}}, true);
+  Append(patches, BoxPatches({{1, 1, 1}, {1.5, 1.5, 2}}, false));
+  const Scenery room(patches);
+  const PatchGeometry& floor = room.Patches()[0];
+  const PatchGeometry& ceiling = room.Patches()[1];
+  EXPECT_FALSE(room.Proves(floor, {}, ceiling, {}));
+  const ElementFrame far = {0.5F, 0.5F, 0.5F};  // the quarter off the box
+  EXPECT_TRUE(room.Proves(floor, far, ceiling, far));
+}
+
+}  // namespace
+}  // namespace enfilade

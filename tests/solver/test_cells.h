@@ -1,0 +1,72 @@
+// Small cells for the tests of the solver: patches as the kernels see them.
+
+#pragma once
+
+#include "base/random.h"
+#include "solver/geometry.h"
+
+#include <cmath>
+#include <vector>
+
+namespace enfilade::test {
+
+inline Vec3 RandomDirection(Random& random) {
+  const double z = 2 * random.Next() - 1;
+  const double phi = 2 * kPi * random.Next();
+  const double r = std::sqrt(1 - z * z);
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+// A parallelogram or triangle with an origin in a cube of edge `room` and edges
+// of at most `size`, turned anyhow.
+inline Patch RandomPatch(Random& random, double room, double size) {
+  Patch p;
+  p.origin = {room * random.Next(), room * random.Next(), room * random.Next()};
+  p.u = RandomDirection(random) * (size * (0.2 + 0.8 * random.Next()));
+  const Vec3 aside = Normalize(Cross(p.u, RandomDirection(random)));
+  p.v = aside * (size * (0.2 + 0.8 * random.Next())) +
+        p.u * (0.5 * random.Next());
+  p.shape = random.NextBelow(2) == 0 ? PatchShape::kParallelogram
+                                     : PatchShape::kTriangle;
+  return p;
+}
+
+inline std::vector<Patch> RandomPatches(uint64_t seed,
+                                        size_t count,
+                                        double room,
+                                        double size) {
+  Random random(seed);
+  std::vector<Patch> patches(count);
+  for (Patch& p : patches) {
+    p = RandomPatch(random, room, size);
+  }
+  return patches;
+}
+
+// All of one material, reflecting `reflectance` in every channel.
+inline std::vector<PatchGeometry> GeometryOf(const std::vector<Patch>& patches,
+                                             double reflectance = 0.5) {
+  Material material;
+  material.reflectance = {reflectance, reflectance, reflectance};
+  std::vector<PatchGeometry> geometry;
+  geometry.reserve(patches.size());
+  for (const Patch& p : patches) {
+    geometry.push_back(MakePatchGeometry(p, material, Point3{}));
+  }
+  return geometry;
+}
+
+// A random point of an element.
+inline Vec3f RandomPointOn(const PatchGeometry& patch,
+                           ElementFrame frame,
+                           Random& random) {
+  auto s = static_cast<float>(random.Next());
+  auto t = static_cast<float>(random.Next());
+  if (patch.shape == PatchShape::kTriangle && s + t > 1) {
+    s = 1 - s;
+    t = 1 - t;
+  }
+  return PointOn(patch, frame, s, t);
+}
+
+}  // namespace enfilade::test
