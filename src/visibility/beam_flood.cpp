@@ -1,5 +1,7 @@
 #include "visibility/beam_flood.h"
 
+#include "partition/polygon.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,10 +14,11 @@ namespace {
 
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 constexpr size_t kMostGroups = 12;
-constexpr size_t kMostDoorwaysFlooded = 60000;  // by all groups together
 constexpr size_t kMostSourcePoints = 8;
 // Doorways looked at by one flood, at most.
-constexpr uint64_t kMostTests = 400'000;
+constexpr uint64_t kMostTests = 300'000;
+// A doorway's reached part grows so often before it is taken for the whole.
+constexpr uint32_t kMostGrowths = 4;
 constexpr double kLeastEdgeMetres = 1e-7;
 // A plane holds the source behind it up to rounding.
 constexpr double kBehindMetres = 1e-9;
@@ -122,10 +125,7 @@ bool IsWithin(const std::vector<Point3>& inner,
 
 }  // namespace
 
-std::vector<DoorwayGroup> GroupDoorways(DoorwayGroup doorways, size_t most) {
-  if (most == 1) {
-    return {std::move(doorways)};
-  }
+std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways) {
   std::array<DoorwayGroup, 7> by_direction;
   for (const Doorway* door : doorways) {
     by_direction[DirectionClass(*door)].push_back(door);
@@ -139,7 +139,7 @@ std::vector<DoorwayGroup> GroupDoorways(DoorwayGroup doorways, size_t most) {
   const auto size = [](const DoorwayGroup& group) {
     return group.size() < 2 ? 0 : Length(BoundsOf(group).Extent());
   };
-  while (groups.size() < most) {
+  while (groups.size() < kMostGroups) {
     const auto largest =
         std::max_element(groups.begin(),
                          groups.end(),
@@ -152,6 +152,11 @@ std::vector<DoorwayGroup> GroupDoorways(DoorwayGroup doorways, size_t most) {
     DoorwayGroup half = SplitOff(*largest);
     groups.push_back(std::move(half));
   }
+  std::stable_sort(groups.begin(),
+                   groups.end(),
+                   [](const DoorwayGroup& a, const DoorwayGroup& b) {
+                     return a.size() > b.size();
+                   });
   return groups;
 }
 
@@ -176,12 +181,6 @@ DoorwayGroup RegionGraph::DoorwaysOut(CellId cell) const {
   return out;
 }
 
-size_t RegionGraph::GroupsPerCell() const {
-  return std::clamp(kMostDoorwaysFlooded / (graph_.DoorwayCount() + 1),
-                    size_t{1},
-                    kMostGroups);
-}
-
 BeamFlood::BeamFlood(const RegionGraph& regions)
     : regions_(&regions), node_of_(regions.Graph().DoorwayCount(), kNone) {}
 
@@ -204,7 +203,7 @@ void BeamFlood::Reach(const Doorway& door, std::vector<Point3> region) {
   uint32_t& number = node_of_[door.index];
   if (number == kNone) {
     number = static_cast<uint32_t>(nodes_.size());
-    nodes_.push_back({&door, std::move(region), door.is_sliver, true});
+    nodes_.push_back({&door, std::move(region), 0, door.is_sliver, true});
     waiting_.push_back(number);
     return;
   }
@@ -212,8 +211,12 @@ void BeamFlood::Reach(const Doorway& door, std::vector<Point3> region) {
   if (node.is_whole || IsWithin(region, node.region, door.plane.normal)) {
     return;
   }
-  node.region = door.polygon;
-  node.is_whole = true;
+  region.insert(region.end(), node.region.begin(), node.region.end());
+  node.region = ConvexHull(region, door.plane.normal);
+  node.is_whole = node.region.size() < 3 || ++node.growths >= kMostGrowths;
+  if (node.is_whole) {
+    node.region = door.polygon;
+  }
   if (!std::exchange(node.is_waiting, true)) {
     waiting_.push_back(number);
   }

@@ -29,19 +29,16 @@ class RegionGraph {
   // The openings out of a cell to other cells.
   [[nodiscard]] DoorwayGroup DoorwaysOut(CellId cell) const;
 
-  // How many groups of a cell's doorways are worth a flood each: the larger
-  // the building, the fewer, so that a cell's work is bounded.
-  [[nodiscard]] size_t GroupsPerCell() const;
-
  private:
   PortalGraph graph_;
   std::vector<CellId> cell_of_;               // by region
   std::vector<std::vector<CellId>> regions_;  // by cell
 };
 
-// Splits the doorways into at most so many groups (at least 1) of those that
-// lie near each other and look the same way.
-std::vector<DoorwayGroup> GroupDoorways(DoorwayGroup doorways, size_t most);
+// Splits the doorways into a dozen groups, or fewer, of those that lie near
+// each other and look the same way; the largest first, which are the likeliest
+// to take too many tests.
+std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways);
 
 // Floods from doorway to doorway. A doorway is reached when some part of it
 // lies beyond a reached doorway, within the beam that the hull of the first
@@ -61,6 +58,7 @@ class BeamFlood {
   struct Node {
     const Doorway* door = nullptr;
     std::vector<Point3> region;
+    uint32_t growths = 0;  // of the region
     bool is_whole = false;
     bool is_waiting = false;
   };

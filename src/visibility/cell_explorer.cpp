@@ -203,8 +203,8 @@ class Explorer {
   [[nodiscard]] std::vector<bool> Flood() const {
     std::vector<bool> reached(graph_->CellCount());
     BeamFlood flood(*regions_);
-    for (const DoorwayGroup& group : GroupDoorways(
-             regions_->DoorwaysOut(source_), regions_->GroupsPerCell())) {
+    for (const DoorwayGroup& group :
+         GroupDoorways(regions_->DoorwaysOut(source_))) {
       if (!flood.Run(group, reached)) {
         break;
       }

@@ -1,0 +1,88 @@
+#include "visibility/beam_flood.h"
+
+#include "visibility/set_agreement.h"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+// An upright rectangle across x, one metre high.
+std::vector<Point3> Across(double x, double y0, double y1) {
+  return {{x, y0, 0}, {x, y1, 0}, {x, y1, 1}, {x, y0, 1}};
+}
+
+// Cell 0, a cell 1 of two regions with a wall between them that is open from
+// `gap` to y = 3, and cell 2; the doors of cell 1 face each other at y < 1.
+std::vector<bool> SeenFromCell0(double gap) {
+  Regions regions;
+  regions.cell_of = {CellId(0U), CellId(1U), CellId(1U), CellId(2U)};
+  const auto open = [&](uint32_t region, const std::vector<Point3>& vertices) {
+    regions.openings.push_back({CellId(region + 1), CellId(region), vertices});
+  };
+  open(0, Across(1, 0, 1));
+  open(1, Across(2, gap, 3));
+  open(2, Across(3, 0, 1));
+  const RegionGraph graph(3, regions);
+  std::vector<bool> reached(3);
+  BeamFlood flood(graph);
+  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
+  return reached;
+}
+
+// A line from a door, past the wall, rises out of reach of the other door.
+TEST(BeamFlood, KnowsTheWallsWithinACell) {
+  EXPECT_EQ(SeenFromCell0(2.5), (std::vector<bool>{false, true, false}));
+  EXPECT_EQ(SeenFromCell0(0), (std::vector<bool>{false, true, true}));
+}
+
+// From the top of one door by the lower edge of the wall's end to the top of
+// the other: a straight line at y = 1.
+TEST(BeamFlood, MillimetresDecide) {
+  EXPECT_TRUE(SeenFromCell0(0.999)[2]);
+  EXPECT_FALSE(SeenFromCell0(1.001)[2]);
+}
+
+TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
+  std::vector<Doorway> doors(40);
+  DoorwayGroup all;
+  for (size_t i = 0; i < doors.size(); ++i) {
+    const double x = static_cast<double>(i);
+    doors[i].polygon = Across(x, 0, 1);
+    doors[i].center = {x, 0.5, 0.5};
+    doors[i].plane.normal = {i % 2 == 0 ? 1.0 : -1.0, 0, 0};
+    all.push_back(&doors[i]);
+  }
+  size_t count = 0;
+  const auto groups = GroupDoorways(all);
+  EXPECT_LE(groups.size(), 12U);
+  for (const DoorwayGroup& group : groups) {
+    for (const Doorway* door : group) {
+      EXPECT_EQ(door->plane.normal, group[0]->plane.normal);
+    }
+    count += group.size();
+  }
+  EXPECT_EQ(count, doors.size());
+}
+
+TEST(VisibleSetBlock, ComesBackAsItWent) {
+  VisibleSet set;
+  for (uint32_t i = 0; i < 20; ++i) {
+    VisibleCell visible{CellId(3 * i), {}};
+    for (uint32_t k = 0; k < 20; k += 1 + i % 3) {
+      visible.between.emplace_back(3 * k);
+    }
+    set.push_back(visible);
+  }
+  const VisibleSet back = DecodeVisibleSet(EncodeVisibleSet(set));
+  ASSERT_EQ(back.size(), set.size());
+  for (size_t i = 0; i < set.size(); ++i) {
+    EXPECT_EQ(back[i].source, set[i].source);
+    EXPECT_EQ(back[i].between, set[i].between);
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
