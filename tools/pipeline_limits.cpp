@@ -37,10 +37,6 @@ void ConfigureAllocator() {
   // NOLINTEND(concurrency-mt-unsafe)
 }
 
-void ReleaseFreedMemory() {
-  malloc_trim(0);
-}
-
 LimitsInForce::LimitsInForce(const RunLimits& limits)
     : budget_(BudgetBytes(limits.memory_cap_bytes)),
       thread_limit_(limits.threads) {}

@@ -22,9 +22,6 @@ uint64_t HardwareThreads();
 // resident size follows what is in use. Once, before threads start.
 void ConfigureAllocator();
 
-// Gives all freed memory back; between stages.
-void ReleaseFreedMemory();
-
 // The limits in force while it lives. Throws DoesNotFitError if the cap leaves
 // no budget.
 class LimitsInForce {

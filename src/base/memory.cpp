@@ -3,8 +3,10 @@
 #include "base/error.h"
 
 #include <cstdio>
+#include <limits>
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -17,6 +19,8 @@ namespace {
 // budget), plus 6 MiB for stacks of more threads and the allocator's slack.
 constexpr uint64_t kFixedBytes = 20ULL << 20;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
+// Room that the resident size should leave below the cap.
+constexpr uint64_t kResidentSlack = 6ULL << 20;
 
 }  // namespace
 
@@ -39,6 +43,20 @@ uint64_t PeakResidentBytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void ReleaseFreedMemory() {
+  malloc_trim(0);
+}
+
+uint64_t MemoryBudget::ResidentExcess() const {
+  constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max() / 2;
+  if (limit_bytes_ > kUnlimited) {
+    return 0;
+  }
+  const uint64_t resident = ResidentBytes() + kResidentSlack;
+  const uint64_t cap = limit_bytes_ + kFixedBytes;
+  return resident > cap ? resident - cap : 0;
 }
 
 uint64_t MemoryBudget::BudgetUnderCap(uint64_t cap_bytes) {

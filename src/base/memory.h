@@ -19,6 +19,9 @@ namespace enfilade {
 uint64_t ResidentBytes();
 uint64_t PeakResidentBytes();
 
+// Gives the allocator's free memory back to the system.
+void ReleaseFreedMemory();
+
 // A byte count with a limit. Thread-safe.
 class MemoryBudget {
  public:
@@ -39,6 +42,10 @@ class MemoryBudget {
     const uint64_t used = UsedBytes();
     return used < limit_bytes_ ? limit_bytes_ - used : 0;
   }
+
+  // How many bytes less the process should take so as not to come near the
+  // cap, by its resident size: the allocator's slack is in nobody's charge.
+  [[nodiscard]] uint64_t ResidentExcess() const;
 
   // Charges if it fits; false and unchanged otherwise.
   [[nodiscard]] bool TryCharge(uint64_t bytes);

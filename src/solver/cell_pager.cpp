@@ -229,6 +229,20 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
       return;
     }
   }
+  HoldResident();
+}
+
+void CellPager::HoldResident() {
+  uint64_t excess = budget_->ResidentExcess();
+  if (excess <= accepted_excess_) {
+    return;
+  }
+  do {
+    ReleaseFreedMemory();
+    excess = budget_->ResidentExcess();
+  } while (excess > 0 && EvictOne());
+  constexpr uint64_t kStep = 1 << 20;
+  accepted_excess_ = excess > 0 ? excess + kStep : 0;
 }
 
 MemoryCharge CellPager::Reserve(uint64_t bytes, std::string_view what) {

@@ -94,6 +94,8 @@ class CellPager {
   Item* Find(ItemKey key);
   Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   bool EvictOne();
+  // Evicts while the process itself comes near the cap, whatever was charged.
+  void HoldResident();
   void Drop(std::map<ItemKey, Item>::iterator item);
   void WriteTree(CellId cell, Item* item);
 
@@ -109,6 +111,7 @@ class CellPager {
   AccessTrace trace_;
   std::map<ItemKey, Item> items_;
   uint64_t clock_ = 0;
+  uint64_t accepted_excess_ = 0;  // nothing could be evicted against it
   std::function<uint64_t(CellId)> next_use_;
 };
 

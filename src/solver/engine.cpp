@@ -22,7 +22,7 @@ constexpr double kFirstLinksPerPatch = 3;
 constexpr double kWeakShare = 0.5;
 // Estimated over predicted error, and the power of the number of links by which
 // error falls, both measured: docs/decisions/0012-error-estimate.md.
-constexpr double kPredictionFactor = 1.1;
+constexpr double kPredictionFactor = 1.25;
 constexpr double kErrorPerLinks = 0.4;
 // Covers may leave edges of this many tau: they are few.
 constexpr double kCoverShare = 3;
@@ -39,13 +39,13 @@ constexpr int kMostCycles = 40;
 // many as make some of these numbers of links, so that neither memory nor
 // threads waiting for the last one matter. By the links of the group before, so
 // that groups are cut alike in every run.
-constexpr uint32_t kMostGroupItems = 512;
+constexpr uint32_t kMostGroupItems = 128;
 constexpr size_t kFewGroupLinks = 8000;
 constexpr size_t kManyGroupLinks = 24000;
 
 // Links on their way from refinement to the store: a pending chunk, the results
 // of a group, an encoded chunk.
-constexpr uint64_t kWorkspaceBytes = 8ULL << 20;
+constexpr uint64_t kWorkspaceBytes = 10ULL << 20;
 
 double PowerOf(const Rgb& exitance) {
   return (exitance[0] + exitance[1] + exitance[2]) / 3;
@@ -81,7 +81,7 @@ Engine::Engine(BlockStorage& store,
 SolveSummary Engine::Run() {
   if (state_.phase == SolvePhase::kDone && options_.error < state_.error) {
     state_.error = options_.error;
-    StartRound(NextTau(state_.rounds.back().estimated_error));
+    StartRound(NextTau());
   }
   while (state_.phase != SolvePhase::kDone) {
     if (state_.next_cell == state_.cells.size()) {
@@ -192,20 +192,43 @@ void Engine::FinishRound() {
                    record.estimated_error <= state_.error;
   state_.rounds.push_back(record);
   state_.converged = met;
-  if (met || state_.rounds.size() >= kMostRounds) {
+  if (met || IsExhausted() || state_.rounds.size() >= kMostRounds) {
     state_.phase = SolvePhase::kDone;
     return;
   }
   ++state_.round;
-  StartRound(NextTau(record.estimated_error));
+  StartRound(NextTau());
 }
 
-double Engine::NextTau(double estimated) const {
+// More links have not helped for two rounds: what is left cannot be refined.
+bool Engine::IsExhausted() const {
+  const size_t n = state_.rounds.size();
+  if (n < 3) {
+    return false;
+  }
+  const auto in_vain = [&](size_t i) {
+    const RoundRecord& last = state_.rounds[i - 1];
+    const RoundRecord& now = state_.rounds[i];
+    return !last.relit && !now.relit && now.links > last.links &&
+           now.estimated_error > 0.97 * last.estimated_error;
+  };
+  return in_vain(n - 1) && in_vain(n - 2);
+}
+
+double Engine::NextTau() const {
+  // After cells were lit late, what changes shows light that had not come yet
+  // and not the error of the links.
+  const RoundRecord& last = state_.rounds.back();
+  const bool changed_by_light =
+      state_.rounds.size() > 1 && state_.rounds[state_.rounds.size() - 2].relit;
+  const double estimated = last.relit || changed_by_light
+                               ? kPredictionFactor * last.predicted_error
+                               : last.estimated_error;
   // The error falls a little slower than the root of tau.
   const double wanted = 0.92 * state_.error / std::max(estimated, 1e-30);
   // Where cells were lit only after their links were made, the estimate is not
   // worth a long step.
-  const double least = state_.relit ? 1.0 / 4 : 1.0 / 12;
+  const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
   return state_.tau * std::clamp(std::pow(wanted, 2.2), least, 0.6);
 }
 

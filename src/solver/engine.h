@@ -60,7 +60,8 @@ class Engine {
   void NextCell();
   void FinishSweep();
   void FinishRound();
-  [[nodiscard]] double NextTau(double estimated) const;
+  [[nodiscard]] bool IsExhausted() const;
+  [[nodiscard]] double NextTau() const;
 
   Receiver Load(CellId cell);
   void FindReceivers(Receiver* r);

@@ -102,9 +102,11 @@ void LinkCache::ForEach(size_t receiver_elements,
     }
     LinkBlock block = DecodeLinks(*bytes, receiver_elements, source_elements);
     visit(block);
-    // A third of the free budget stays free for others.
+    // A third of the free budget stays free for others, and some of it in any
+    // case.
     const uint64_t size = block.SizeBytes();
-    if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3) {
+    if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3 &&
+        budget_->FreeBytes() > budget_->LimitBytes() / 6) {
       charges_.emplace_back(*budget_, size, "links kept in memory");
       kept_.push_back(std::move(block));
     }

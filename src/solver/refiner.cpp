@@ -4,6 +4,7 @@
 #include "solver/transfer_sample.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -30,8 +31,8 @@ constexpr float kWeakGain = 1;
 constexpr float kLeastWeightReflectance = 0.1F;
 
 // One item of work: this many receivers and sources.
-constexpr size_t kItemReceivers = 16;
-constexpr size_t kItemSources = 64;
+constexpr size_t kItemReceivers = 8;
+constexpr size_t kItemSources = 32;
 // Pairs of clusters are sampled where each pair of their items is kept with at
 // most this probability, and these many are to be expected.
 constexpr float kMostProbable = 0.5F;
@@ -73,7 +74,7 @@ float LongestExtent(const Cluster& c) {
 }  // namespace
 
 void RawLinks::Clear() {
-  constexpr size_t kKept = 256;
+  constexpr size_t kKept = 64;
   if (links.capacity() > kKept || near.capacity() > kKept) {
     *this = {};
   }
@@ -117,6 +118,7 @@ struct Refiner::Task {
   struct Pending {
     RawLink link;
     float coefficient;
+    float error;  // W/m, if the ray gets through
   };
 
   RawLinks* out = nullptr;
@@ -125,6 +127,11 @@ struct Refiner::Task {
   uint32_t first_source = 0;
   std::array<std::optional<Receiver>, kItemReceivers> receivers;
   std::array<std::optional<Source>, kItemSources> sources;
+  // What blocked transfers would add to the squared error if half of all rays
+  // of the item were blocked, and its rays.
+  double blocked_squared = 0;
+  uint64_t traced = 0;
+  uint64_t seen = 0;
   // Weak links wait for their rays until the packet is full.
   SegmentPacket packet{};
   std::array<Pending, 16> pending{};
@@ -263,6 +270,10 @@ void Refiner::Refine(size_t item, RawLinks* out) const {
   task.first_source = source_.clusters->Clusters()[s].first;
   VisitClusters(r, s, &task);
   FlushWeak(&task);
+  out->rays += task.traced;
+  const double seen = (static_cast<double>(task.seen) + 1) /
+                      (static_cast<double>(task.traced) + 4);
+  out->squared_error += task.blocked_squared * std::min(1.0, 2 * seen);
 }
 
 void Refiner::VisitClusters(uint32_t receiver,
@@ -386,7 +397,7 @@ void Refiner::Visit(const Receiver& r,
   if (FewDecide(bound, blocked)) {
     TraceDiagonals(r, s, {0, 1}, &rays, task);
     if (rays.seen == 0) {
-      AddError(bound * UnknownBlocked(true, blocked), task);
+      AddBlockedError(bound * UnknownBlocked(true, blocked), task);
       return;
     }
   }
@@ -415,11 +426,19 @@ void Refiner::VisitSeen(const Receiver& r,
   const float error = r.weight * (by_receiver + by_source);
   const bool can_split_r = CanSplit(r.end, r.path);
   const bool can_split_s = CanSplit(s.end, s.path);
-  if (error <= static_cast<float>(options_.tau) ||
-      (!can_split_r && !can_split_s)) {
-    AddError(error, task);
+  // What cannot be split cannot be helped: splitting the other end instead
+  // would only make more links of the same error together.
+  const float at_receiver = can_split_r ? by_receiver : 0;
+  const float at_source = can_split_s ? by_source : 0;
+  if (r.weight * (at_receiver + at_source) <=
+      static_cast<float>(options_.tau)) {
+    if (look.fraction > 0) {
+      AddError(error, task);
+    } else {
+      AddBlockedError(error, task);
+    }
     Accept(r, s, judgement, look, task);
-  } else if (can_split_r && (by_receiver >= by_source || !can_split_s)) {
+  } else if (at_receiver >= at_source) {
     SplitReceiver(r, s, blocked, task);
   } else {
     SplitSource(r, s, blocked, task);
@@ -443,6 +462,19 @@ bool Refiner::FewDecide(float transfer, int blocked) const {
 void Refiner::AddError(float error, Task* task) {
   task->out->squared_error +=
       static_cast<double>(error) * static_cast<double>(error);
+}
+
+// Where all rays of a link are blocked, what may have got through depends on
+// how many do elsewhere: behind a wall none.
+void Refiner::AddBlockedError(float error, Task* task) {
+  task->blocked_squared +=
+      static_cast<double>(error) * static_cast<double>(error);
+}
+
+void Refiner::CountRays(uint32_t traced, uint32_t blocked, Task* task) {
+  task->traced += traced;
+  task->seen += traced - static_cast<uint32_t>(
+                             std::popcount(blocked & ((1U << traced) - 1)));
 }
 
 void Refiner::SplitReceiver(const Receiver& r,
@@ -524,7 +556,7 @@ void Refiner::TraceDiagonals(const Receiver& r,
     }
   }
   const uint32_t blocked = Occluded(blockers_->occluders, packet);
-  task->out->rays += packet.count;
+  CountRays(packet.count, blocked, task);
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
     const uint32_t bit = 1U << lane_bit[lane];
     rays->traced |= static_cast<uint16_t>(bit);
@@ -597,12 +629,14 @@ void Refiner::AddWeak(const Receiver& r,
   } else {
     form_factor = s.end.area * PointKernel({x, y}, r.end, s.end);
   }
-  AddError(bound / probability * std::sqrt(1 - probability), task);
   if (!(form_factor > 0)) {
     return;
   }
-  task->pending[task->packet.count] = {LinkBetween(r, s),
-                                       form_factor / probability};
+  const float coefficient = form_factor / probability;
+  task->pending[task->packet.count] = {
+      LinkBetween(r, s),
+      coefficient,
+      r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability)};
   AddSegment({x, y}, &task->packet);
   if (task->packet.count == task->pending.size()) {
     FlushWeak(task);
@@ -614,11 +648,12 @@ void Refiner::FlushWeak(Task* task) const {
     return;
   }
   const uint32_t blocked = Occluded(blockers_->occluders, task->packet);
-  task->out->rays += task->packet.count;
+  CountRays(task->packet.count, blocked, task);
   for (uint32_t i = 0; i < task->packet.count; ++i) {
     if ((blocked >> i & 1) == 0) {
       RawLink link = task->pending[i].link;
       link.gain = task->pending[i].coefficient;
+      AddError(task->pending[i].error, task);
       link.value = EncodeCoefficient(link.gain);
       task->out->links.push_back(link);
     }

@@ -203,6 +203,8 @@ class Refiner {
                       Task* task) const;
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
   static void AddError(float error, Task* task);
+  static void AddBlockedError(float error, Task* task);
+  static void CountRays(uint32_t traced, uint32_t blocked, Task* task);
 
   // With which probability a transfer is kept, by bounds of itself (W/m,
   // weighted) and of its form factor.

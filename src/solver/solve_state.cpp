@@ -8,8 +8,13 @@
 
 namespace enfilade {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(
-    RoundRecord, tau, predicted_error, observed_change, estimated_error, links)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundRecord,
+                                   tau,
+                                   predicted_error,
+                                   observed_change,
+                                   estimated_error,
+                                   relit,
+                                   links)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    refine_seconds,
                                    gather_seconds,

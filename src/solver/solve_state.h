@@ -37,6 +37,8 @@ struct RoundRecord {
   double predicted_error = 0;  // from the oracle, relative
   double observed_change = 0;  // against the round before, relative
   double estimated_error = 0;
+  // Cells were lit only after the links from them should have been made.
+  bool relit = false;
   uint64_t links = 0;
 };
 

@@ -185,7 +185,7 @@ TEST(WeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
   Patch plate = Ceiling(1 - 3e-4);
   plate.v = {0.5, 0, 0};
   const Statistics seen =
-      SampledFormFactor(Tiled(Ceiling(1), 20), {plate}, 40000);
+      SampledFormFactor(Tiled(Ceiling(1), 20), {plate}, 50000);
   ExpectUnbiased(seen, 0.199825 / 2);
 }
 

@@ -48,7 +48,7 @@ class Scenery {
                             ElementFrame rf,
                             const PatchGeometry& s,
                             ElementFrame sf) const {
-    return shaft_.IsEmptyBetween(r, rf, s, sf);
+    return shaft_.LeaveEmpty(ShaftBetween(r, rf, s, sf));
   }
 
   // Of 16 random segments between points that face each other, how many are
