@@ -87,7 +87,8 @@ Interval ErrorEstimate::Error() const {
       (z * z * z * z);
   const double half = kQuantile * std::sqrt(std::max(0.0, variance));
   const auto root = [](double x) { return std::sqrt(std::max(0.0, x)); };
-  return {root(ratio), root(ratio - half), root(ratio + half)};
+  // Noise can make the estimate of a square negative; the square is not.
+  return {root(ratio), root(ratio - half), root(std::max(ratio, 0.0) + half)};
 }
 
 Interval ErrorEstimate::Deviation() const {
