@@ -20,7 +20,7 @@ namespace {
 constexpr uint64_t kFixedBytes = 20ULL << 20;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 // Room that the resident size should leave below the cap.
-constexpr uint64_t kResidentSlack = 6ULL << 20;
+constexpr uint64_t kResidentSlack = 12ULL << 20;
 
 }  // namespace
 

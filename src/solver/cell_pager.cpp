@@ -152,6 +152,9 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   const auto geometry = Geometry(cell);
   std::shared_ptr<CellTree> tree;
   const uint64_t read_before = store_->Stats().bytes_read;
+  // Room first: the tree is not in anybody's charge while it is read.
+  const uint64_t expected = CellTree::StoredBytes(*store_, cell, shape_);
+  MemoryCharge room = Reserve(expected, "the element trees of a cell");
   if (auto stored = CellTree::Load(*store_, cell, shape_, geometry->patches)) {
     tree = std::make_shared<CellTree>(std::move(*stored));
   } else {
@@ -159,6 +162,7 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
     tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
   }
   trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
+  room.Reset();
   MakeRoom(tree->SizeBytes(), "the element trees of a cell");
   Insert(key, tree, tree->SizeBytes());
   return tree;

@@ -241,6 +241,22 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
   return tree;
 }
 
+uint64_t CellTree::StoredBytes(const BlockStorage& store,
+                               CellId cell,
+                               TreeShape shape) {
+  const auto structure = store.Get(StructureKey(cell));
+  if (!structure) {
+    return 0;
+  }
+  ByteReader in(*structure);
+  const uint64_t patch_count = in.GetVarint();
+  const uint64_t elements =
+      patch_count + kChildren * in.GetArray<uint32_t>().size();
+  // Three arrays of coefficients, gain and detail.
+  return elements *
+         (sizeof(Element) + (3 * shape.Stride() + 2) * sizeof(float));
+}
+
 uint64_t CellTree::Digest() const {
   ByteWriter out;
   for (const Element& e : elements_) {

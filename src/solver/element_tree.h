@@ -79,6 +79,11 @@ class CellTree {
                                       TreeShape shape,
                                       std::span<const PatchGeometry> patches);
 
+  // How many bytes Load will take; 0 if there is no such tree.
+  static uint64_t StoredBytes(const BlockStorage& store,
+                              CellId cell,
+                              TreeShape shape);
+
   // Writes the structure and, page by page, the coefficients.
   void Save(BlockStorage& store, CellId cell) const;
 

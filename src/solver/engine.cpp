@@ -40,8 +40,8 @@ constexpr int kMostCycles = 40;
 // threads waiting for the last one matter. By the links of the group before, so
 // that groups are cut alike in every run.
 constexpr uint32_t kMostGroupItems = 128;
-constexpr size_t kFewGroupLinks = 8000;
-constexpr size_t kManyGroupLinks = 24000;
+constexpr size_t kFewGroupLinks = 4000;
+constexpr size_t kManyGroupLinks = 12000;
 
 // Links on their way from refinement to the store: a pending chunk, the results
 // of a group, an encoded chunk.

@@ -106,7 +106,8 @@ void LinkCache::ForEach(size_t receiver_elements,
     // case.
     const uint64_t size = block.SizeBytes();
     if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3 &&
-        budget_->FreeBytes() > budget_->LimitBytes() / 6) {
+        budget_->FreeBytes() > budget_->LimitBytes() / 3 &&
+        budget_->ResidentExcess() == 0) {
       charges_.emplace_back(*budget_, size, "links kept in memory");
       kept_.push_back(std::move(block));
     }
