@@ -206,17 +206,11 @@ void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
 
 bool CellPager::EvictOne() {
   auto victim = items_.end();
-  std::pair<uint64_t, uint64_t> worst{};
   for (auto it = items_.begin(); it != items_.end(); ++it) {
-    if (it->second.value.use_count() > 1) {
-      continue;
-    }
-    const uint64_t next = next_use_ ? next_use_(CellId(it->first.second)) : 0;
-    const std::pair<uint64_t, uint64_t> rank{next,
-                                             clock_ - it->second.last_use};
-    if (victim == items_.end() || rank > worst) {
+    const bool pinned = it->second.value.use_count() > 1;
+    if (!pinned && (victim == items_.end() ||
+                    it->second.last_use < victim->second.last_use)) {
       victim = it;
-      worst = rank;
     }
   }
   if (victim == items_.end()) {

@@ -1,7 +1,7 @@
 // What a subproblem needs of its cells, paged in under the memory budget:
 // geometry, blockers and element trees. All kinds share one pool, from which
-// the unpinned item whose next use is farthest is evicted first (Belady);
-// dirty trees are written back on the way out.
+// the unpinned item that was used longest ago is evicted first; dirty trees are
+// written back on the way out.
 
 #pragma once
 
@@ -19,7 +19,6 @@
 #include "visibility/occlusion.h"
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -73,11 +72,6 @@ class CellPager {
   // What was asked for; other readers of the store may add to it.
   AccessTrace& Trace() { return trace_; }
 
-  // When a cell will be used next (smaller is sooner); decides evictions only.
-  void SetNextUse(std::function<uint64_t(CellId)> next_use) {
-    next_use_ = std::move(next_use);
-  }
-
  private:
   enum class ItemKind : uint8_t { kGeometry, kOccluder, kTree };
   using ItemKey = std::pair<ItemKind, uint32_t>;
@@ -112,7 +106,6 @@ class CellPager {
   std::map<ItemKey, Item> items_;
   uint64_t clock_ = 0;
   uint64_t accepted_excess_ = 0;  // nothing could be evicted against it
-  std::function<uint64_t(CellId)> next_use_;
 };
 
 }  // namespace enfilade
