@@ -169,8 +169,7 @@ class Search {
     // No cover at all can hide more than this.
     const float most = 0.5F * reflected_ * std::sqrt(area);
     if (here.empty() || most <= static_cast<float>(options_->tau) ||
-        diameter <= options_->least_diameter ||
-        path >= (1U << (2 * kMaxLevel))) {
+        diameter <= options_->least_diameter || IsDeepest(path)) {
       leaves_->push_back(path);
       return;
     }

@@ -253,8 +253,8 @@ uint64_t CellTree::StoredBytes(const BlockStorage& store,
   const uint64_t elements =
       patch_count + kChildren * in.GetArray<uint32_t>().size();
   // Three arrays of coefficients, gain and detail.
-  return elements *
-         (sizeof(Element) + (3 * shape.Stride() + 2) * sizeof(float));
+  const size_t floats = 3 * shape.Stride() + shape.NodeStride() + 1;
+  return elements * (sizeof(Element) + floats * sizeof(float));
 }
 
 uint64_t CellTree::Digest() const {

@@ -7,12 +7,11 @@
 //   dB     delta     the last change of `sent`, which links of other cells may
 //                    still have to be told of
 //
-// and per element
+// and per element and node
 //
-//          gain      the sum of the coefficients of its links: the irradiance
-//                    that they would bring if all sources sent 1 W/m2. That of
-//                    a point is the sum over its ancestors, and by geometry at
-//                    most 1; push-pull holds sampled links to it.
+//          gain      the irradiance that its links would bring if all sources
+//                    sent 1 W/m2. That of a point is the sum over its
+//                    ancestors, and by geometry at most 1: held_gain.h.
 //
 // Elements are numbered in the order of their creation: the roots are the
 // patches, children follow their parent, four in a row. So a loop upwards is a
@@ -43,12 +42,17 @@ struct Element {
 
 // A node of a tree by its way from the root: two bits per level, lowest level
 // last, below a leading 1. The root is 1.
-using ElementPath = uint32_t;
-inline constexpr uint32_t kRootPath = 1;
-inline constexpr size_t kMaxLevel = 15;
+using ElementPath = uint64_t;
+inline constexpr ElementPath kRootPath = 1;
+inline constexpr size_t kMaxLevel = 20;
 
 inline ElementPath ChildPath(ElementPath path, size_t child) {
   return path << 2 | static_cast<ElementPath>(child);
+}
+
+// An element that is not split further.
+inline bool IsDeepest(ElementPath path) {
+  return path >> (2 * kMaxLevel) != 0;
 }
 
 // Where the element at the end of a path lies on its patch.
@@ -144,7 +148,7 @@ class CellTree {
         gathered_(shape.Stride()),
         sent_(shape.Stride()),
         delta_(shape.Stride()),
-        gain_(1) {}
+        gain_(shape.NodeStride()) {}
 
   void GrowCoefficients();
   void AppendChildren(uint32_t parent, PatchShape patch_shape);

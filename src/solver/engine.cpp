@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "solver/cover.h"
 #include "solver/gather.h"
+#include "solver/held_gain.h"
 #include "solver/stopwatch.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ constexpr double kFirstLinksPerPatch = 3;
 constexpr double kWeakShare = 0.5;
 // Estimated over predicted error, and the power of the number of links by which
 // error falls, both measured: docs/decisions/0012-error-estimate.md.
-constexpr double kPredictionFactor = 1.25;
+constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
 // Covers may leave edges of this many tau: they are few.
 constexpr double kCoverShare = 3;
@@ -35,13 +36,18 @@ constexpr uint32_t kMostSweeps = 60;
 // Steps of the iteration within a cell between commits, and their most.
 constexpr int kCycleSteps = 8;
 constexpr int kMostCycles = 40;
-// Items of refinement that are worked on in parallel and applied in order: as
-// many as make some of these numbers of links, so that neither memory nor
-// threads waiting for the last one matter. By the links of the group before, so
-// that groups are cut alike in every run.
-constexpr uint32_t kMostGroupItems = 128;
+// Parts of items of refinement that are worked on in parallel and applied in
+// order: as many as make some of these numbers of links, so that neither memory
+// nor threads waiting for the last one matter. By the links of the group
+// before, so that groups are cut alike in every run.
+constexpr uint32_t kMostGroupParts = 128;
 constexpr size_t kFewGroupLinks = 4000;
 constexpr size_t kManyGroupLinks = 12000;
+// What a group may make at most, and each of its parts; a group of so many
+// parts is left when one makes more.
+constexpr size_t kMostGroupLinks = 128000;
+constexpr size_t kMostPartLinks = 16000;
+constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 
 // Links on their way from refinement to the store: a pending chunk, the results
 // of a group, an encoded chunk.
@@ -216,20 +222,21 @@ bool Engine::IsExhausted() const {
 }
 
 double Engine::NextTau() const {
-  // After cells were lit late, what changes shows light that had not come yet
-  // and not the error of the links.
+  // What the second round changes shows how rough the first one was, and after
+  // cells were lit late it shows light that had not come yet: neither is worth
+  // a long step.
   const RoundRecord& last = state_.rounds.back();
-  const bool changed_by_light =
-      state_.rounds.size() > 1 && state_.rounds[state_.rounds.size() - 2].relit;
-  const double estimated = last.relit || changed_by_light
+  const size_t rounds = state_.rounds.size();
+  const bool changed_by_light = rounds > 1 && state_.rounds[rounds - 2].relit;
+  const double estimated = rounds <= 2 || last.relit || changed_by_light
                                ? kPredictionFactor * last.predicted_error
                                : last.estimated_error;
   // The error falls a little slower than the root of tau.
   const double wanted = 0.92 * state_.error / std::max(estimated, 1e-30);
-  // Where cells were lit only after their links were made, the estimate is not
-  // worth a long step.
   const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
-  return state_.tau * std::clamp(std::pow(wanted, 2.2), least, 0.6);
+  // The first tau was a guess, and may have been too small.
+  const double most = rounds == 1 ? 3 : 0.6;
+  return state_.tau * std::clamp(std::pow(wanted, 2.2), least, most);
 }
 
 double Engine::Relative(double squared) const {
@@ -295,9 +302,11 @@ void Engine::FindReceivers(Receiver* receiver) {
 void Engine::RefineCell(CellId cell) {
   Receiver r = Load(cell);
   CellRow& row = state_.cells[cell.Index()];
-  if (state_.cursor.source == 0 && state_.cursor.item == 0) {
+  if (state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
+      state_.cursor.work == WorkPart{}) {
     row.links = 0;
     row.squared_error = 0;
+    row.hold = HoldLevel::kFree;
     r.tree->Gathered().SetZero();
     r.tree->Gain().SetZero();
     r.tree->Delta().SetZero();
@@ -306,12 +315,12 @@ void Engine::RefineCell(CellId cell) {
   FindReceivers(&r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
-    state_.cursor = {state_.cursor.source + 1, 0, 0, state_.cursor.group};
+    state_.cursor = {state_.cursor.source + 1, {}, 0, state_.cursor.group};
     CheckPoint();
   }
   r.receivers.reset();
   r.receivers_charge.Reset();
-  Equilibrate(r);
+  Equilibrate(&r);
   Finish(r);
   row.changed =
       SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared;
@@ -329,7 +338,7 @@ void Engine::PropagateCell(CellId cell) {
     NextCell();
     return;
   }
-  const Receiver r = Load(cell);
+  Receiver r = Load(cell);
   if (state_.cursor.source == 0) {
     r.tree->Delta().SetZero();
   }
@@ -341,7 +350,7 @@ void Engine::PropagateCell(CellId cell) {
     ++state_.cursor.source;
     CheckPoint();
   }
-  Equilibrate(r);
+  Equilibrate(&r);
   Finish(r);
   NextCell();
 }
@@ -371,44 +380,60 @@ void Engine::Finish(const Receiver& r) {
 
 CoefficientArray Engine::TimedPushPull(const Receiver& r) {
   const Stopwatch watch(&state_.times.push_pull_seconds);
-  return PushPull(*r.tree, r.geometry->patches, surfaces_);
+  return PushPull(*r.tree, r.geometry->patches, surfaces_, r.kept);
+}
+
+void Engine::HoldGains(Receiver* r) {
+  r->kept_charge =
+      pager_.Reserve(HeldSharesBytes(*r->tree), "the working arrays of a cell");
+  r->kept = HeldShares(
+      *r->tree, r->geometry->patches, state_.cells[r->id.Index()].hold);
 }
 
 // Iterates the light within a cell until what is unsent is small. Commits come
 // between cycles, whose state is in the store: the bits are the same after one.
-void Engine::Equilibrate(const Receiver& r) {
+void Engine::Equilibrate(Receiver* receiver) {
+  const Receiver& r = *receiver;
   CellRow& row = state_.cells[r.id.Index()];
   const double tolerance = ToleratedResidual(row);
+  HoldGains(receiver);
   const MemoryCharge work = pager_.Reserve(2 * r.tree->Sent().SizeBytes(),
                                            "the working arrays of a cell");
   LinkCache own(*store_, *budget_, {r.id, r.id}, pager_.Trace());
   for (int cycle = 0; cycle < kMostCycles; ++cycle) {
     SemiIteration iteration(row.radius);
-    if (RunCycle(r, tolerance, &own, &iteration)) {
+    const CycleEnd end = RunCycle(r, tolerance, &own, &iteration);
+    if (end == CycleEnd::kSettled) {
       return;
     }
     row.radius = iteration.LearntRadius();
+    if (end == CycleEnd::kGrew && row.hold != HoldLevel::kFirm) {
+      row.hold = Firmer(row.hold);
+      HoldGains(receiver);
+    }
     CheckPoint();
   }
 }
 
-// Some steps of the semi-iteration; true when little enough is unsent.
-bool Engine::RunCycle(const Receiver& r,
-                      double tolerance,
-                      LinkCache* own,
-                      SemiIteration* iteration) {
+// Some steps of the semi-iteration.
+Engine::CycleEnd Engine::RunCycle(const Receiver& r,
+                                  double tolerance,
+                                  LinkCache* own,
+                                  SemiIteration* iteration) {
   const GatherSide side{r.geometry->patches, r.tree.get()};
   CoefficientArray step(shape_.Stride());
   step.GrowTo(r.tree->Size());
+  double first = 0;
+  double last = 0;
   for (int i = 0; i < kCycleSteps; ++i) {
     CoefficientArray unsent = TimedPushPull(r);
     unsent.Subtract(r.tree->Sent());
-    const double norm =
-        SumOverLeaves(*r.tree, r.geometry->patches, unsent).absolute;
-    if (norm <= tolerance) {
-      return true;
+    last = SumOverLeaves(*r.tree, r.geometry->patches, unsent).absolute;
+    first = i == 0 ? last : first;
+    if (last <= tolerance) {
+      return CycleEnd::kSettled;
     }
-    const auto weight = static_cast<float>(iteration->NextWeight(norm));
+    const auto weight = static_cast<float>(iteration->NextWeight(last));
     step.Blend(weight, unsent, weight - 1);
     const Stopwatch watch(&state_.times.gather_seconds);
     own->ForEach(r.tree->Size(), r.tree->Size(), [&](const LinkBlock& block) {
@@ -418,7 +443,7 @@ bool Engine::RunCycle(const Receiver& r,
     r.tree->Delta().Add(step);
     pager_.MarkDirty(r.id);
   }
-  return false;
+  return last < first ? CycleEnd::kShrank : CycleEnd::kGrew;
 }
 
 // ------------------------------------------------------------ one cell pair
@@ -472,7 +497,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                       row.links += block.links.size();
                     });
   std::vector<RawLinks> results;
-  while (state_.cursor.item < refiner.ItemCount()) {
+  while (state_.cursor.work.item < refiner.ItemCount()) {
     const size_t links = RefineGroup(refiner, &results);
     for (const RawLinks& result : results) {
       row.squared_error += result.squared_error;
@@ -497,25 +522,38 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   writer.Flush();
 }
 
-// Refines the items at the cursor and moves it; returns the number of links.
+// Refines the parts at the cursor and moves it; returns the number of links.
+// Where one overflows, those before it count, and it comes again: with fewer
+// beside it, so that it may have more links, or cut into parts.
 size_t Engine::RefineGroup(const Refiner& refiner,
                            std::vector<RawLinks>* results) {
   const Stopwatch watch(&state_.times.refine_seconds);
   PairCursor& cursor = state_.cursor;
-  const size_t count =
-      std::min<size_t>(cursor.group, refiner.ItemCount() - cursor.item);
-  results->resize(count);
-  ParallelFor(count, [&](size_t i) {
+  std::vector<WorkPart> parts;
+  for (WorkPart next = cursor.work;
+       parts.size() < cursor.group && next.item < refiner.ItemCount();
+       next = next.Next()) {
+    parts.push_back(next);
+  }
+  const size_t most = std::min(kMostPartLinks, kMostGroupLinks / parts.size());
+  results->resize(parts.size());
+  ParallelFor(parts.size(), [&](size_t i) {
     (*results)[i].Clear();
-    refiner.Refine(cursor.item + i, &(*results)[i]);
+    refiner.Refine(parts[i], most, &(*results)[i]);
   });
-  cursor.item += count;
+  cursor.work = parts.back().Next();
   size_t links = 0;
-  for (const RawLinks& result : *results) {
-    links += result.links.size();
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if ((*results)[i].overflowed) {
+      cursor.work = most < kMostPartLinks ? parts[i] : parts[i].Narrowed();
+      cursor.group = kPartsOfMostLinks;
+      results->resize(i);
+      return links;
+    }
+    links += (*results)[i].links.size();
   }
   if (links < kFewGroupLinks) {
-    cursor.group = std::min(2 * cursor.group, kMostGroupItems);
+    cursor.group = std::min(2 * cursor.group, kMostGroupParts);
   } else if (links > kManyGroupLinks) {
     cursor.group = std::max(cursor.group / 2, 1U);
   }

@@ -42,6 +42,9 @@ class Engine {
   SolveSummary Run();
 
  private:
+  // How the unsent light of a cell fared in some steps.
+  enum class CycleEnd : uint8_t { kSettled, kShrank, kGrew };
+
   // A receiver cell while it is processed.
   struct Receiver {
     CellId id;
@@ -51,6 +54,9 @@ class Engine {
     // While it is refined: the elements at which refinement begins.
     std::unique_ptr<ClusterTree> receivers;
     MemoryCharge receivers_charge;
+    // While its light is balanced: what its leaves keep.
+    std::vector<float> kept;
+    MemoryCharge kept_charge;
   };
 
   void Start();
@@ -68,11 +74,12 @@ class Engine {
   void RefinePair(const Receiver& r, const VisibleCell& source);
   size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);
   void GatherPair(const Receiver& r, CellId source);
-  void Equilibrate(const Receiver& r);
-  bool RunCycle(const Receiver& r,
-                double tolerance,
-                LinkCache* own,
-                SemiIteration* iteration);
+  void HoldGains(Receiver* r);
+  void Equilibrate(Receiver* receiver);
+  CycleEnd RunCycle(const Receiver& r,
+                    double tolerance,
+                    LinkCache* own,
+                    SemiIteration* iteration);
   CoefficientArray TimedPushPull(const Receiver& r);
   void Finish(const Receiver& r);
 

@@ -28,34 +28,11 @@ void PushDown(const CellTree& tree,
   }
 }
 
-// Sums of the gains from the roots to each element.
-std::vector<float> GainsOfPoints(const CellTree& tree) {
-  std::vector<float> gains(tree.Size());
-  for (size_t i = 0; i < tree.Size(); ++i) {
-    gains[i] += *tree.Gain().At(i);
-    const uint32_t child = tree.At(ElementId(i)).first_child;
-    for (size_t c = 0; child != 0 && c < kChildren; ++c) {
-      gains[child + c] = gains[i];
-    }
-  }
-  return gains;
-}
-
-// What must be taken from the irradiance of a leaf because its links together
-// claim to see more than a hemisphere. Sampled links do so now and then; where
-// the product with the reflectance reached 1, as in a closed cupboard of white
-// boards, their light would grow without end.
-float ShareKept(float gain, float reflectance) {
-  const float most = 0.5F * (1 + reflectance);
-  return reflectance * gain > most ? most / (reflectance * gain) : 1.0F;
-}
-
 void ReflectAtLeaf(const TreeShape& shape,
                    const PatchGeometry& patch,
                    const SurfaceTable& surfaces,
-                   float gain,
+                   float kept,
                    std::span<float> values) {
-  const float kept = ShareKept(gain, patch.max_reflectance);
   const size_t nodes = shape.basis->On(patch.shape).NodeCount();
   for (size_t c = 0; c < shape.channels; ++c) {
     const size_t at = patch.material.Index() * surfaces.channels + c;
@@ -72,14 +49,14 @@ void ReflectAtLeaf(const TreeShape& shape,
 void ReflectAndPullUp(const CellTree& tree,
                       std::span<const PatchGeometry> patches,
                       const SurfaceTable& surfaces,
+                      std::span<const float> kept,
                       CoefficientArray* values) {
   const TreeShape& shape = tree.Shape();
-  const std::vector<float> gains = GainsOfPoints(tree);
   for (size_t i = tree.Size(); i-- > 0;) {
     const Element& e = tree.At(ElementId(i));
     const auto own = (*values)[ElementId(i)];
     if (e.first_child == 0) {
-      ReflectAtLeaf(shape, patches[e.patch], surfaces, gains[i], own);
+      ReflectAtLeaf(shape, patches[e.patch], surfaces, kept[i], own);
       continue;
     }
     std::fill(own.begin(), own.end(), 0.0F);
@@ -94,11 +71,19 @@ void ReflectAndPullUp(const CellTree& tree,
 
 CoefficientArray PushPull(const CellTree& tree,
                           std::span<const PatchGeometry> patches,
-                          const SurfaceTable& surfaces) {
+                          const SurfaceTable& surfaces,
+                          std::span<const float> kept) {
   CoefficientArray values = tree.Gathered();
   PushDown(tree, patches, &values);
-  ReflectAndPullUp(tree, patches, surfaces, &values);
+  ReflectAndPullUp(tree, patches, surfaces, kept, &values);
   return values;
+}
+
+CoefficientArray PushPull(const CellTree& tree,
+                          std::span<const PatchGeometry> patches,
+                          const SurfaceTable& surfaces) {
+  const std::vector<float> all(tree.Size(), 1);
+  return PushPull(tree, patches, surfaces, all);
 }
 
 CoefficientArray EmittedRadiosity(const CellTree& tree,
@@ -106,7 +91,8 @@ CoefficientArray EmittedRadiosity(const CellTree& tree,
                                   const SurfaceTable& surfaces) {
   CoefficientArray values(tree.Shape().Stride());
   values.GrowTo(tree.Size());
-  ReflectAndPullUp(tree, patches, surfaces, &values);
+  const std::vector<float> kept(tree.Size());  // there is no irradiance
+  ReflectAndPullUp(tree, patches, surfaces, kept, &values);
   return values;
 }
 

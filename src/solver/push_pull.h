@@ -21,7 +21,14 @@ struct SurfaceTable {
 
 // The radiosity B = E + rho H of every element for the gathered irradiance,
 // an array like CellTree::Sent(). At inner elements it is the projection of
-// their leaves.
+// their leaves. `kept`: per element, the share of its irradiance that a leaf
+// keeps (held_gain.h); they change only with the links.
+CoefficientArray PushPull(const CellTree& tree,
+                          std::span<const PatchGeometry> patches,
+                          const SurfaceTable& surfaces,
+                          std::span<const float> kept);
+
+// The same where leaves keep all.
 CoefficientArray PushPull(const CellTree& tree,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces);

@@ -4,8 +4,8 @@
 #include "solver/transfer_sample.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 namespace enfilade {
@@ -30,8 +30,7 @@ constexpr float kWeakGain = 1;
 // Black surfaces receive too, for probes, but need less care.
 constexpr float kLeastWeightReflectance = 0.1F;
 
-// One item of work: this many receivers and sources.
-constexpr size_t kItemReceivers = 8;
+// One item of work: kItemReceivers receivers and this many sources.
 constexpr size_t kItemSources = 32;
 // Pairs of clusters are sampled where each pair of their items is kept with at
 // most this probability, and these many are to be expected.
@@ -56,16 +55,6 @@ float UnknownShare(float visible, bool proven, bool few, int blocked) {
          (few ? kUnprovenByFour : kUnprovenClear);
 }
 
-// All pairs of nodes of two ends.
-uint16_t AllBits(const TransferEnd& r, const TransferEnd& s) {
-  uint16_t bits = 0;
-  for (size_t g = 0; g < r.node_count; ++g) {
-    bits |= static_cast<uint16_t>(((1U << s.node_count) - 1)
-                                  << (g * kTransferNodes));
-  }
-  return bits;
-}
-
 float LongestExtent(const Cluster& c) {
   const Vec3f e = c.box.Extent();
   return std::max({e.x, e.y, e.z});
@@ -82,6 +71,7 @@ void RawLinks::Clear() {
   near.clear();
   squared_error = 0;
   rays = 0;
+  overflowed = false;
 }
 
 void ApplyLinks(const RawLinks& raw,
@@ -104,7 +94,10 @@ void ApplyLinks(const RawLinks& raw,
             .value;
     out.kind = link.kind;
     out.value = link.value;
-    *receiver.Gain().At(out.receiver) += link.gain;
+    float* const gain = receiver.Gain().At(out.receiver);
+    for (size_t g = 0; g < receiver.Shape().NodeStride(); ++g) {
+      gain[g] += link.gain[g];
+    }
     if (link.kind == LinkKind::kNear) {
       out.near_index = static_cast<uint32_t>(block->near.size());
       block->near.push_back(raw.near[link.near_index]);
@@ -113,7 +106,7 @@ void ApplyLinks(const RawLinks& raw,
   }
 }
 
-// One item of work.
+// A part of an item of work.
 struct Refiner::Task {
   struct Pending {
     RawLink link;
@@ -121,7 +114,20 @@ struct Refiner::Task {
     float error;  // W/m, if the ray gets through
   };
 
+  // Whether links to a receiver on the part's way belong to it.
+  [[nodiscard]] bool Takes(const Receiver& r) const {
+    return part.Owns(r.level);
+  }
+
+  // Whether one of the receivers [first, first + count) is of the part.
+  [[nodiscard]] bool Meets(uint32_t first, uint32_t count) const {
+    const uint32_t low = first_receiver + part.FirstReceiver();
+    return first < low + part.ReceiverCount() && low < first + count;
+  }
+
   RawLinks* out = nullptr;
+  WorkPart part;
+  size_t most = 0;  // links
   // The ends of the item's clusters, made when first asked for.
   uint32_t first_receiver = 0;
   uint32_t first_source = 0;
@@ -130,8 +136,7 @@ struct Refiner::Task {
   // What blocked transfers would add to the squared error if half of all rays
   // of the item were blocked, and its rays.
   double blocked_squared = 0;
-  uint64_t traced = 0;
-  uint64_t seen = 0;
+  RayCount rays;
   // Weak links wait for their rays until the packet is full.
   SegmentPacket packet{};
   std::array<Pending, 16> pending{};
@@ -165,8 +170,8 @@ Refiner::Refiner(const RefineOptions& options,
 }
 
 uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {
-  uint64_t key = MixKey(PairKey(), uint64_t{r.patch} << 32 | r.path);
-  return MixKey(key, uint64_t{s.patch} << 32 | s.path);
+  const uint64_t patches = uint64_t{r.patch} << 32 | s.patch;
+  return MixKey(MixKey(MixKey(PairKey(), patches), r.path), s.path);
 }
 
 uint64_t Refiner::PairKey() const {
@@ -250,29 +255,31 @@ Refiner::Receiver Refiner::ChildReceiver(const Receiver& parent,
   r.end = MakeTransferEnd(patch, ChildOf(parent.end.frame, patch.shape, child));
   r.patch = parent.patch;
   r.path = ChildPath(parent.path, child);
+  r.level = parent.level + 1;
   r.weight = 0.5F * parent.weight;
   return r;
 }
 
 bool Refiner::CanSplit(const TransferEnd& end, ElementPath path) const {
-  return end.diameter > options_.least_diameter &&
-         path < (1U << (2 * kMaxLevel));
+  return end.diameter > options_.least_diameter && !IsDeepest(path);
 }
 
 // ------------------------------------------------------------- the clusters
 
-void Refiner::Refine(size_t item, RawLinks* out) const {
+void Refiner::Refine(const WorkPart& part, size_t most, RawLinks* out) const {
   Task task;
   task.out = out;
-  const uint32_t r = receiver_front_[item / source_front_.size()];
-  const uint32_t s = source_front_[item % source_front_.size()];
+  task.part = part;
+  task.most = part.depth < WorkPart::kMostDepth ? most : SIZE_MAX;
+  const uint32_t r = receiver_front_[part.item / source_front_.size()];
+  const uint32_t s = source_front_[part.item % source_front_.size()];
   task.first_receiver = receiver_.clusters->Clusters()[r].first;
   task.first_source = source_.clusters->Clusters()[s].first;
   VisitClusters(r, s, &task);
   FlushWeak(&task);
-  out->rays += task.traced;
-  const double seen = (static_cast<double>(task.seen) + 1) /
-                      (static_cast<double>(task.traced) + 4);
+  out->rays += task.rays.traced;
+  const double seen = (static_cast<double>(task.rays.seen) + 1) /
+                      (static_cast<double>(task.rays.traced) + 4);
   out->squared_error += task.blocked_squared * std::min(1.0, 2 * seen);
 }
 
@@ -282,7 +289,7 @@ void Refiner::VisitClusters(uint32_t receiver,
   const Cluster& r = receiver_.clusters->Clusters()[receiver];
   const Cluster& s = source_.clusters->Clusters()[source];
   const ClusterBound bound = BoundOf(r, s);
-  if (bound.behind) {
+  if (bound.behind || task->out->overflowed || !task->Meets(r.first, r.count)) {
     return;
   }
   const float transfer =
@@ -295,11 +302,7 @@ void Refiner::VisitClusters(uint32_t receiver,
   if (probability < kMostProbable && (expected < kFewLinks || are_leaves)) {
     SamplePairs({receiver, source}, bound.form_factor, probability, task);
   } else if (are_leaves) {
-    for (uint32_t i = r.first; i < r.first + r.count; ++i) {
-      for (uint32_t k = s.first; k < s.first + s.count; ++k) {
-        Visit(ReceiverAt(i, task), SourceAt(k, task), 0, task);
-      }
-    }
+    VisitItems(r, s, task);
   } else if (s.child == 0 ||
              (r.child != 0 && LongestExtent(r) >= LongestExtent(s))) {
     VisitClusters(r.child, source, task);
@@ -307,6 +310,16 @@ void Refiner::VisitClusters(uint32_t receiver,
   } else {
     VisitClusters(receiver, s.child, task);
     VisitClusters(receiver, s.child + 1, task);
+  }
+}
+
+void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
+  for (uint32_t i = r.first; i < r.first + r.count; ++i) {
+    for (uint32_t k = s.first; k < s.first + s.count; ++k) {
+      if (task->Meets(i, 1)) {
+        Visit(ReceiverAt(i, task), SourceAt(k, task), 0, task);
+      }
+    }
   }
 }
 
@@ -330,12 +343,11 @@ void Refiner::SamplePairs(ClusterPair pair,
       return;
     }
     at += static_cast<uint64_t>(misses);
-    const Receiver& receiver =
-        ReceiverAt(r.first + static_cast<uint32_t>(at / s.count), task);
-    const Source& source =
-        SourceAt(s.first + static_cast<uint32_t>(at % s.count), task);
-    if (!IsBehind(source.end, *receiver.end.patch) &&
-        !IsBehind(receiver.end, *source.end.patch)) {
+    const uint32_t i = r.first + static_cast<uint32_t>(at / s.count);
+    if (task->Meets(i, 1)) {
+      const Receiver& receiver = ReceiverAt(i, task);
+      const Source& source =
+          SourceAt(s.first + static_cast<uint32_t>(at % s.count), task);
       const float f =
           std::min(form_factor, FormFactorBound(receiver.end, source.end));
       AddWeak(receiver,
@@ -379,7 +391,8 @@ void Refiner::Visit(const Receiver& r,
                     const Source& s,
                     int blocked,
                     Task* task) const {
-  if (IsBehind(s.end, *r.end.patch) || IsBehind(r.end, *s.end.patch)) {
+  if (task->out->overflowed || IsBehind(s.end, *r.end.patch) ||
+      IsBehind(r.end, *s.end.patch)) {
     return;
   }
   const float form_factor = FormFactorBound(r.end, s.end);
@@ -390,14 +403,14 @@ void Refiner::Visit(const Receiver& r,
   }
   const Shaft shaft =
       ShaftBetween(*r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
-  if (MissesAGate(shaft)) {
+  if (blockers_->Separate(shaft)) {
     return;
   }
-  Rays rays{.random = Random(KeyOf(r, s))};
+  LinkRays rays(*blockers_, r.end, s.end, KeyOf(r, s), &task->rays);
   if (FewDecide(bound, blocked)) {
-    TraceDiagonals(r, s, {0, 1}, &rays, task);
-    if (rays.seen == 0) {
-      AddBlockedError(bound * UnknownBlocked(true, blocked), task);
+    rays.TraceFew();
+    if (rays.NoneSeen()) {
+      AcceptBlocked(r, s, bound * UnknownBlocked(true, blocked), &rays, task);
       return;
     }
   }
@@ -409,10 +422,10 @@ void Refiner::VisitSeen(const Receiver& r,
                         const Source& s,
                         const Shaft& shaft,
                         int blocked,
-                        Rays* rays,
+                        LinkRays* rays,
                         Task* task) const {
   const Judgement judgement = Judge(r.end, s, constant_basis_);
-  const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays, task);
+  const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
   const float unknown =
       judgement.transfer *
       UnknownShare(look.fraction, look.proven, look.few, blocked);
@@ -423,33 +436,47 @@ void Refiner::VisitSeen(const Receiver& r,
       visible * judgement.receiver_error + share * unknown;
   const float by_source =
       visible * judgement.source_error + (1 - share) * unknown;
-  const float error = r.weight * (by_receiver + by_source);
-  const bool can_split_r = CanSplit(r.end, r.path);
-  const bool can_split_s = CanSplit(s.end, s.path);
   // What cannot be split cannot be helped: splitting the other end instead
   // would only make more links of the same error together.
-  const float at_receiver = can_split_r ? by_receiver : 0;
-  const float at_source = can_split_s ? by_source : 0;
-  if (r.weight * (at_receiver + at_source) <=
-      static_cast<float>(options_.tau)) {
-    if (look.fraction > 0) {
-      AddError(error, task);
+  const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
+  const float at_source = CanSplit(s.end, s.path) ? by_source : 0;
+  if (r.weight * (at_receiver + at_source) > static_cast<float>(options_.tau)) {
+    if (at_receiver >= at_source) {
+      SplitReceiver(r, s, blocked, task);
     } else {
-      AddBlockedError(error, task);
+      SplitSource(r, s, blocked, task);
     }
-    Accept(r, s, judgement, look, task);
-  } else if (at_receiver >= at_source) {
-    SplitReceiver(r, s, blocked, task);
-  } else {
-    SplitSource(r, s, blocked, task);
+    return;
   }
+  if (!task->Takes(r)) {
+    return;
+  }
+  const float error = r.weight * (by_receiver + by_source);
+  if (look.fraction > 0) {
+    AddError(error, task);
+  } else {
+    AddBlockedError(error, task);
+  }
+  const uint16_t bits = look.proven ? look.bits
+                        : look.few  ? rays->AskFewAnew()
+                                    : rays->AskAllAnew();
+  Accept(r, s, judgement, bits, task);
 }
 
-bool Refiner::MissesAGate(const Shaft& shaft) const {
-  return std::any_of(
-      blockers_->gates.begin(),
-      blockers_->gates.end(),
-      [&](const ShaftBlockers* portals) { return portals->LeaveEmpty(shaft); });
+// A transfer of which few rays saw nothing. Others may see something of it.
+void Refiner::AcceptBlocked(const Receiver& r,
+                            const Source& s,
+                            float error,
+                            LinkRays* rays,
+                            Task* task) const {
+  if (!task->Takes(r)) {
+    return;
+  }
+  AddBlockedError(error, task);
+  const uint16_t bits = rays->AskFewAnew();
+  if (bits != 0) {
+    Accept(r, s, Judge(r.end, s, constant_basis_), bits, task);
+  }
 }
 
 // Whether what four rays leave unknown of a transfer, where they agree, is
@@ -471,18 +498,15 @@ void Refiner::AddBlockedError(float error, Task* task) {
       static_cast<double>(error) * static_cast<double>(error);
 }
 
-void Refiner::CountRays(uint32_t traced, uint32_t blocked, Task* task) {
-  task->traced += traced;
-  task->seen += traced - static_cast<uint32_t>(
-                             std::popcount(blocked & ((1U << traced) - 1)));
-}
-
 void Refiner::SplitReceiver(const Receiver& r,
                             const Source& s,
                             int blocked,
                             Task* task) const {
+  const bool is_above = r.level < task->part.Levels();
   for (size_t c = 0; c < kChildren; ++c) {
-    Visit(ChildReceiver(r, c), s, blocked, task);
+    if (!is_above || c == task->part.ChildAt(r.level)) {
+      Visit(ChildReceiver(r, c), s, blocked, task);
+    }
   }
 }
 
@@ -500,101 +524,68 @@ void Refiner::SplitSource(const Receiver& r,
 Refiner::Visibility Refiner::Look(const Receiver& r,
                                   const Source& s,
                                   const Sight& sight,
-                                  Rays* rays,
-                                  Task* task) const {
+                                  LinkRays* rays) const {
   Visibility look;
-  look.proven = std::all_of(blockers_->shafts.begin(),
-                            blockers_->shafts.end(),
-                            [&](const ShaftBlockers* cell) {
-                              return cell->LeaveEmpty(*sight.shaft);
-                            });
+  look.proven = blockers_->LeaveEmpty(*sight.shaft);
   if (look.proven) {
-    look.bits = AllBits(r.end, s.end);
+    look.bits = AllPairs(r.end, s.end);
     return look;
   }
-  if (rays->traced == 0) {
-    TraceDiagonals(r, s, {0, 1}, rays, task);
-  }
-  const bool agree = rays->seen == 0 || rays->seen == rays->traced;
-  look.few =
-      agree && FewDecide(r.weight * sight.judgement->transfer, sight.blocked);
+  rays->TraceFew();
+  look.few = rays->Agree() &&
+             FewDecide(r.weight * sight.judgement->transfer, sight.blocked);
   if (look.few) {
-    look.bits = rays->seen == 0 ? uint16_t{0} : AllBits(r.end, s.end);
-    look.fraction = rays->seen == 0 ? 0.0F : 1.0F;
+    look.bits = rays->NoneSeen() ? uint16_t{0} : AllPairs(r.end, s.end);
+    look.fraction = rays->NoneSeen() ? 0.0F : 1.0F;
     return look;
   }
-  TraceDiagonals(r, s, {1, s.end.node_count}, rays, task);
-  look.bits = rays->seen;
+  rays->TraceAll();
+  look.bits = rays->Seen();
   float all = 0;
   float visible = 0;
   for (size_t bit = 0; bit < sight.judgement->kernel.size(); ++bit) {
     const float share =
         sight.judgement->kernel[bit] * s.radiosity[bit % kTransferNodes] +
         1e-20F;
-    all += (rays->traced >> bit & 1) != 0 ? share : 0;
-    visible += (rays->seen >> bit & 1) != 0 ? share : 0;
+    all += (rays->Traced() >> bit & 1) != 0 ? share : 0;
+    visible += (rays->Seen() >> bit & 1) != 0 ? share : 0;
   }
   look.fraction = visible / all;
   return look;
 }
 
-// Traces rays from each node g of the receiver to the source's nodes
-// (g + k) mod n for k in [first, last): first one ray from each of the
-// receiver's nodes, each to another of the source's, then all others.
-void Refiner::TraceDiagonals(const Receiver& r,
-                             const Source& s,
-                             DiagonalRange range,
-                             Rays* rays,
-                             Task* task) const {
-  SegmentPacket packet;
-  std::array<uint8_t, 16> lane_bit{};
-  for (size_t k = range.first; k < range.last; ++k) {
-    for (size_t g = 0; g < r.end.node_count; ++g) {
-      const size_t q = (g + k) % s.end.node_count;
-      lane_bit[packet.count] = static_cast<uint8_t>(g * kTransferNodes + q);
-      AddSegment(RandomPair(r.end, g, s.end, q, &rays->random), &packet);
-    }
-  }
-  const uint32_t blocked = Occluded(blockers_->occluders, packet);
-  CountRays(packet.count, blocked, task);
-  for (uint32_t lane = 0; lane < packet.count; ++lane) {
-    const uint32_t bit = 1U << lane_bit[lane];
-    rays->traced |= static_cast<uint16_t>(bit);
-    if ((blocked >> lane & 1) == 0) {
-      rays->seen |= static_cast<uint16_t>(bit);
-    }
-  }
-}
-
 // ---------------------------------------------------------------- the links
 
 RawLink Refiner::LinkBetween(const Receiver& r, const Source& s) {
-  return {r.patch, r.path, s.patch, s.path, LinkKind::kWeak, 0, 0, 0};
+  return {r.patch, r.path, s.patch, s.path, LinkKind::kWeak, 0, 0, {}};
 }
 
 void Refiner::Accept(const Receiver& r,
                      const Source& s,
                      const Judgement& judgement,
-                     const Visibility& visibility,
+                     uint16_t visible,
                      Task* task) const {
-  if (visibility.bits == 0) {
+  if (visible == 0) {
     return;
   }
   RawLink link = LinkBetween(r, s);
   link.kind = LinkKind::kFar;
-  link.value = visibility.bits;
+  link.value = visible;
   for (size_t i = 0; i < judgement.kernel.size(); ++i) {
-    if ((visibility.bits >> i & 1) != 0) {
-      link.gain += r.end.weight[i / kTransferNodes] * judgement.kernel[i];
+    if ((visible >> i & 1) != 0) {
+      link.gain[i / kTransferNodes] += judgement.kernel[i];
     }
   }
   if (constant_basis_) {
+    const float mean = std::inner_product(
+        link.gain.begin(), link.gain.end(), r.end.weight.begin(), 0.0F);
+    link.gain.fill(mean);
     link.kind = LinkKind::kWeak;
-    link.value = EncodeCoefficient(link.gain);
+    link.value = EncodeCoefficient(mean);
   } else if (judgement.near) {
     NearCoefficients coefficients{};
     for (size_t i = 0; i < coefficients.size(); ++i) {
-      if ((visibility.bits >> i & 1) != 0) {
+      if ((visible >> i & 1) != 0) {
         coefficients[i] = EncodeCoefficient(judgement.kernel[i]);
       }
     }
@@ -604,6 +595,7 @@ void Refiner::Accept(const Receiver& r,
     task->out->near.push_back(coefficients);
   }
   task->out->links.push_back(link);
+  task->out->overflowed = task->out->links.size() > task->most;
 }
 
 void Refiner::AddWeak(const Receiver& r,
@@ -612,6 +604,10 @@ void Refiner::AddWeak(const Receiver& r,
                       float bound,
                       float drawn,
                       Task* task) const {
+  if (!task->Takes(r) || IsBehind(s.end, *r.end.patch) ||
+      IsBehind(r.end, *s.end.patch)) {
+    return;
+  }
   const float probability =
       std::min(drawn, WeakProbability(bound, form_factor_bound));
   Random random(KeyOf(r, s));
@@ -648,16 +644,18 @@ void Refiner::FlushWeak(Task* task) const {
     return;
   }
   const uint32_t blocked = Occluded(blockers_->occluders, task->packet);
-  CountRays(task->packet.count, blocked, task);
+  task->rays.traced += task->packet.count;
   for (uint32_t i = 0; i < task->packet.count; ++i) {
     if ((blocked >> i & 1) == 0) {
+      ++task->rays.seen;
       RawLink link = task->pending[i].link;
-      link.gain = task->pending[i].coefficient;
+      link.gain.fill(task->pending[i].coefficient);
       AddError(task->pending[i].error, task);
-      link.value = EncodeCoefficient(link.gain);
+      link.value = EncodeCoefficient(task->pending[i].coefficient);
       task->out->links.push_back(link);
     }
   }
+  task->out->overflowed = task->out->links.size() > task->most;
   task->packet.count = 0;
 }
 

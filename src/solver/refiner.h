@@ -19,14 +19,14 @@
 
 #pragma once
 
-#include "base/random.h"
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
 #include "solver/link_block.h"
+#include "solver/link_rays.h"
 #include "solver/oracle.h"
 #include "solver/shaft.h"
-#include "visibility/occlusion.h"
+#include "solver/work_part.h"
 
 #include <array>
 #include <cstdint>
@@ -36,10 +36,10 @@
 namespace enfilade {
 
 struct RefineOptions {
-  double tau = 1;                 // W/m: largest weighted error of a link
-  double tau_weak = 1;            // W/m: transfers below are sampled
-  uint64_t seed = 0;              // of the visibility samples
-  float least_diameter = 0.005F;  // m; smaller elements are not split
+  double tau = 1;                // W/m: largest weighted error of a link
+  double tau_weak = 1;           // W/m: transfers below are sampled
+  uint64_t seed = 0;             // of the visibility samples
+  float least_diameter = 2e-5F;  // m; smaller elements are not split
 };
 
 // A cell as refinement sees it.
@@ -60,7 +60,8 @@ struct RawLink {
   LinkKind kind{};
   uint16_t value = 0;
   uint32_t near_index = 0;
-  float gain = 0;  // mean over the receiver of what a source of 1 W/m2 brings
+  // What a source of 1 W/m2 brings to the receiver's nodes, W/m2.
+  std::array<float, kTransferNodes> gain{};
 };
 
 struct RawLinks {
@@ -68,18 +69,10 @@ struct RawLinks {
   std::vector<NearCoefficients> near;
   double squared_error = 0;  // sum of squared weighted errors, (W/m)^2
   uint64_t rays = 0;
+  bool overflowed = false;  // there were too many: of no use
 
   // Empties it, but keeps moderate room for the next ones.
   void Clear();
-};
-
-// What stands between two cells.
-struct Blockers {
-  std::vector<const CellBlockers*> occluders;  // for rays
-  std::vector<const ShaftBlockers*> shafts;    // for proofs
-  // The portals of two different cells: light between them must cross one of
-  // each. Empty within a cell.
-  std::vector<const ShaftBlockers*> gates;
 };
 
 // Appends raw links to a block, making the elements that they name, and adds
@@ -105,8 +98,10 @@ class Refiner {
     return receiver_front_.size() * source_front_.size();
   }
 
-  // Appends the links of one item. Thread-safe: touches nothing but `out`.
-  void Refine(size_t item, RawLinks* out) const;
+  // Appends the links of a part of an item; stops, overflowed, where there are
+  // more than `most` and the part can be cut. Thread-safe: touches nothing but
+  // `out`.
+  void Refine(const WorkPart& part, size_t most, RawLinks* out) const;
 
  private:
   struct Source : RadiantEnd {
@@ -120,9 +115,11 @@ class Refiner {
     TransferEnd end;
     uint32_t patch = 0;
     ElementPath path = kRootPath;
-    float weight = 0;  // reflectance times root of area
+    uint32_t level = 0;  // below the item of the front
+    float weight = 0;    // reflectance times root of area
   };
 
+  // What rays say of a transfer.
   struct Visibility {
     uint16_t bits = 0;   // per pair of nodes
     float fraction = 1;  // weighted by the kernel and the radiosity
@@ -130,23 +127,11 @@ class Refiner {
     bool few = false;  // four rays sufficed
   };
 
-  // The rays of a link: bits of pairs of nodes.
-  struct Rays {
-    Random random;  // for the next ones
-    uint16_t traced = 0;
-    uint16_t seen = 0;
-  };
-
   // What is known when visibility is looked at.
   struct Sight {
     const Judgement* judgement = nullptr;
     const Shaft* shaft = nullptr;
     int blocked = 0;
-  };
-
-  struct DiagonalRange {
-    size_t first = 0;
-    size_t last = 0;
   };
 
   struct ClusterPair {
@@ -166,6 +151,7 @@ class Refiner {
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
 
   void VisitClusters(uint32_t receiver, uint32_t source, Task* task) const;
+  void VisitItems(const Cluster& r, const Cluster& s, Task* task) const;
   void SamplePairs(ClusterPair pair,
                    float form_factor,
                    float probability,
@@ -187,24 +173,22 @@ class Refiner {
                  const Source& s,
                  const Shaft& shaft,
                  int blocked,
-                 Rays* rays,
+                 LinkRays* rays,
                  Task* task) const;
-  [[nodiscard]] bool MissesAGate(const Shaft& shaft) const;
+
+  void AcceptBlocked(const Receiver& r,
+                     const Source& s,
+                     float error,
+                     LinkRays* rays,
+                     Task* task) const;
 
   [[nodiscard]] Visibility Look(const Receiver& r,
                                 const Source& s,
                                 const Sight& sight,
-                                Rays* rays,
-                                Task* task) const;
-  void TraceDiagonals(const Receiver& r,
-                      const Source& s,
-                      DiagonalRange range,
-                      Rays* rays,
-                      Task* task) const;
+                                LinkRays* rays) const;
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
   static void AddError(float error, Task* task);
   static void AddBlockedError(float error, Task* task);
-  static void CountRays(uint32_t traced, uint32_t blocked, Task* task);
 
   // With which probability a transfer is kept, by bounds of itself (W/m,
   // weighted) and of its form factor.
@@ -221,7 +205,7 @@ class Refiner {
   void Accept(const Receiver& r,
               const Source& s,
               const Judgement& judgement,
-              const Visibility& visibility,
+              uint16_t visible,
               Task* task) const;
 
   static RawLink LinkBetween(const Receiver& r, const Source& s);

@@ -22,7 +22,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    store_seconds,
                                    bytes_belady,
                                    bytes_compulsory)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PairCursor, source, item, chunk, group)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WorkPart, item, depth, part)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PairCursor, source, work, chunk, group)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveState,
                                    basis,
                                    seed,

@@ -6,6 +6,8 @@
 
 #include "base/block_storage.h"
 #include "base/ids.h"
+#include "solver/held_gain.h"
+#include "solver/work_part.h"
 
 #include <cstdint>
 #include <string>
@@ -25,6 +27,7 @@ struct CellRow {
   double area = 0;           // of its reflecting patches, m2
   double radius = 0.5;       // of the transport within it (semi_iteration.h)
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
+  HoldLevel hold = HoldLevel::kFree;
   uint32_t elements = 0;
   uint64_t links = 0;
 };
@@ -56,9 +59,9 @@ struct SolveTimes {
 // Where within a receiver the next step is.
 struct PairCursor {
   uint32_t source = 0;  // index into the receiver's list of sources
-  uint64_t item = 0;    // of the pair's refinement
+  WorkPart work;        // of the pair's refinement
   uint32_t chunk = 0;   // link chunks of the pair that are written
-  uint32_t group = 16;  // items that are refined together next
+  uint32_t group = 16;  // parts that are refined together next
 };
 
 struct SolveState {

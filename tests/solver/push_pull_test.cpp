@@ -236,77 +236,23 @@ TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
 
 // ------------------------------------------------------------------- gains
 
-// The factor by which a leaf of this gain must be held: rho * gain at most
-// (1 + rho) / 2, which is below 1 for every rho below 1.
-double Held(double rho, double gain) {
-  return std::min(1.0, 0.5 * (1 + rho) / (rho * gain));
-}
-
-TEST_P(PushPullTest, GainAboveTheLimitIsHeldAndOthersAreUntouched) {
-  // Patch i has a gain of i / 4; the limit of rho = 0.8 is 1.125.
-  for (size_t i = 0; i < patches_.size(); ++i) {
-    *tree_.Gain().At(i) = static_cast<float>(i) / 4;
-  }
+TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
   FillAtRandom(&tree_.Gathered());
-  const CoefficientArray held = PushPull(tree_, patches_, Surfaces());
-  tree_.Gain().SetZero();
-  const CoefficientArray free = PushPull(tree_, patches_, Surfaces());
-  size_t changed = 0;
-  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
-    const size_t patch = tree_.At(e).patch;
-    const double gain = 0.25 * static_cast<double>(patch);
-    if (patch <= 4) {
-      EXPECT_EQ(held[e][at], free[e][at]) << gain;
-      return;
-    }
-    const double e0 = static_cast<double>(Emitted(e, c));
-    const double reflected = static_cast<double>(free[e][at]) - e0;
-    EXPECT_NEAR(held[e][at], e0 + Held(0.8, gain) * reflected, kRounding)
-        << gain;
-    ++changed;
-  });
-  EXPECT_GT(changed, 0U);
-}
-
-TEST_P(PushPullTest, GainOfAPointIsTheSumOverItsElements) {
-  // 0.6 on every element: only leaves below the root exceed 1.125.
-  for (size_t i = 0; i < tree_.Size(); ++i) {
-    *tree_.Gain().At(i) = 0.6F;
+  std::vector<float> kept(tree_.Size());
+  for (size_t i = 0; i < kept.size(); ++i) {
+    kept[i] = static_cast<float>(i % 5) / 4;
   }
-  ForEachNode([&](ElementId e, size_t, size_t, size_t at) {
-    tree_.Gathered()[e][at] = IsRoot(e) ? 1 : 0;
-  });
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray some = PushPull(tree_, patches_, Surfaces(), kept);
+  const CoefficientArray all = PushPull(tree_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     if (tree_.At(e).first_child == 0) {
-      const double level =
-          -std::log2(std::abs(static_cast<double>(tree_.At(e).frame.scale)));
-      EXPECT_NEAR(b[e][at],
-                  static_cast<double>(Emitted(e, c)) +
-                      static_cast<double>(kReflectance[c]) *
-                          Held(0.8, 0.6 * (level + 1)),
+      const double emitted = static_cast<double>(Emitted(e, c));
+      const double reflected = static_cast<double>(all[e][at]) - emitted;
+      EXPECT_NEAR(some[e][at],
+                  emitted + static_cast<double>(kept[e.Index()]) * reflected,
                   kRounding);
     }
   });
-}
-
-TEST(PushPull, HeldGainNeverGrowsLight) {
-  // B = E + rho kept gain B converges for every gain: rho kept gain < 1.
-  const Basis basis(1);
-  for (const double rho : {0.3, 0.8, 0.95, 0.99}) {
-    const auto patches = GeometryOf(RandomPatches(44, 1, 1, 1), rho);
-    SurfaceTable table;
-    table.reflectance.assign(kChannels, static_cast<float>(rho));
-    table.exitance.assign(kChannels, 0);
-    for (const float gain : {0.5F, 1.0F, 1.2F, 3.0F, 100.0F}) {
-      CellTree tree({&basis, kChannels}, patches);
-      *tree.Gain().At(0) = gain;
-      tree.Gathered()[ElementId(0U)][0] = gain;  // of a source of 1 W/m2
-      const CoefficientArray b = PushPull(tree, patches, table);
-      EXPECT_LE(b[ElementId(0U)][0], 0.5 * (1 + rho) + kRounding);
-      EXPECT_LT(b[ElementId(0U)][0], 1) << rho << " " << gain;
-    }
-  }
 }
 
 // ------------------------------------------------------------------- sums

@@ -6,8 +6,11 @@
 #include "base/parallel.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
+#include <numeric>
+#include <tuple>
 
 #include "tests/solver/test_cells.h"
 #include "tests/visibility/test_rooms.h"
@@ -86,8 +89,19 @@ std::vector<RawLinks> RefineAll(const RefineOptions& options,
                                 const Blockers& blockers) {
   const Refiner refiner(options, receiver, source, blockers);
   std::vector<RawLinks> links(refiner.ItemCount());
-  ParallelFor(links.size(), [&](size_t i) { refiner.Refine(i, &links[i]); });
+  ParallelFor(links.size(), [&](size_t i) {
+    refiner.Refine({.item = i}, SIZE_MAX, &links[i]);
+  });
   return links;
+}
+
+// The mean gain over a receiver that is a parallelogram.
+double MeanGain(const RawLink& link) {
+  double sum = 0;
+  for (const float g : link.gain) {
+    sum += static_cast<double>(g) / kTransferNodes;
+  }
+  return sum;
 }
 
 // A parallelogram as n x n patches.
@@ -146,7 +160,7 @@ Statistics SampledFormFactor(const std::vector<Patch>& sources,
     for (const RawLinks& item :
          RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
       for (const RawLink& link : item.links) {
-        gain += static_cast<double>(link.gain) / 16;
+        gain += MeanGain(link) / 16;
       }
     }
     sum += gain;
@@ -203,7 +217,9 @@ TEST(WeakLinks, StoreTheirGainToHalfPrecision) {
     for (const RawLink& link : item.links) {
       EXPECT_EQ(link.kind, LinkKind::kWeak);
       EXPECT_NEAR(
-          DecodeCoefficient(link.value) / link.gain, 1, std::ldexp(1, -11));
+          static_cast<double>(DecodeCoefficient(link.value)) / MeanGain(link),
+          1,
+          std::ldexp(1, -11));
       ++links;
     }
   }
@@ -257,7 +273,9 @@ Gains LinkToItself(const RefineOptions& options,
   gains.means.resize(cell->Geometry().size());
   for (size_t i = 0; i < cell->Tree().Size(); ++i) {
     const Element& e = cell->Tree().At(ElementId(i));
-    gains.means[e.patch] += static_cast<double>(*cell->Tree().Gain().At(i)) *
+    const auto gain = cell->Tree().Gain()[ElementId(i)];
+    const double sum = std::accumulate(gain.begin(), gain.end(), 0.0);
+    gains.means[e.patch] += sum / static_cast<double>(gain.size()) *
                             static_cast<double>(e.frame.scale * e.frame.scale);
   }
   return gains;
@@ -305,6 +323,119 @@ void ExpectSame(const RawLink& a, const RawLink& b) {
   EXPECT_EQ(a.value, b.value);
   EXPECT_EQ(a.near_index, b.near_index);
   EXPECT_EQ(a.gain, b.gain);
+}
+
+// The parts of an item, cut until none has more than `most` links.
+std::vector<RawLinks> RefineInParts(const Refiner& refiner, size_t most) {
+  std::vector<RawLinks> parts;
+  for (WorkPart next; next.item < refiner.ItemCount();) {
+    RawLinks links;
+    refiner.Refine(next, most, &links);
+    if (links.overflowed) {
+      next = next.Narrowed();
+    } else {
+      parts.push_back(std::move(links));
+      next = next.Next();
+    }
+  }
+  return parts;
+}
+
+// In an order that does not depend on how the work was cut.
+std::vector<RawLink> Sorted(const std::vector<RawLinks>& parts) {
+  std::vector<RawLink> all;
+  for (const RawLinks& part : parts) {
+    all.insert(all.end(), part.links.begin(), part.links.end());
+  }
+  std::sort(all.begin(), all.end(), [](const RawLink& a, const RawLink& b) {
+    return std::tie(a.receiver_patch,
+                    a.receiver_path,
+                    a.source_patch,
+                    a.source_path) < std::tie(b.receiver_patch,
+                                              b.receiver_path,
+                                              b.source_patch,
+                                              b.source_path);
+  });
+  return all;
+}
+
+TEST(Links, AreTheSameHoweverTheWorkIsCut) {
+  const Basis basis(2);
+  const std::vector<Patch> room = FurnishedRoom();
+  const BrightCell cell(0, basis, room);
+  const Scenery scenery(room);
+  RefineOptions options;
+  options.tau = 0.01;
+  options.tau_weak = 0.005;
+  const Refiner refiner(options, cell.Side(), cell.Side(), scenery.All());
+  const auto whole = RefineInParts(refiner, SIZE_MAX);
+  const auto expected = Sorted(whole);
+  ASSERT_GT(expected.size(), 1000U);
+  for (const size_t most : {size_t{500}, size_t{50}, size_t{5}}) {
+    const auto parts = RefineInParts(refiner, most);
+    EXPECT_GT(parts.size(), whole.size());
+    const auto links = Sorted(parts);
+    ASSERT_EQ(links.size(), expected.size()) << most;
+    for (size_t i = 0; i < links.size(); ++i) {
+      RawLink link = links[i];
+      link.near_index = expected[i].near_index;  // counts within a part
+      ExpectSame(link, expected[i]);
+    }
+  }
+}
+
+TEST(Links, OfAPartStayBelowItsLimit) {
+  const Basis basis(2);
+  const std::vector<Patch> room = FurnishedRoom();
+  const BrightCell cell(0, basis, room);
+  const Scenery scenery(room);
+  RefineOptions options;
+  options.tau = 0.01;
+  options.tau_weak = 0.005;
+  const Refiner refiner(options, cell.Side(), cell.Side(), scenery.All());
+  for (const RawLinks& part : RefineInParts(refiner, 50)) {
+    EXPECT_LE(part.links.size(), 50U);
+  }
+}
+
+// Half of the ceiling is hidden. Whichever rays let a link be accepted, what
+// the links bring together must be half of what the bare ceiling would.
+TEST(Links, KeepRaysThatDidNotDecideOnThem) {
+  Patch plate = Ceiling(1 - 3e-4);
+  plate.v = {0.5, 0, 0};
+  const Basis basis(2);
+  const std::vector<Patch> floor = {Floor()};
+  const std::vector<Patch> ceiling = {Ceiling(1)};
+  const BrightCell receiver(0, basis, floor);
+  const BrightCell source(1, basis, ceiling);
+  const Scenery scenery({Floor(), Ceiling(1), plate});
+  // Coarse and fine: with the first, four rays decide; with the others sixteen.
+  for (const double tau : {1.0, 0.05, 0.02}) {
+    RefineOptions options;
+    options.tau = tau;
+    options.tau_weak = 1e-6;
+    double sum = 0;
+    double square = 0;
+    constexpr int kSeeds = 4000;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+      options.seed = MixKey(78, static_cast<uint64_t>(seed));
+      double gain = 0;
+      for (const RawLinks& item :
+           RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+        for (const RawLink& link : item.links) {
+          gain += MeanGain(link) *
+                  std::pow(0.25, (std::bit_width(link.receiver_path) - 1) / 2);
+        }
+      }
+      sum += gain;
+      square += gain * gain;
+    }
+    const double mean = sum / kSeeds;
+    const double error = std::sqrt((square / kSeeds - mean * mean) / kSeeds);
+    // The nodes' kernel at this distance is good to 1 %.
+    EXPECT_NEAR(mean, 0.199825 / 2, 3 * error + 0.01 * 0.1) << "tau " << tau;
+    EXPECT_LT(3 * error, 0.01 * 0.1) << "tau " << tau;
+  }
 }
 
 TEST(Links, AreTheSameForAnyNumberOfThreads) {

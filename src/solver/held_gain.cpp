@@ -1,0 +1,78 @@
+#include "solver/held_gain.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+
+namespace enfilade {
+namespace {
+
+// The largest product of reflectance and gain, from the second level on; the
+// last level's is (1 + rho) / 2.
+constexpr std::array<float, 2> kMostReflected = {1.5F, 1.2F};
+
+// The gain of each leaf, mean over it: pushed down from its ancestors.
+std::vector<float> GainsOfLeaves(const CellTree& tree,
+                                 std::span<const PatchGeometry> patches) {
+  const TreeShape shape{tree.Shape().basis, 1};
+  CoefficientArray gain = tree.Gain();
+  std::vector<float> pushed(shape.Stride());
+  std::vector<float> means(tree.Size());
+  for (size_t i = 0; i < tree.Size(); ++i) {
+    const Element& e = tree.At(ElementId(i));
+    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
+    const auto own = gain[ElementId(i)];
+    if (e.first_child == 0) {
+      for (size_t q = 0; q < basis.NodeCount(); ++q) {
+        means[i] += static_cast<float>(basis.Weight(q)) * own[q];
+      }
+      continue;
+    }
+    for (size_t c = 0; c < kChildren; ++c) {
+      PushTo(basis, shape, c, own, pushed);
+      const auto child = gain[ElementId(e.first_child + c)];
+      std::transform(child.begin(),
+                     child.end(),
+                     pushed.begin(),
+                     child.begin(),
+                     std::plus<>());
+    }
+  }
+  return means;
+}
+
+float MostReflected(HoldLevel level, float reflectance) {
+  const auto i = static_cast<size_t>(level) - 1;
+  return i < kMostReflected.size() ? kMostReflected[i]
+                                   : 0.5F * (1 + reflectance);
+}
+
+}  // namespace
+
+std::vector<float> HeldShares(const CellTree& tree,
+                              std::span<const PatchGeometry> patches,
+                              HoldLevel level) {
+  std::vector<float> shares(tree.Size(), 1);
+  if (level == HoldLevel::kFree) {
+    return shares;
+  }
+  const std::vector<float> gains = GainsOfLeaves(tree, patches);
+  for (size_t i = 0; i < tree.Size(); ++i) {
+    const float rho = patches[tree.At(ElementId(i)).patch].max_reflectance;
+    const float most = MostReflected(level, rho);
+    shares[i] = rho * gains[i] > most ? most / (rho * gains[i]) : 1.0F;
+  }
+  return shares;
+}
+
+HoldLevel Firmer(HoldLevel level) {
+  return level == HoldLevel::kFirm
+             ? level
+             : static_cast<HoldLevel>(static_cast<uint8_t>(level) + 1);
+}
+
+uint64_t HeldSharesBytes(const CellTree& tree) {
+  return tree.Size() * 2 * sizeof(float) + tree.Gain().SizeBytes();
+}
+
+}  // namespace enfilade

@@ -1,0 +1,38 @@
+// How much of what its links claim to see a leaf is believed.
+//
+// The gain of a point, the sum of the coefficients of its links, is at most 1
+// by geometry. Sampled links scatter about that, most where it is dark; and
+// where the product of gain and reflectance exceeds 1 all around, as it may in
+// a closed cupboard of white boards, light grows without end. To cut gains that
+// are too large and to leave those that are too small makes closed rooms too
+// dark, by as much as their light is reflected again and again. Hence gains are
+// free as long as the light of a cell settles, and are held the more firmly the
+// longer it does not: docs/decisions/0016-held-gains.md.
+
+#pragma once
+
+#include "solver/element_tree.h"
+#include "solver/geometry.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+enum class HoldLevel : uint8_t { kFree = 0, kLoose = 1, kClose = 2, kFirm = 3 };
+
+// The next one, the last if there is none.
+HoldLevel Firmer(HoldLevel level);
+
+// Per element the factor of its irradiance if it is a leaf. The product of
+// reflectance, gain (mean over the leaf) and factor is at most 1.5 if loose,
+// 1.2 if close, (1 + rho) / 2 if firm, with which all light settles.
+std::vector<float> HeldShares(const CellTree& tree,
+                              std::span<const PatchGeometry> patches,
+                              HoldLevel level);
+
+// What HeldShares takes while it works.
+uint64_t HeldSharesBytes(const CellTree& tree);
+
+}  // namespace enfilade

@@ -1,0 +1,89 @@
+#include "solver/link_rays.h"
+
+#include "solver/transfer_sample.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace enfilade {
+
+bool Blockers::Separate(const Shaft& shaft) const {
+  return std::any_of(
+      gates.begin(), gates.end(), [&](const ShaftBlockers* portals) {
+        return portals->LeaveEmpty(shaft);
+      });
+}
+
+bool Blockers::LeaveEmpty(const Shaft& shaft) const {
+  return std::all_of(
+      shafts.begin(), shafts.end(), [&](const ShaftBlockers* cell) {
+        return cell->LeaveEmpty(shaft);
+      });
+}
+
+uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source) {
+  const uint32_t row = (1U << source.node_count) - 1;
+  uint32_t bits = 0;
+  for (size_t g = 0; g < receiver.node_count; ++g) {
+    bits |= row << (g * kTransferNodes);
+  }
+  return static_cast<uint16_t>(bits);
+}
+
+void LinkRays::TraceFew() {
+  if (rays_.traced == 0) {
+    Trace({0, 1}, &rays_);
+  }
+}
+
+void LinkRays::TraceAll() {
+  TraceFew();
+  Trace({1, source_->node_count}, &rays_);
+}
+
+uint16_t LinkRays::AskFewAnew() {
+  Rays anew;
+  const size_t k =
+      random_.NextBelow(static_cast<uint32_t>(source_->node_count));
+  Trace({k, k + 1}, &anew);
+  uint16_t bits = 0;
+  for (size_t g = 0; g < receiver_->node_count; ++g) {
+    const uint32_t row = ((1U << source_->node_count) - 1)
+                         << (g * kTransferNodes);
+    bits |= static_cast<uint16_t>((anew.seen & row) != 0 ? row : 0);
+  }
+  return bits;
+}
+
+uint16_t LinkRays::AskAllAnew() {
+  Rays anew;
+  Trace({0, source_->node_count}, &anew);
+  return anew.seen;
+}
+
+// Traces rays from each node g of the receiver to the source's nodes
+// (g + k) mod n for k in [first, last).
+void LinkRays::Trace(DiagonalRange range, Rays* rays) {
+  SegmentPacket packet;
+  std::array<uint8_t, 16> lane_bit{};
+  for (size_t k = range.first; k < range.last; ++k) {
+    for (size_t g = 0; g < receiver_->node_count; ++g) {
+      const size_t q = (g + k) % source_->node_count;
+      lane_bit[packet.count] = static_cast<uint8_t>(g * kTransferNodes + q);
+      AddSegment(RandomPair(*receiver_, g, *source_, q, &random_), &packet);
+    }
+  }
+  const uint32_t blocked = Occluded(blockers_->occluders, packet);
+  for (uint32_t lane = 0; lane < packet.count; ++lane) {
+    const auto bit = static_cast<uint16_t>(1U << lane_bit[lane]);
+    rays->traced |= bit;
+    rays->seen |= (blocked >> lane & 1) == 0 ? bit : uint16_t{0};
+  }
+  const uint32_t lanes = (1U << packet.count) - 1;
+  count_->traced += packet.count;
+  count_->seen +=
+      packet.count - static_cast<uint32_t>(std::popcount(blocked & lanes));
+}
+
+}  // namespace enfilade

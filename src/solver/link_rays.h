@@ -1,0 +1,102 @@
+// The visibility between two elements by rays between random points of them.
+
+#pragma once
+
+#include "base/random.h"
+#include "solver/form_factor.h"
+#include "solver/shaft.h"
+#include "visibility/occlusion.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace enfilade {
+
+// What stands between two cells.
+struct Blockers {
+  std::vector<const CellBlockers*> occluders;  // for rays
+  std::vector<const ShaftBlockers*> shafts;    // for proofs
+  // The portals of two different cells: light between them must cross one of
+  // each. Empty within a cell.
+  std::vector<const ShaftBlockers*> gates;
+
+  // No light crosses the shaft: it misses the portals of one of the cells.
+  [[nodiscard]] bool Separate(const Shaft& shaft) const;
+
+  // Nothing stands in the shaft.
+  [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
+};
+
+// All pairs of nodes of two ends: bit g * kTransferNodes + q is node g of the
+// receiver and node q of the source.
+uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source);
+
+struct RayCount {
+  uint64_t traced = 0;
+  uint64_t seen = 0;
+};
+
+// The rays of a pair of ends. First those that say how much of the transfer
+// gets through, and by that whether it may become a link; then others that say
+// the same to the link itself. A link that kept the rays by which it was
+// accepted would be accepted most easily where they happen to agree, and its
+// light would be biased: docs/decisions/0011-oracle.md.
+class LinkRays {
+ public:
+  // All are borrowed; `key` decides where the rays go.
+  LinkRays(const Blockers& blockers,
+           const TransferEnd& receiver,
+           const TransferEnd& source,
+           uint64_t key,
+           RayCount* count)
+      : blockers_(&blockers),
+        receiver_(&receiver),
+        source_(&source),
+        random_(key),
+        count_(count) {}
+
+  // One ray from each of the receiver's nodes, each to another of the
+  // source's, unless there are rays already.
+  void TraceFew();
+
+  // From all nodes to all.
+  void TraceAll();
+
+  [[nodiscard]] bool NoneSeen() const { return rays_.seen == 0; }
+
+  [[nodiscard]] bool Agree() const {
+    return rays_.seen == 0 || rays_.seen == rays_.traced;
+  }
+
+  // Pairs of nodes that have been asked, and those that see each other.
+  [[nodiscard]] uint16_t Traced() const { return rays_.traced; }
+
+  [[nodiscard]] uint16_t Seen() const { return rays_.seen; }
+
+  // Which pairs see each other by rays not traced before: of one ray for each
+  // of the receiver's nodes, or of one for each pair.
+  [[nodiscard]] uint16_t AskFewAnew();
+  [[nodiscard]] uint16_t AskAllAnew();
+
+ private:
+  struct Rays {
+    uint16_t traced = 0;
+    uint16_t seen = 0;
+  };
+
+  struct DiagonalRange {
+    size_t first = 0;
+    size_t last = 0;
+  };
+
+  void Trace(DiagonalRange range, Rays* rays);
+
+  const Blockers* blockers_;
+  const TransferEnd* receiver_;
+  const TransferEnd* source_;
+  Random random_;
+  RayCount* count_;
+  Rays rays_;
+};
+
+}  // namespace enfilade

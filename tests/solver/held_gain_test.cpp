@@ -1,0 +1,90 @@
+// What leaves keep of the gains that their links claim.
+
+#include "solver/held_gain.h"
+
+#include <cmath>
+
+#include "tests/solver/test_cells.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::GeometryOf;
+using test::RandomPatches;
+
+constexpr double kReflectance = 0.9;
+constexpr HoldLevel kAllLevels[] = {
+    HoldLevel::kFree, HoldLevel::kLoose, HoldLevel::kClose, HoldLevel::kFirm};
+constexpr float kRounding = 1e-5F;
+
+float MostReflected(HoldLevel level) {
+  switch (level) {
+    case HoldLevel::kLoose:
+      return 1.5F;
+    case HoldLevel::kClose:
+      return 1.2F;
+    case HoldLevel::kFirm:
+      return 0.95F;
+    default:
+      return 1e30F;
+  }
+}
+
+class HeldGain : public ::testing::TestWithParam<size_t> {
+ protected:
+  HeldGain()
+      : basis_(GetParam()),
+        patches_(GeometryOf(RandomPatches(44, 3, 3, 1), kReflectance)),
+        tree_({&basis_, kRgbChannels}, patches_) {}
+
+  void SetGain(ElementId e, float gain) {
+    for (float& g : tree_.Gain()[e]) {
+      g = gain;
+    }
+  }
+
+  Basis basis_;
+  std::vector<PatchGeometry> patches_;
+  CellTree tree_;
+};
+
+TEST_P(HeldGain, NoProductExceedsThatOfItsLevel) {
+  for (const float gain : {0.5F, 1.0F, 1.1F, 1.3F, 1.6F, 3.0F, 100.0F}) {
+    for (size_t i = 0; i < tree_.Size(); ++i) {
+      SetGain(ElementId(i), gain);
+    }
+    for (const HoldLevel level : kAllLevels) {
+      const float claimed = static_cast<float>(kReflectance) * gain;
+      for (const float share : HeldShares(tree_, patches_, level)) {
+        EXPECT_NEAR(share * claimed,
+                    std::min(claimed, MostReflected(level)),
+                    kRounding * claimed);
+      }
+    }
+  }
+}
+
+TEST_P(HeldGain, OfALeafIsTheSumOverItsAncestors) {
+  const ElementPath path = ChildPath(ChildPath(kRootPath, 2), 1);
+  const ElementId leaf = tree_.FindOrCreate(PatchId(0U), path, patches_);
+  for (size_t i = 0; i < tree_.Size(); ++i) {
+    SetGain(ElementId(i), 0.6F);
+  }
+  const auto shares = HeldShares(tree_, patches_, HoldLevel::kFirm);
+  EXPECT_NEAR(shares[leaf.Index()], 0.95 / (0.9 * 1.8), kRounding);
+  EXPECT_EQ(shares[1], 1) << "a root without children claims 0.54";
+}
+
+INSTANTIATE_TEST_SUITE_P(Orders, HeldGain, ::testing::Values(1, 2));
+
+TEST(HoldLevels, EndWithTheFirmest) {
+  EXPECT_EQ(Firmer(HoldLevel::kFree), HoldLevel::kLoose);
+  EXPECT_EQ(Firmer(HoldLevel::kLoose), HoldLevel::kClose);
+  EXPECT_EQ(Firmer(HoldLevel::kClose), HoldLevel::kFirm);
+  EXPECT_EQ(Firmer(HoldLevel::kFirm), HoldLevel::kFirm);
+}
+
+}  // namespace
+}  // namespace enfilade

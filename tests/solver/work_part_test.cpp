@@ -1,0 +1,74 @@
+// Parts of items cover them once, in order, however deep they are cut.
+
+#include "solver/work_part.h"
+
+#include "base/random.h"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+// All places of an item two levels below its receivers: 8 x 16, by the part
+// that holds them.
+std::vector<int> PlacesOf(const WorkPart& part) {
+  std::vector<int> places;
+  for (uint32_t r = 0; r < kItemReceivers; ++r) {
+    for (int path = 0; path < 16; ++path) {
+      const bool is_receiver = r >= part.FirstReceiver() &&
+                               r < part.FirstReceiver() + part.ReceiverCount();
+      bool is_below = true;
+      for (uint32_t level = 0; level < part.Levels(); ++level) {
+        is_below =
+            is_below && part.ChildAt(level) ==
+                            static_cast<size_t>(path >> (2 - 2 * level) & 3);
+      }
+      if (is_receiver && is_below) {
+        places.push_back(static_cast<int>(r) * 16 + path);
+      }
+    }
+  }
+  return places;
+}
+
+TEST(WorkPart, PartsFollowEachOtherWithoutGapsOrOverlap) {
+  Random random(5);
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<int> seen;
+    WorkPart part;
+    while (part.item == 0) {
+      if (part.depth < kPartHalvings + 2 && random.Next() < 0.6) {
+        part = part.Narrowed();
+        continue;
+      }
+      for (const int place : PlacesOf(part)) {
+        seen.push_back(place);
+      }
+      part = part.Next();
+    }
+    EXPECT_EQ(part, (WorkPart{1, 0, 0}));
+    ASSERT_EQ(seen.size(), kItemReceivers * 16);
+    for (size_t i = 0; i < seen.size(); ++i) {
+      EXPECT_EQ(seen[i], static_cast<int>(i));
+    }
+  }
+}
+
+TEST(WorkPart, LinksAboveItsElementBelongToTheFirstOne) {
+  WorkPart whole;
+  EXPECT_TRUE(whole.Owns(0));
+  EXPECT_TRUE(whole.Owns(5));
+  WorkPart part = {0, kPartHalvings + 2, 0};
+  int owners = 0;
+  for (; part.FirstReceiver() == 0 && part.item == 0; ++part.part) {
+    owners += part.Owns(0) ? 1 : 0;
+    EXPECT_TRUE(part.Owns(2));
+    EXPECT_EQ(part.Owns(1), part.part % 4 == 0);
+  }
+  EXPECT_EQ(owners, 1);
+}
+
+}  // namespace
+}  // namespace enfilade
