@@ -13,9 +13,13 @@ namespace enfilade {
 namespace {
 
 // A point is covered if this many random directions, cosine-weighted, are all
-// blocked within the reach. In a corner between two walls half of them are, so
-// one point in 256 is taken for covered; below a cover all are.
+// blocked within the reach, and so are as many others. In a corner between two
+// walls half of them are, below a cover all.
 constexpr int kDirections = 8;
+// Points that a narrow view is left to, as in a bowl, pass the first of the two
+// tests now and then and fail the second. There is no edge to be found where
+// not this share of those that pass the first pass both.
+constexpr float kSharpShare = 0.7F;
 constexpr float kReach = 0.35F;  // m
 // One sample point for this area, so that a chair leg's foot is not missed.
 constexpr float kAreaPerPoint = 8e-4F;  // m2
@@ -24,6 +28,11 @@ constexpr size_t kMostPoints = 2048;
 // A surface can only be covered below what stands on it or hangs before it, or
 // inside of it: within this distance of what is projected onto it.
 constexpr float kMargin = 0.05F;  // m
+// Receivers of a cell: as many, and so many for each of its patches.
+constexpr size_t kMostReceivers = 16384;
+constexpr size_t kMostReceiversPerPatch = 4;
+// Where there would be more, larger edges are left.
+constexpr double kCoarser = 4;
 // What is nearer to its plane than this does not stand before a surface.
 constexpr float kInPlane = 1e-4F;  // m
 
@@ -169,6 +178,7 @@ class Search {
     // No cover at all can hide more than this.
     const float most = 0.5F * reflected_ * std::sqrt(area);
     if (here.empty() || most <= static_cast<float>(options_->tau) ||
+        leaves_->size() > options_->most_receivers ||
         diameter <= options_->least_diameter || IsDeepest(path)) {
       leaves_->push_back(path);
       return;
@@ -204,6 +214,12 @@ class Search {
     return within;
   }
 
+  // The points of a packet that may be covered.
+  struct Suspects {
+    std::array<Vec3f, 16> points;
+    size_t count = 0;
+  };
+
   [[nodiscard]] float CoveredShare(ElementPath path,
                                    ElementFrame frame,
                                    const std::vector<Rect>& candidates) {
@@ -211,21 +227,28 @@ class Search {
     const size_t points =
         std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
     Random random(MixKey(key_, path));
-    size_t covered = 0;
+    size_t once = 0;
+    size_t twice = 0;
     for (size_t first = 0; first < points; first += 16) {
-      covered += CoveredOf(
+      Suspects suspects = DrawSuspects(
           frame, std::min<size_t>(16, points - first), candidates, &random);
+      KeepCovered(&suspects, &random);
+      once += suspects.count;
+      KeepCovered(&suspects, &random);
+      twice += suspects.count;
     }
-    return static_cast<float>(covered) / static_cast<float>(points);
+    if (static_cast<float>(twice) < kSharpShare * static_cast<float>(once)) {
+      return 0;
+    }
+    return static_cast<float>(twice) / static_cast<float>(points);
   }
 
-  // How many of `count` <= 16 random points are covered.
-  size_t CoveredOf(ElementFrame frame,
-                   size_t drawn,
-                   const std::vector<Rect>& candidates,
-                   Random* random) {
-    std::array<Vec3f, 16> points;
-    size_t count = 0;
+  // Those of `drawn` <= 16 random points that candidates hide from above.
+  Suspects DrawSuspects(ElementFrame frame,
+                        size_t drawn,
+                        const std::vector<Rect>& candidates,
+                        Random* random) const {
+    Suspects suspects;
     for (size_t i = 0; i < drawn; ++i) {
       auto s = static_cast<float>(random->Next());
       auto t = static_cast<float>(random->Next());
@@ -238,32 +261,37 @@ class Search {
       if (std::any_of(candidates.begin(), candidates.end(), [&](const Rect& r) {
             return r.Has(a, b);
           })) {
-        points[count++] = PointOn(*patch_, frame, s, t);
+        suspects.points[suspects.count++] = PointOn(*patch_, frame, s, t);
       }
     }
-    for (int k = 0; k < kDirections && count > 0; ++k) {
+    return suspects;
+  }
+
+  // Drops the points from which one of the directions is free.
+  void KeepCovered(Suspects* suspects, Random* random) {
+    for (int k = 0; k < kDirections && suspects->count > 0; ++k) {
       SegmentPacket packet{};
-      for (size_t i = 0; i < count; ++i) {
-        const Vec3f to = points[i] + CosineDirection(frame_, random) * kReach;
-        packet.from_x[i] = points[i].x;
-        packet.from_y[i] = points[i].y;
-        packet.from_z[i] = points[i].z;
+      for (size_t i = 0; i < suspects->count; ++i) {
+        const Vec3f from = suspects->points[i];
+        const Vec3f to = from + CosineDirection(frame_, random) * kReach;
+        packet.from_x[i] = from.x;
+        packet.from_y[i] = from.y;
+        packet.from_z[i] = from.z;
         packet.to_x[i] = to.x;
         packet.to_y[i] = to.y;
         packet.to_z[i] = to.z;
       }
-      packet.count = static_cast<uint32_t>(count);
-      rays_ += count;
+      packet.count = static_cast<uint32_t>(suspects->count);
+      rays_ += packet.count;
       const uint32_t blocked = Occluded(occluders_, packet);
       size_t left = 0;
-      for (size_t i = 0; i < count; ++i) {
+      for (size_t i = 0; i < packet.count; ++i) {
         if ((blocked >> i & 1) != 0) {
-          points[left++] = points[i];
+          suspects->points[left++] = suspects->points[i];
         }
       }
-      count = left;
+      suspects->count = left;
     }
-    return count;
   }
 
   const CoverOptions* options_;
@@ -276,11 +304,11 @@ class Search {
   uint64_t rays_ = 0;
 };
 
-}  // namespace
-
-Covers FindCovers(const CoverOptions& options,
-                  const CoverSide& cell,
-                  std::span<const float> reflected) {
+// False if there are too many receivers.
+bool FindWith(const CoverOptions& options,
+              const CoverSide& cell,
+              std::span<const float> reflected,
+              Covers* covers) {
   const auto& patches = cell.patches;
   const CellBlockers* const occluders[] = {cell.occluders};
   std::vector<uint64_t> rays(patches.size());
@@ -297,12 +325,31 @@ Covers FindCovers(const CoverOptions& options,
       rays[i] = search.Rays();
     }
   });
-  Covers covers;
   for (size_t i = 0; i < patches.size(); ++i) {
-    covers.rays += rays[i];
+    covers->rays += rays[i];
     for (const ElementPath path : leaves[i]) {
-      covers.receivers.push_back({static_cast<uint32_t>(i), path});
+      covers->receivers.push_back({static_cast<uint32_t>(i), path});
     }
+    if (covers->receivers.size() > options.most_receivers) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Covers FindCovers(const CoverOptions& options,
+                  const CoverSide& cell,
+                  std::span<const float> reflected) {
+  CoverOptions now = options;
+  now.most_receivers =
+      std::min(options.most_receivers,
+               kMostReceivers + kMostReceiversPerPatch * cell.patches.size());
+  Covers covers;
+  while (!FindWith(now, cell, reflected, &covers)) {
+    now.tau *= kCoarser;
+    covers.receivers.clear();
   }
   return covers;
 }

@@ -20,6 +20,9 @@ struct CoverOptions {
   double tau = 1;  // W/m: largest weighted error that may stay at an edge
   uint64_t seed = 0;
   float least_diameter = 0.005F;  // m
+  // Where a cell would have more, larger edges are left. At least as many as
+  // it has patches.
+  size_t most_receivers = SIZE_MAX;
 };
 
 // The elements of a cell at which refinement begins: its reflecting patches,
