@@ -159,6 +159,23 @@ void ObjWriter::AddPolygon(std::span<const Point3> vertices) {
                  "f{}\n",
                  std::string_view(face.data(), face.size()));
   ++polygons_;
+  FlushIfLong();
+}
+
+void ObjWriter::AddInstance(const ObjInstance& instance) {
+  fmt::format_to(std::back_inserter(obj_text_),
+                 "#instance {} {:.10g} {:.10g} {:.10g} {:.10g}\n",
+                 instance.piece.generic_string(),
+                 instance.origin.x + 0.0,
+                 instance.origin.y + 0.0,
+                 instance.origin.z + 0.0,
+                 instance.angle_degrees + 0.0);
+  ++instances_;
+  polygons_ += instance.polygons;
+  FlushIfLong();
+}
+
+void ObjWriter::FlushIfLong() {
   if (obj_text_.size() >= kFlushBytes) {
     FlushTo(obj_, obj_part_, obj_text_);
   }

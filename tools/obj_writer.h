@@ -36,6 +36,14 @@ struct ObjMaterial {
   int sides = 2;      // 1: the back is black
 };
 
+// A placement of a piece (docs/instances.md).
+struct ObjInstance {
+  std::filesystem::path piece;  // relative to the folder of the OBJ; no blanks
+  Point3 origin;
+  double angle_degrees = 0;  // about z, counter-clockwise
+  uint64_t polygons = 0;     // of the piece
+};
+
 // All members throw DiskError when a file cannot be written.
 class ObjWriter {
  public:
@@ -59,10 +67,18 @@ class ObjWriter {
     AddPolygon(std::span<const Point3>(vertices.begin(), vertices.size()));
   }
 
+  // Belongs to the last object.
+  void AddInstance(const ObjInstance& instance);
+
   // Completes both files and gives them their names.
   void Finish();
 
+  [[nodiscard]] const std::filesystem::path& Path() const { return obj_path_; }
+
+  // With those of instances.
   [[nodiscard]] uint64_t Polygons() const { return polygons_; }
+
+  [[nodiscard]] uint64_t Instances() const { return instances_; }
 
   [[nodiscard]] uint64_t Objects() const { return objects_; }
 
@@ -86,6 +102,7 @@ class ObjWriter {
                const std::filesystem::path& path,
                fmt::memory_buffer& text);
   void RemoveParts() noexcept;
+  void FlushIfLong();
   uint64_t VertexIndex(Point3 point);
 
   std::filesystem::path obj_path_;
@@ -104,6 +121,7 @@ class ObjWriter {
   uint64_t vertices_ = 0;
   uint64_t polygons_ = 0;
   uint64_t objects_ = 0;
+  uint64_t instances_ = 0;
 };
 
 }  // namespace enfilade

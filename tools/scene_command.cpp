@@ -57,6 +57,7 @@ void Generate(void (*write)(const Options&, ObjWriter&),
                 {{"scene", output.scene.string()},
                  {"polygons", writer.Polygons()},
                  {"objects", writer.Objects()},
+                 {"instances", writer.Instances()},
                  {"materials", writer.Materials()},
                  {"wall_seconds", seconds.count()}});
   }
@@ -216,6 +217,37 @@ void AddReflectanceScenes(CLI::App& scenes) {
   AddExample(*command, "--reflectance 0.9 tube.obj");
 }
 
+void AddPieceOptions(CLI::App& command, FloorplanOptions& plan) {
+  CLI::Option* const pieces =
+      command
+          .add_option("--pieces",
+                      plan.pieces.folder,
+                      "furnish with the OBJ files of this folder, each written "
+                      "once beside OUT and placed by lines")
+          ->type_name("DIR")
+          ->excludes("--furniture");
+  command
+      .add_option("--pieces-per-room",
+                  plan.pieces_per_room,
+                  "at most so many pieces in a room")
+      ->needs(pieces)
+      ->capture_default_str();
+  command
+      .add_option("--piece-unit",
+                  plan.pieces.metres_per_unit,
+                  "metres per unit of the pieces; without it 0.01 if one is "
+                  "longer than 10 units, otherwise 1")
+      ->needs(pieces)
+      ->check(CLI::PositiveNumber);
+  command
+      .add_flag("--piece-z-up",
+                plan.pieces.z_is_up,
+                "the pieces have Z up, their rear at -Y (otherwise Y up, rear "
+                "at -Z)")
+      ->needs(pieces);
+  plan.note = [](const std::string& note) { fmt::print("note: {}\n", note); };
+}
+
 void AddFloorplanScene(CLI::App& scenes) {
   CLI::App* command = nullptr;
   const auto plan = AddScene(scenes,
@@ -236,7 +268,11 @@ void AddFloorplanScene(CLI::App& scenes) {
                    "how densely rooms are furnished, 0 (empty) to 1 (full)")
       ->capture_default_str();
   AddSeed(*command, plan->seed);
-  AddExample(*command, "--rooms 60 --storeys 2 --furniture 0.5 office.obj");
+  AddPieceOptions(*command, *plan);
+  AddExample(*command,
+             "--rooms 60 --storeys 2 --furniture 0.5 office.obj\n"
+             "  enfilade scene floorplan --rooms 60 --pieces furniture/ "
+             "office.obj");
 }
 
 }  // namespace

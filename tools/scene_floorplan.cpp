@@ -7,8 +7,10 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "tools/piece_furnisher.h"
 #include "tools/scene_furniture.h"
 #include "tools/scene_layout.h"
 #include "tools/scene_shapes.h"
@@ -90,20 +92,21 @@ Palette DefinePalette(ObjWriter& out) {
 // Writes the geometry of planned wings.
 class Builder {
  public:
-  Builder(const FloorplanOptions& options, ObjWriter& out)
-      : options_(options), out_(out), palette_(DefinePalette(out)) {}
+  Builder(const FloorplanOptions& options,
+          std::vector<Piece> pieces,
+          ObjWriter& out)
+      : options_(options),
+        pieces_(std::move(pieces)),
+        out_(out),
+        palette_(DefinePalette(out)) {}
 
   void Build() {
-    for (storey_ = 0; storey_ < options_.storeys; ++storey_) {
+    ForEachWing(options_, [this](uint32_t storey, const WingPlan& plan) {
+      storey_ = storey;
       floor_z_ = RoundToMillimetre(storey_ * kStoreyHeight);
       ceiling_z_ = RoundToMillimetre(floor_z_ + kClearHeight);
-      double y = 0;
-      for (uint32_t wing = 0; wing < WingCount(options_); ++wing) {
-        const WingOutline outline = OutlineOfWing(options_, wing, y);
-        BuildWing(PlanWing(options_, storey_, outline));
-        y = outline.link_y1;
-      }
-    }
+      BuildWing(plan);
+    });
   }
 
  private:
@@ -115,18 +118,27 @@ class Builder {
       if (space.use == SpaceUse::kStairs && storey_ + 1 < options_.storeys) {
         BuildStairs(space);
       }
-      Furnish(out_,
-              space,
-              floor_z_,
-              options_.furniture,
-              palette_.furniture,
-              Random(random.NextBits()));
+      FurnishSpace(space, Random(random.NextBits()));
     }
     for (const PlanDoorway& door : plan.doorways) {
       out_.BeginObject(
           fmt::format("storey{}_doorway{}", storey_ + 1, ++doors_));
       out_.UseMaterial(palette_.stone);
       AddLining(out_, door.axis, door.from, door.to, door.opening);
+    }
+  }
+
+  void FurnishSpace(const PlanSpace& space, Random random) {
+    if (pieces_.empty()) {
+      Furnish(out_,
+              space,
+              floor_z_,
+              options_.furniture,
+              palette_.furniture,
+              random);
+    } else {
+      FurnishWithPieces(
+          out_, space, floor_z_, pieces_, options_.pieces_per_room, random);
     }
   }
 
@@ -296,6 +308,7 @@ class Builder {
   }
 
   const FloorplanOptions& options_;
+  std::vector<Piece> pieces_;  // empty: furniture is made up
   ObjWriter& out_;
   Palette palette_;
   uint32_t storey_ = 0;
@@ -321,13 +334,22 @@ void Validate(const FloorplanOptions& options) {
     throw UsageError(
         fmt::format("--furniture {}: must be from 0 to 1", options.furniture));
   }
+  if (options.pieces_per_room > 1000) {
+    throw UsageError(fmt::format("--pieces-per-room {}: must be at most 1000",
+                                 options.pieces_per_room));
+  }
 }
 
 }  // namespace
 
 void WriteFloorplan(const FloorplanOptions& options, ObjWriter& out) {
   Validate(options);
-  Builder(options, out).Build();
+  std::vector<Piece> pieces;
+  if (!options.pieces.folder.empty()) {
+    pieces = FittingPieces(
+        options, CopyPieces(options.pieces, out.Path(), options.note));
+  }
+  Builder(options, std::move(pieces), out).Build();
 }
 
 }  // namespace enfilade

@@ -14,6 +14,7 @@
 #include <cstdint>
 
 #include "tools/obj_writer.h"
+#include "tools/piece_library.h"
 
 namespace enfilade {
 
@@ -22,12 +23,17 @@ struct FloorplanOptions {
   uint32_t storeys = 1;    // 1 to 200
   double furniture = 0.5;  // density in [0, 1]
   uint64_t seed = 1;
+  // With a folder: its pieces stand in the rooms instead of desks, chairs and
+  // shelves, as instances; `furniture` is not looked at.
+  PieceOptions pieces{};
+  uint32_t pieces_per_room = 5;  // fewer where no more find a place
+  NoteSink note{};               // of pieces that are left out; may be empty
 };
 
 // Streams the building storey by storey, wing by wing: memory is that of one
-// wing. The luminaires emit 33 to 45 W/m2, about 10,000 lm/m2 of white light
-// at 300 lm/W: some 500 lux on desks. Throws UsageError for options out of
-// range.
+// wing and of one piece. The luminaires emit 33 to 45 W/m2, about 10,000 lm/m2
+// of white light at 300 lm/W: some 500 lux on desks. Throws UsageError for
+// options out of range, and what CopyPieces throws.
 void WriteFloorplan(const FloorplanOptions& options, ObjWriter& out);
 
 }  // namespace enfilade

@@ -2,74 +2,17 @@
 
 #include "base/photometry.h"
 
-#include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "tools/floor_space.h"
 
 namespace enfilade {
 
 namespace {
 
-constexpr double kWallGap = 0.03;
-constexpr double kDoorClearance = 1.0;
-constexpr double kSpacing = 0.05;
 constexpr int kAttempts = 40;
 constexpr double kDeskHeight = 0.74;
-
-// Places rectangles on the floor of one room without overlap.
-class FloorSpace {
- public:
-  FloorSpace(const PlanSpace& room, double floor_z) {
-    box_ = room.Box();
-    free_ = {box_.u0 + kWallGap,
-             box_.u1 - kWallGap,
-             box_.v0 + kWallGap,
-             box_.v1 - kWallGap};
-    for (const Side side : kSides) {
-      for (const Rect& hole : room.Wall(side).holes) {
-        if (hole.v0 <= floor_z) {
-          taken_.push_back(InFrontOf(side, hole));
-        }
-      }
-    }
-  }
-
-  [[nodiscard]] const Rect& Free() const { return free_; }
-
-  bool Take(const Rect& rect) {
-    const Rect wide = {rect.u0 - kSpacing,
-                       rect.u1 + kSpacing,
-                       rect.v0 - kSpacing,
-                       rect.v1 + kSpacing};
-    const bool blocked =
-        std::any_of(taken_.begin(), taken_.end(), [&](const Rect& other) {
-          return other.Overlaps(wide);
-        });
-    if (blocked || !free_.Contains(rect)) {
-      return false;
-    }
-    taken_.push_back(rect);
-    return true;
-  }
-
- private:
-  [[nodiscard]] Rect InFrontOf(Side side, const Rect& hole) const {
-    switch (side) {
-      case Side::kWest:
-        return {box_.u0, box_.u0 + kDoorClearance, hole.u0, hole.u1};
-      case Side::kEast:
-        return {box_.u1 - kDoorClearance, box_.u1, hole.u0, hole.u1};
-      case Side::kSouth:
-        return {hole.u0, hole.u1, box_.v0, box_.v0 + kDoorClearance};
-      case Side::kNorth:
-        break;
-    }
-    return {hole.u0, hole.u1, box_.v1 - kDoorClearance, box_.v1};
-  }
-
-  Rect box_;
-  Rect free_;
-  std::vector<Rect> taken_;
-};
 
 // A place for a piece `width` x `depth` whose rear is at -y of its frame, its
 // origin in the middle of its plan.

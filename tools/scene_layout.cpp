@@ -365,6 +365,19 @@ WingPlan PlanWing(const FloorplanOptions& options,
   return WingPlanner(options, storey, outline).Plan();
 }
 
+void ForEachWing(
+    const FloorplanOptions& options,
+    const std::function<void(uint32_t storey, const WingPlan&)>& visit) {
+  for (uint32_t storey = 0; storey < options.storeys; ++storey) {
+    double y = 0;
+    for (uint32_t wing = 0; wing < WingCount(options); ++wing) {
+      const WingOutline outline = OutlineOfWing(options, wing, y);
+      visit(storey, PlanWing(options, storey, outline));
+      y = outline.link_y1;
+    }
+  }
+}
+
 StairRun RunOfStairs(const Rect& box) {
   StairRun run;
   run.x0 = RoundToMillimetre(box.u0 + 0.02);

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -103,6 +104,11 @@ WingOutline OutlineOfWing(const FloorplanOptions& options,
 WingPlan PlanWing(const FloorplanOptions& options,
                   uint32_t storey,
                   const WingOutline& outline);
+
+// Visits the plans of all wings, storey by storey.
+void ForEachWing(
+    const FloorplanOptions& options,
+    const std::function<void(uint32_t storey, const WingPlan&)>& visit);
 
 // Where the flight of stairs runs in a stair's box: its opening in the slabs
 // and its lowest corner.

@@ -7,6 +7,7 @@
 #include "scene/gbxml_reader.h"
 #include "scene/input_file.h"
 #include "scene/material_table.h"
+#include "scene/obj_files.h"
 #include "scene/obj_reader.h"
 #include "scene/overrides.h"
 #include "scene/polygon_sink.h"
@@ -138,10 +139,10 @@ uint64_t HashSceneFiles(const std::filesystem::path& scene,
                         const ImportOptions& options) {
   RunningHash hash;
   if (FormatOf(scene) == SceneFormat::kObj) {
-    const auto material_files = MaterialFilesOf(
+    const auto files = FilesBehindObj(
         scene, [&](std::span<const char> text) { hash.Add(text); });
-    for (const auto& path : material_files) {
-      if (std::filesystem::exists(path)) {
+    for (const auto& path : files) {
+      if (std::filesystem::is_regular_file(path)) {
         hash.AddFile(path);
       }
     }
@@ -178,8 +179,10 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   SceneWriter writer(store);
   if (format == SceneFormat::kObj) {
     PolygonSink sink(budget, writer);
-    const ObjCounts counts =
-        ReadObj({scene, options.progress}, materials, budget, store, sink);
+    ObjInput input;
+    input.path = scene;
+    input.progress = options.progress;
+    const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
     info.input_polygons = counts.polygons;
     if (counts.clear > 0) {
       info.notes.push_back(fmt::format(

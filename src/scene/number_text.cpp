@@ -32,8 +32,13 @@ std::vector<std::string_view> Words(std::string_view line) {
 }
 
 bool IsNumber(std::string_view word) {
+  return ToNumber(word).has_value();
+}
+
+std::optional<double> ToNumber(std::string_view word) {
   double value = 0;
-  return Parses(word, value) && std::isfinite(value);
+  return Parses(word, value) && std::isfinite(value) ? std::optional(value)
+                                                     : std::nullopt;
 }
 
 bool IsInteger(std::string_view word) {

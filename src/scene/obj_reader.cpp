@@ -2,15 +2,16 @@
 #include "scene/obj_reader.h"
 
 #include "base/error.h"
+#include "scene/instance_line.h"
 #include "scene/mtl_reader.h"
 #include "scene/number_text.h"
+#include "scene/obj_files.h"
 #include "scene/spill_vector.h"
 
 #include <algorithm>
 #include <array>
 #include <istream>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
 #include <tiny_obj_loader.h>
@@ -20,53 +21,59 @@ namespace {
 
 constexpr double kDefaultReflectance = 0.5;
 constexpr uint64_t kVertexShare = 4;  // vertices get a quarter of what is free
-constexpr uint64_t kVertexScratch = 0;
+constexpr uint32_t kVertexScratch = 0;
+constexpr uint32_t kPieceScratch = 1;
 constexpr uint64_t kProgressPolygons = 4096;
 
-// The names after a mtllib, most likely reading first: the whole rest of the
-// line is one name with blanks in it if there is such a file.
-std::vector<std::filesystem::path> MaterialPaths(
-    const std::filesystem::path& obj, std::string_view names) {
-  const std::filesystem::path folder = obj.parent_path();
-  if (std::filesystem::exists(folder / names)) {
-    return {folder / names};
-  }
-  std::vector<std::filesystem::path> paths;
-  for (const std::string_view name : Words(names)) {
-    paths.push_back(folder / name);
-  }
-  return paths;
-}
+using MaterialNames = std::map<std::string, size_t>;  // name to input material
 
-std::optional<std::string_view> NamesAfterMtllib(std::string_view line) {
-  constexpr std::string_view kKey = "mtllib";
-  const size_t first = line.find_first_not_of(" \t");
-  if (first == std::string_view::npos ||
-      line.substr(first, kKey.size()) != kKey) {
-    return std::nullopt;
-  }
-  const size_t name = line.find_first_not_of(" \t", first + kKey.size());
-  return name == std::string_view::npos ? std::string_view()
-                                        : line.substr(name);
-}
+// What an OBJ and its pieces have in common.
+struct ObjContext {
+  MaterialTable& materials;
+  MemoryBudget& budget;
+  BlockStorage& store;
+  PolygonSink& sink;
+  std::map<std::filesystem::path, MaterialNames> files;  // MTL files, once read
+  std::optional<size_t> grey;  // the material of what names none
+};
 
-// One OBJ file on its way through tinyobjloader's callbacks.
+// The object whose polygons are read.
+struct CurrentObject {
+  std::string name;
+  ObjectId id;
+};
+
+// One OBJ file, or one instance of a piece, on its way through tinyobjloader's
+// callbacks.
 class ObjReading {
  public:
+  ObjReading(const ObjInput& input, ObjContext& context)
+      : ObjReading(input, context, {}, kVertexScratch) {}
+
+  ObjCounts Run() {
+    Parse();
+    context_.sink.Flush();
+    return counts_;
+  }
+
+ private:
+  // An instance belongs to the object it is named in.
   ObjReading(const ObjInput& input,
-             MaterialTable& materials,
-             MemoryBudget& budget,
-             BlockStorage& store,
-             PolygonSink& sink)
+             ObjContext& context,
+             CurrentObject object,
+             uint32_t scratch_key)
       : input_(input),
         file_(input.path),
         lines_(file_, [this](std::string_view line) { CheckLine(line); }),
-        materials_(materials),
-        sink_(sink),
-        vertices_(
-            store, budget, budget.FreeBytes() / kVertexShare, kVertexScratch) {}
+        context_(context),
+        is_piece_(scratch_key == kPieceScratch),
+        vertices_(context.store,
+                  context.budget,
+                  context.budget.FreeBytes() / kVertexShare,
+                  scratch_key),
+        object_(std::move(object)) {}
 
-  ObjCounts Run() {
+  void Parse() {
     tinyobj::callback_t callbacks;
     callbacks.vertex_cb =
         [](void* self, double x, double y, double z, double /*w*/) {
@@ -94,12 +101,9 @@ class ObjReading {
     if (!errors.empty()) {
       Fail(errors);
     }
-    sink_.Flush();
     vertices_.Clear();
-    return counts_;
   }
 
- private:
   static ObjReading& Self(void* self) {
     return *static_cast<ObjReading*>(self);
   }
@@ -111,6 +115,10 @@ class ObjReading {
       return;
     }
     line.remove_prefix(first);
+    if (const auto words = WordsAfterInstance(line)) {
+      AddInstance(*words);
+      return;
+    }
     const auto starts = [&](std::string_view key) {
       return line.size() > key.size() && line.substr(0, key.size()) == key &&
              (line[key.size()] == ' ' || line[key.size()] == '\t');
@@ -146,10 +154,46 @@ class ObjReading {
     }
   }
 
-  void Vertex(Point3 p) { vertices_.Append(p); }
+  // Reads the piece of an instance. The parser is done with all lines before.
+  void AddInstance(std::string_view words) {
+    if (is_piece_) {
+      Fail("a piece cannot hold instances of other pieces");
+    }
+    const InstanceReading read = ReadInstance(words);
+    if (!read.instance) {
+      Fail(read.error);
+    }
+    const Instance& instance = *read.instance;
+    ObjInput input;
+    input.path = input_.path.parent_path() / instance.piece;
+    input.place = [&](Point3 p) {
+      const Point3 here = instance.placement.At(p);
+      return input_.place ? input_.place(here) : here;
+    };
+    input.unknown_material = input_.unknown_material;
+    input.drop_lines = input_.drop_lines;
+    if (!std::filesystem::is_regular_file(input.path)) {
+      Fail(fmt::format("piece {} does not exist", input.path.string()));
+    }
+    ObjReading piece(input, context_, object_, kPieceScratch);
+    piece.Parse();
+    counts_.polygons += piece.counts_.polygons;
+    counts_.clear += piece.counts_.clear;
+    material_chosen_ = false;  // the sink has the piece's now
+    if (input_.progress) {
+      input_.progress(file_.Fraction());
+    }
+  }
+
+  void Vertex(Point3 p) {
+    vertices_.Append(input_.place ? input_.place(p) : p);
+  }
 
   void Polygon(std::span<const tinyobj::index_t> indices) {
     if (indices.size() < 3) {
+      if (input_.drop_lines) {
+        return;
+      }
       Fail(fmt::format("a face needs at least three vertices and has {}",
                        indices.size()));
     }
@@ -164,7 +208,7 @@ class ObjReading {
       corners_.push_back(VertexAt(index.vertex_index));
     }
     if (material_) {
-      sink_.Add(corners_);
+      context_.sink.Add(corners_);
     } else {
       ++counts_.clear;
     }
@@ -183,13 +227,20 @@ class ObjReading {
   }
 
   void StartObject(const std::string& name) {
-    object_name_ = name;
-    object_ = ObjectId(++objects_);
+    if (is_piece_) {
+      return;
+    }
+    object_ = {name, ObjectId(++objects_)};
     material_chosen_ = false;
   }
 
   void UseMaterial(const std::string& name) {
-    const auto it = input_by_name_.find(name);
+    auto it = input_by_name_.find(name);
+    if (it == input_by_name_.end() && input_.unknown_material) {
+      const size_t made = context_.materials.AddInput(
+          input_.unknown_material(name), input_.path.string());
+      it = input_by_name_.emplace(name, made).first;
+    }
     if (it == input_by_name_.end()) {
       Fail(fmt::format(
           "material '{}' is in no material file; name its file with mtllib "
@@ -202,34 +253,50 @@ class ObjReading {
 
   // The material of the polygons to come; none if it is clear.
   void ChooseMaterial() {
-    if (!input_material_) {
-      Material grey;
-      grey.name = "default grey";
-      grey.reflectance.fill(kDefaultReflectance);
-      input_material_ = materials_.AddInput(grey, input_.path.string());
-    }
-    material_ = materials_.Resolve(*input_material_, object_name_, "");
+    MaterialTable& materials = context_.materials;
+    material_ = materials.Resolve(
+        input_material_ ? *input_material_ : Grey(), object_.name, "");
     if (material_) {
-      sink_.Begin(
-          *material_, materials_.Materials()[material_->Index()], object_);
+      context_.sink.Begin(
+          *material_, materials.Materials()[material_->Index()], object_.id);
     }
     material_chosen_ = true;
   }
 
+  size_t Grey() {
+    if (!context_.grey) {
+      Material grey;
+      grey.name = "default grey";
+      grey.reflectance.fill(kDefaultReflectance);
+      context_.grey = context_.materials.AddInput(grey, input_.path.string());
+    }
+    return *context_.grey;
+  }
+
   void LoadMaterials(std::string_view names) {
     for (const auto& path : MaterialPaths(input_.path, names)) {
-      if (!loaded_.insert(path).second) {
-        continue;
-      }
-      if (!std::filesystem::exists(path)) {
-        Fail(fmt::format("material file {} does not exist", path.string()));
-      }
-      for (MtlMaterial& m : ReadMtl(path)) {
-        const std::string name = m.material.name;
-        input_by_name_[name] =
-            materials_.AddInput(std::move(m.material), std::move(m.place));
+      for (const auto& [name, index] : MaterialsOf(path)) {
+        input_by_name_[name] = index;
       }
     }
+  }
+
+  const MaterialNames& MaterialsOf(const std::filesystem::path& path) {
+    const auto known = context_.files.find(path);
+    if (known != context_.files.end()) {
+      return known->second;
+    }
+    MaterialNames names;
+    if (std::filesystem::exists(path)) {
+      for (MtlMaterial& m : ReadMtl(path)) {
+        const std::string name = m.material.name;
+        names[name] = context_.materials.AddInput(std::move(m.material),
+                                                  std::move(m.place));
+      }
+    } else if (!input_.unknown_material) {
+      Fail(fmt::format("material file {} does not exist", path.string()));
+    }
+    return context_.files[path] = std::move(names);
   }
 
   [[noreturn]] void Fail(const std::string& what) const {
@@ -240,17 +307,15 @@ class ObjReading {
   const ObjInput& input_;
   InputFile file_;
   LineStream lines_;
-  MaterialTable& materials_;
-  PolygonSink& sink_;
+  ObjContext& context_;
+  bool is_piece_;
   SpillVector vertices_;
   std::vector<Point3> corners_;
-  std::map<std::string, size_t> input_by_name_;
-  std::set<std::filesystem::path> loaded_;
+  MaterialNames input_by_name_;
   std::optional<size_t> input_material_;  // the last usemtl
   std::optional<MaterialId> material_;
   bool material_chosen_ = false;
-  std::string object_name_;
-  ObjectId object_;
+  CurrentObject object_;
   uint32_t objects_ = 0;
   ObjCounts counts_;
 };
@@ -262,32 +327,8 @@ ObjCounts ReadObj(const ObjInput& input,
                   MemoryBudget& budget,
                   BlockStorage& store,
                   PolygonSink& sink) {
-  return ObjReading(input, materials, budget, store, sink).Run();
-}
-
-std::vector<std::filesystem::path> MaterialFilesOf(
-    const std::filesystem::path& obj,
-    const std::function<void(std::span<const char>)>& visit) {
-  InputFile file(obj);
-  std::vector<std::filesystem::path> paths;
-  LineStream lines(file, [&](std::string_view line) {
-    visit(line);
-    const auto names = NamesAfterMtllib(line);
-    if (!names) {
-      return;
-    }
-    for (const auto& path : MaterialPaths(obj, *names)) {
-      if (std::find(paths.begin(), paths.end(), path) == paths.end()) {
-        paths.push_back(path);
-      }
-    }
-  });
-  std::istream stream(&lines);
-  stream.exceptions(std::ios::badbit);
-  while (stream.ignore(std::numeric_limits<std::streamsize>::max()) &&
-         !stream.eof()) {
-  }
-  return paths;
+  ObjContext context{materials, budget, store, sink, {}, {}};
+  return ObjReading(input, context).Run();
 }
 
 }  // namespace enfilade

@@ -23,6 +23,12 @@ namespace enfilade {
 struct ObjInput {
   std::filesystem::path path;
   std::function<void(double fraction)> progress;  // may be empty
+  // Moves every vertex as it is read; may be empty.
+  std::function<Point3(Point3)> place;
+  // The material of a name that no material file has. Without it such a name,
+  // and a material file that does not exist, are errors.
+  std::function<Material(const std::string& name)> unknown_material;
+  bool drop_lines = false;  // faces of fewer than three vertices are no error
 };
 
 struct ObjCounts {
@@ -36,11 +42,5 @@ ObjCounts ReadObj(const ObjInput& input,
                   MemoryBudget& budget,
                   BlockStorage& store,
                   PolygonSink& sink);
-
-// The MTL files an OBJ names, as paths, in its order and once each. `file` is
-// read to its end; `visit` sees each chunk of its bytes.
-std::vector<std::filesystem::path> MaterialFilesOf(
-    const std::filesystem::path& obj,
-    const std::function<void(std::span<const char>)>& visit);
 
 }  // namespace enfilade

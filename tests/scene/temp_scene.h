@@ -41,6 +41,7 @@ class TempScene {
 
   std::filesystem::path Write(const std::string& name,
                               const std::string& text) const {
+    std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
   }

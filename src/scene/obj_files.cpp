@@ -1,0 +1,104 @@
+#include "scene/obj_files.h"
+
+#include "scene/input_file.h"
+#include "scene/instance_line.h"
+#include "scene/number_text.h"
+
+#include <algorithm>
+#include <istream>
+#include <limits>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// A list of files without doubles.
+class FileList {
+ public:
+  bool Add(const std::filesystem::path& path) {
+    const bool is_new =
+        std::find(paths_.begin(), paths_.end(), path) == paths_.end();
+    if (is_new) {
+      paths_.push_back(path);
+    }
+    return is_new;
+  }
+
+  std::vector<std::filesystem::path> Take() { return std::move(paths_); }
+
+ private:
+  std::vector<std::filesystem::path> paths_;
+};
+
+void ReadLines(const std::filesystem::path& path,
+               const LineStream::LineCheck& visit) {
+  InputFile file(path);
+  LineStream lines(file, visit);
+  std::istream stream(&lines);
+  stream.exceptions(std::ios::badbit);
+  while (stream.ignore(std::numeric_limits<std::streamsize>::max()) &&
+         !stream.eof()) {
+  }
+}
+
+void AddMaterialFiles(const std::filesystem::path& obj,
+                      std::string_view line,
+                      FileList& files) {
+  if (const auto names = NamesAfterMtllib(line)) {
+    for (const auto& path : MaterialPaths(obj, *names)) {
+      files.Add(path);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> MaterialPaths(
+    const std::filesystem::path& obj, std::string_view names) {
+  const std::filesystem::path folder = obj.parent_path();
+  if (std::filesystem::exists(folder / names)) {
+    return {folder / names};
+  }
+  std::vector<std::filesystem::path> paths;
+  for (const std::string_view name : Words(names)) {
+    paths.push_back(folder / name);
+  }
+  return paths;
+}
+
+std::optional<std::string_view> NamesAfterMtllib(std::string_view line) {
+  constexpr std::string_view kKey = "mtllib";
+  const size_t first = line.find_first_not_of(" \t");
+  if (first == std::string_view::npos ||
+      line.substr(first, kKey.size()) != kKey) {
+    return std::nullopt;
+  }
+  const size_t name = line.find_first_not_of(" \t", first + kKey.size());
+  return name == std::string_view::npos ? std::string_view()
+                                        : line.substr(name);
+}
+
+std::vector<std::filesystem::path> FilesBehindObj(
+    const std::filesystem::path& obj,
+    const std::function<void(std::span<const char>)>& visit) {
+  FileList files;
+  ReadLines(obj, [&](std::string_view line) {
+    visit(line);
+    AddMaterialFiles(obj, line, files);
+    const auto words = WordsAfterInstance(line);
+    const auto instance =
+        words ? ReadInstance(*words).instance : std::optional<Instance>();
+    if (!instance) {
+      return;
+    }
+    const auto piece = obj.parent_path() / instance->piece;
+    if (files.Add(piece) && std::filesystem::is_regular_file(piece)) {
+      ReadLines(piece, [&](std::string_view piece_line) {
+        AddMaterialFiles(piece, piece_line, files);
+      });
+    }
+  });
+  return files.Take();
+}
+
+}  // namespace enfilade
