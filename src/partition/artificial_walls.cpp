@@ -15,17 +15,53 @@ constexpr double kLeastPartM = 0.2;
 // that reach into both parts count twice.
 constexpr double kAimedShare = 0.75;
 constexpr int kMostRounds = 12;
+// Centers in memory at once, unless one leaf has more. Not by the cap: the
+// leaves' numbers depend on it.
+constexpr uint64_t kMostCenters = (12ULL << 20) / sizeof(Point3);
 
 using Centers = std::map<uint32_t, std::vector<Point3>>;  // by LeafId
 
-// The centers of the faces' parts in crowded leaves, weighted by repetition
-// with the number of patches they make.
+// Crowded leaves that are relieved at once: those from `first` to below `end`.
+struct LeafBatch {
+  uint32_t first = 0;
+  uint32_t end = 0;
+  uint64_t patches = 0;       // of its crowded leaves
+  uint64_t most_patches = 0;  // of one of them
+};
+
+// The batch that begins at the leaf `first`.
+LeafBatch NextBatch(const FaceSurvey& survey,
+                    uint32_t most_patches,
+                    uint32_t first) {
+  LeafBatch batch{first, first, 0, 0};
+  for (; batch.end < survey.patches.size(); ++batch.end) {
+    const uint64_t patches = survey.patches[batch.end];
+    if (patches <= most_patches) {
+      continue;
+    }
+    if (batch.patches > 0 && batch.patches + patches > kMostCenters) {
+      break;
+    }
+    batch.patches += patches;
+    batch.most_patches = std::max(batch.most_patches, patches);
+  }
+  return batch;
+}
+
+// The centers of the faces' parts in the crowded leaves of a batch.
 class CenterCollector {
  public:
   CenterCollector(const BspTree& tree,
                   const FaceSurvey& survey,
-                  uint32_t most_patches)
-      : tree_(&tree), survey_(&survey), most_patches_(most_patches) {}
+                  uint32_t most_patches,
+                  const LeafBatch& batch)
+      : tree_(&tree) {
+    for (uint32_t leaf = batch.first; leaf < batch.end; ++leaf) {
+      if (survey.patches[leaf] > most_patches) {
+        centers_[leaf];
+      }
+    }
+  }
 
   void Add(const Polygon& polygon) {
     for (const Polygon& part : PlanarParts(polygon)) {
@@ -38,9 +74,9 @@ class CenterCollector {
  private:
   void Descend(BspChild child, const Polygon& polygon) {
     if (child.IsLeaf()) {
-      const uint32_t leaf = child.Leaf().value;
-      if (survey_->patches[leaf] > most_patches_) {
-        centers_[leaf].push_back(VertexMean(polygon));
+      const auto leaf = centers_.find(child.Leaf().value);
+      if (leaf != centers_.end()) {
+        leaf->second.push_back(VertexMean(polygon));
       }
       return;
     }
@@ -62,8 +98,6 @@ class CenterCollector {
   }
 
   const BspTree* tree_;
-  const FaceSurvey* survey_;
-  uint32_t most_patches_;
   Centers centers_;
 };
 
@@ -190,20 +224,24 @@ FaceSurvey RelieveCrowdedLeaves(const BlockStorage& store,
     if (!IsAnyCrowded(survey, most_patches)) {
       break;
     }
-    uint64_t patches = 0;
-    for (const uint32_t of_leaf : survey.patches) {
-      patches += of_leaf > most_patches ? of_leaf : 0;
-    }
-    const MemoryCharge charge(
-        budget, patches * 2 * sizeof(Point3), "the faces of crowded rooms");
-    CenterCollector collector(built.tree, survey, most_patches);
-    ForEachFace(store, [&collector](FaceId, const Face& face) {
-      collector.Add(face.vertices);
-    });
-    Centers centers = collector.Take();
     LeafCutter cutter(survey, most_patches, built);
-    built.tree.root =
-        cutter.Relieve(built.tree.root, ConvexRegion(built.tree.box), centers);
+    for (LeafBatch batch = NextBatch(survey, most_patches, 0);
+         batch.patches > 0;
+         batch = NextBatch(survey, most_patches, batch.end)) {
+      // A center stands for two patches or more, its vector may have room for
+      // twice as many; cutting copies half of a leaf, and half of that.
+      const MemoryCharge charge(
+          budget,
+          (batch.patches + batch.most_patches) * sizeof(Point3),
+          "the faces of crowded rooms");
+      CenterCollector collector(built.tree, survey, most_patches, batch);
+      ForEachFace(store, [&collector](FaceId, const Face& face) {
+        collector.Add(face.vertices);
+      });
+      Centers centers = collector.Take();
+      built.tree.root = cutter.Relieve(
+          built.tree.root, ConvexRegion(built.tree.box), centers);
+    }
     built.tree.leaf_count = static_cast<uint32_t>(built.leaves.size());
     if (!cutter.CutAny()) {
       break;
