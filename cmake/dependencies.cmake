@@ -12,12 +12,13 @@ find_package(embree 3 REQUIRED)
 find_package(pugixml REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(Eigen3 REQUIRED)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 
 # Headers of other projects are not ours to warn about.
 foreach(target OpenMeshCore embree nlohmann_json::nlohmann_json CLI11::CLI11
-        spdlog::spdlog)
+        spdlog::spdlog Eigen3::Eigen)
   get_target_property(dirs ${target} INTERFACE_INCLUDE_DIRECTORIES)
   if(dirs)
     set_target_properties(${target} PROPERTIES

@@ -23,6 +23,7 @@ struct SolveCommand {
   std::string store;
   std::string overrides;
   int sides = 0;  // 0: as the scene says
+  bool basis_given = false;
   SolveSettings settings;
 
   void Run();
@@ -150,6 +151,9 @@ void SolveCommand::Run() {
   if (sides != 0) {
     settings.sides = sides;
   }
+  if (settings.method.name != "wavelet" && !basis_given) {
+    settings.basis = "haar";
+  }
   SolveOptionsOf(settings).Validate();
   if (fs::exists(store)) {
     RefuseExistingStore(store, settings);
@@ -223,6 +227,40 @@ void AddSceneOptions(CLI::App& command, SolveCommand& options) {
                    "gbXML: forget the Spaces and find the cells");
 }
 
+void AddMethodOptions(CLI::App& command, SolveCommand& options) {
+  MethodOptions& method = options.settings.method;
+  command
+      .add_option("--method",
+                  method.name,
+                  "matrix, progressive, substructuring or wavelet: all but "
+                  "wavelet are for comparison, and hold the scene whole "
+                  "(docs/reference-methods.md)")
+      ->check(
+          CLI::IsMember({"matrix", "progressive", "substructuring", "wavelet"})
+              .description(""))
+      ->type_name("METHOD")
+      ->capture_default_str();
+  command
+      .add_option("--linear-solver",
+                  method.linear_solver,
+                  "Of --method matrix: gs (Gauss-Seidel), sor or cg (conjugate "
+                  "gradients)")
+      ->check(CLI::IsMember({"gs", "sor", "cg"}).description(""))
+      ->type_name("SOLVER")
+      ->capture_default_str();
+  command
+      .add_option("--elements",
+                  method.elements,
+                  "Reference methods: the finest dicing with at most so many "
+                  "elements, whatever its error")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("N");
+  command.add_flag("--ambient",
+                   method.ambient,
+                   "Progressive and substructuring: add the light still to "
+                   "come as an even ambient term");
+}
+
 }  // namespace
 
 void AddSolveCommand(CLI::App& app) {
@@ -252,12 +290,16 @@ void AddSolveCommand(CLI::App& app) {
           "--seed", options->settings.seed, "Of the visibility samples")
       ->type_name("N")
       ->capture_default_str();
+  AddMethodOptions(*command, *options);
   AddSceneOptions(*command, *options);
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade solve office.obj -o office.enf --error 0.05 --memory "
              "256M --report office.json");
-  command->callback([options] { options->Run(); });
+  command->callback([options, command] {
+    options->basis_given = command->count("--basis") > 0;
+    options->Run();
+  });
 }
 
 void AddResumeCommand(CLI::App& app) {

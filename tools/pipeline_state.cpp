@@ -56,6 +56,7 @@ SolveOptions SolveOptionsOf(const SolveSettings& settings) {
   options.error = settings.error;
   options.basis = settings.basis;
   options.seed = settings.seed;
+  options.method = settings.method;
   return options;
 }
 
@@ -66,7 +67,11 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
             {"strip_spaces", settings.strip_spaces},
             {"error", settings.error},
             {"basis", settings.basis},
-            {"seed", settings.seed}};
+            {"seed", settings.seed},
+            {"method", settings.method.name},
+            {"linear_solver", settings.method.linear_solver},
+            {"elements", settings.method.elements},
+            {"ambient", settings.method.ambient}};
   if (settings.overrides) {
     j["overrides"] = settings.overrides->string();
   }
@@ -86,6 +91,11 @@ SolveSettings LoadSettings(const BlockStorage& store) {
     settings.error = j.at("error").get<double>();
     settings.basis = j.at("basis").get<std::string>();
     settings.seed = j.at("seed").get<uint64_t>();
+    settings.method.name = j.value("method", settings.method.name);
+    settings.method.linear_solver =
+        j.value("linear_solver", settings.method.linear_solver);
+    settings.method.elements = j.value("elements", settings.method.elements);
+    settings.method.ambient = j.value("ambient", settings.method.ambient);
     if (j.contains("overrides")) {
       settings.overrides = j.at("overrides").get<std::string>();
     }

@@ -28,6 +28,7 @@ struct SolveSettings {
   double error = 0.05;
   std::string basis = "m2";
   uint64_t seed = 1;
+  MethodOptions method;
 
   friend bool operator==(const SolveSettings&, const SolveSettings&) = default;
 };

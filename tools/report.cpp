@@ -123,6 +123,7 @@ Json SolveReport(const BlockStorage& store,
   AddCostKeys(store, summary, record, report);
   report["runs"] = record.runs;
   report["seed"] = settings.seed;
+  report["method"] = settings.method.name;
   report["basis"] = settings.basis;
   report["version"] = record.version;
   report["digest"] = Digest(store, budget);
@@ -175,11 +176,12 @@ std::string SummaryText(const Json& report) {
       number("visible_pairs"));
   text += fmt::format(
       "solution  {} patches, {} elements, {} links, {} sweeps, "
-      "basis {}\n",
+      "{}, basis {}\n",
       number("patches"),
       number("elements"),
       number("links"),
       number("sweeps"),
+      report.at("method").get<std::string>(),
       report.at("basis").get<std::string>());
   text += fmt::format("error     {:.4f} estimated, {:.4f} requested\n",
                       number("estimated_error"),

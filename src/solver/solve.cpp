@@ -4,13 +4,49 @@
 #include "partition/partition.h"
 #include "solver/basis.h"
 #include "solver/engine.h"
+#include "solver/reference/reference_solve.h"
 #include "solver/solve_state.h"
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include <fmt/format.h>
 
 namespace enfilade {
+
+namespace {
+
+bool IsOneOf(const std::string& word, std::initializer_list<const char*> all) {
+  return std::find(all.begin(), all.end(), word) != all.end();
+}
+
+void ValidateMethod(const MethodOptions& method, const std::string& basis) {
+  if (!IsOneOf(method.name,
+               {"wavelet", "matrix", "progressive", "substructuring"})) {
+    throw UsageError(fmt::format(
+        "--method {}: give matrix, progressive, substructuring or wavelet",
+        method.name));
+  }
+  if (!IsOneOf(method.linear_solver, {"gs", "sor", "cg"})) {
+    throw UsageError(fmt::format("--linear-solver {}: give gs, sor or cg",
+                                 method.linear_solver));
+  }
+  const bool wavelet = method.name == "wavelet";
+  if (wavelet && (method.elements != 0 || method.ambient)) {
+    throw UsageError(
+        "--elements and --ambient are of the reference methods; "
+        "--method wavelet takes --error alone");
+  }
+  if (!wavelet && BasisOrder(basis) != 1) {
+    throw UsageError(fmt::format(
+        "--method {} has constant elements: --basis {} is of wavelet alone",
+        method.name,
+        basis));
+  }
+}
+
+}  // namespace
 
 void SolveOptions::Validate() const {
   if (!(error > 0 && error < 1)) {
@@ -21,12 +57,16 @@ void SolveOptions::Validate() const {
   if (BasisOrder(basis) > 2) {
     throw UsageError(fmt::format("--basis {}: solve knows haar and m2", basis));
   }
+  ValidateMethod(method, basis);
 }
 
 SolveSummary Solve(BlockStorage& store,
                    const SolveOptions& options,
                    MemoryBudget& budget) {
   options.Validate();
+  if (options.method.name != "wavelet") {
+    return SolveByReference(store, options, budget);
+  }
   return Engine(store, options, budget).Run();
 }
 

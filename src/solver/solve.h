@@ -13,10 +13,23 @@
 
 namespace enfilade {
 
+// Which method computes the light, and what only the reference methods take.
+struct MethodOptions {
+  std::string name = "wavelet";      // or matrix, progressive, substructuring
+  std::string linear_solver = "cg";  // of matrix: gs, sor or cg
+  // At most so many elements, and no finer than that; 0: as the error asks.
+  uint64_t elements = 0;
+  // Progressive and substructuring: add the light still to come, evenly.
+  bool ambient = false;
+
+  friend bool operator==(const MethodOptions&, const MethodOptions&) = default;
+};
+
 struct SolveOptions {
   double error = 0.05;       // requested relative error (docs/error-measure.md)
   std::string basis = "m2";  // haar or m2
   uint64_t seed = 1;         // of the visibility samples
+  MethodOptions method;
   double commit_seconds = 0.5;  // of work between two commits, at least
   // Called now and then from the solving thread; fraction in [0,1] of the
   // work as estimated so far, and a few words on what is being done.

@@ -1,0 +1,172 @@
+#include "solver/reference/matrix_method.h"
+
+#include "base/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+using Index = Eigen::Index;
+
+// Rows that are made at once, between two looks at the stop request.
+constexpr size_t kRowGroup = 64;
+// Twice the entries: the upper half as it is made, then the matrix.
+constexpr uint64_t kBytesPerPair = 2 * 8 + 8;
+// Passes of the scaling of row sums; each halves what is left, at least.
+constexpr int kHoldPasses = 24;
+constexpr double kMostScale = 2;
+
+struct Entry {
+  uint32_t column = 0;
+  float value = 0;
+};
+
+uint64_t CountFacingPairs(const std::vector<Panel>& panels) {
+  std::vector<uint64_t> counts(panels.size());
+  ParallelFor(panels.size(), [&](size_t i) {
+    for (size_t j = i + 1; j < panels.size(); ++j) {
+      counts[i] += ReferenceScene::Face(panels[i], panels[j]) ? 1U : 0U;
+    }
+  });
+  uint64_t sum = 0;
+  for (const uint64_t count : counts) {
+    sum += count;
+  }
+  return sum;
+}
+
+std::vector<std::vector<Entry>> MakeUpperHalf(const ReferenceScene& scene,
+                                              const std::vector<Panel>& panels,
+                                              const RunControl& control) {
+  std::vector<std::vector<Entry>> rows(panels.size());
+  for (size_t begin = 0; begin < panels.size(); begin += kRowGroup) {
+    const double left =
+        1 - static_cast<double>(begin) / static_cast<double>(panels.size());
+    control.Check(1 - left * left, "form factors");
+    const size_t count = std::min(kRowGroup, panels.size() - begin);
+    ParallelFor(count, [&](size_t k) {
+      const size_t i = begin + k;
+      for (size_t j = i + 1; j < panels.size(); ++j) {
+        const float value = scene.Exchange(panels[i], panels[j]);
+        if (value > 0) {
+          rows[i].push_back({static_cast<uint32_t>(j), value});
+        }
+      }
+      rows[i].shrink_to_fit();
+    });
+  }
+  return rows;
+}
+
+Eigen::VectorXd RowSums(const ExchangeMatrix& exchange) {
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(exchange.cols());
+  Eigen::VectorXd sums(exchange.rows());
+  for (Index i = 0; i < exchange.rows(); ++i) {
+    sums[i] = RowTimes(exchange, i, ones);
+  }
+  return sums;
+}
+
+}  // namespace
+
+ExchangeMatrix MakeExchangeMatrix(const ReferenceScene& scene,
+                                  const std::vector<Panel>& panels,
+                                  const RunControl& control,
+                                  MemoryBudget& budget) {
+  const MemoryCharge making(
+      budget,
+      CountFacingPairs(panels) * kBytesPerPair,
+      fmt::format("the matrix of {} panels, making it", panels.size()));
+  const auto upper = MakeUpperHalf(scene, panels, control);
+  Eigen::VectorXi counts =
+      Eigen::VectorXi::Zero(static_cast<Index>(panels.size()));
+  for (size_t i = 0; i < upper.size(); ++i) {
+    counts[static_cast<Index>(i)] += static_cast<int>(upper[i].size());
+    for (const Entry& entry : upper[i]) {
+      ++counts[entry.column];
+    }
+  }
+  ExchangeMatrix exchange(counts.size(), counts.size());
+  exchange.reserve(counts);
+  // By rows from above, so that every row is filled from left to right.
+  for (size_t i = 0; i < upper.size(); ++i) {
+    for (const Entry& entry : upper[i]) {
+      exchange.insert(static_cast<Index>(i), entry.column) = entry.value;
+      exchange.insert(entry.column, static_cast<Index>(i)) = entry.value;
+    }
+  }
+  exchange.makeCompressed();
+  return exchange;
+}
+
+void HoldRowSums(const ReferenceScene& scene,
+                 const std::vector<Panel>& panels,
+                 ExchangeMatrix* exchange) {
+  std::vector<uint8_t> enclosed(panels.size());
+  ParallelFor(panels.size(), [&](size_t i) {
+    enclosed[i] = static_cast<uint8_t>(scene.IsEnclosed(panels[i]));
+  });
+  for (int pass = 0; pass < kHoldPasses; ++pass) {
+    const Eigen::VectorXd sums = RowSums(*exchange);
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(sums.size());
+    for (Index i = 0; i < sums.size(); ++i) {
+      const auto k = static_cast<size_t>(i);
+      const double share = sums[i] / static_cast<double>(panels[k].end.area);
+      if (share > 1 || (enclosed[k] != 0 && share > 0)) {
+        scale[i] = std::clamp(std::sqrt(1 / share), 1 / kMostScale, kMostScale);
+      }
+    }
+    for (Index i = 0; i < exchange->rows(); ++i) {
+      for (ExchangeMatrix::InnerIterator it(*exchange, i); it; ++it) {
+        it.valueRef() *= static_cast<float>(scale[i] * scale[it.col()]);
+      }
+    }
+  }
+}
+
+PanelSolution SolveByMatrix(const ReferenceScene& scene,
+                            std::vector<Panel> panels,
+                            const LinearOptions& options,
+                            const RunControl& control,
+                            MemoryBudget& budget) {
+  ExchangeMatrix exchange = MakeExchangeMatrix(scene, panels, control, budget);
+  const MemoryCharge charge(
+      budget, static_cast<uint64_t>(exchange.nonZeros()) * 8, "the matrix");
+  HoldRowSums(scene, panels, &exchange);
+  const auto n = static_cast<Index>(panels.size());
+  PanelSolution solution;
+  solution.irradiance.resize(panels.size());
+  solution.form_factors = static_cast<uint64_t>(exchange.nonZeros());
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    RadiositySystem system{&exchange, Eigen::VectorXd(n), Eigen::VectorXd(n)};
+    Eigen::VectorXd radiosity(n);  // E, then B
+    for (Index i = 0; i < n; ++i) {
+      const Panel& panel = panels[static_cast<size_t>(i)];
+      radiosity[i] = scene.ExitanceOf(panel)[c];
+      system.scale[i] = std::sqrt(scene.ReflectanceOf(panel)[c] /
+                                  static_cast<double>(panel.end.area));
+    }
+    for (Index i = 0; i < n; ++i) {
+      system.rhs[i] = system.scale[i] * RowTimes(exchange, i, radiosity);
+    }
+    const LinearResult result = SolveLinear(system, options);
+    radiosity += system.scale.cwiseProduct(result.z);
+    for (Index i = 0; i < n; ++i) {
+      const auto k = static_cast<size_t>(i);
+      solution.irradiance[k][c] = RowTimes(exchange, i, radiosity) /
+                                  static_cast<double>(panels[k].end.area);
+    }
+    solution.steps += static_cast<uint64_t>(result.iterations);
+    solution.residual = std::max(solution.residual, result.residual);
+    solution.complete = solution.complete && result.converged;
+  }
+  solution.panels = std::move(panels);
+  return solution;
+}
+
+}  // namespace enfilade

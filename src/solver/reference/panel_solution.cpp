@@ -1,0 +1,99 @@
+#include "solver/reference/panel_solution.h"
+
+#include "base/check.h"
+#include "base/error.h"
+
+#include <algorithm>
+
+namespace enfilade {
+namespace {
+
+// Of two trees below a and b, which lie on the same part of a patch: the
+// integral of the squared difference per area of that part.
+double MeanSquare(const CellTree& tree_a,
+                  ElementId a,
+                  const CellTree& tree_b,
+                  ElementId b) {
+  const uint32_t child_a = tree_a.At(a).first_child;
+  const uint32_t child_b = tree_b.At(b).first_child;
+  double sum = 0;
+  if (child_a == 0 && child_b == 0) {
+    const auto value_a = tree_a.Sent()[a];
+    const auto value_b = tree_b.Sent()[b];
+    for (size_t c = 0; c < value_a.size(); ++c) {
+      const auto d = static_cast<double>(value_a[c] - value_b[c]);
+      sum += d * d / static_cast<double>(value_a.size());
+    }
+    return sum;
+  }
+  for (uint32_t c = 0; c < kChildren; ++c) {
+    sum += MeanSquare(tree_a,
+                      child_a == 0 ? a : ElementId(child_a + c),
+                      tree_b,
+                      child_b == 0 ? b : ElementId(child_b + c)) /
+           kChildren;
+  }
+  return sum;
+}
+
+}  // namespace
+
+void RunControl::Check(double fraction, const std::string& phase) const {
+  if (stop != nullptr && stop->load()) {
+    throw InterruptedError("stopped as asked; finished finenesses are kept");
+  }
+  if (progress) {
+    progress(fraction, phase);
+  }
+}
+
+std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
+                                const Basis& haar,
+                                const PanelSolution& solution) {
+  ENFILADE_CHECK(haar.order == 1, "order {}", haar.order);
+  const TreeShape shape{&haar, kRgbChannels};
+  std::vector<CellTree> trees;
+  for (size_t c = 0; c < scene.CellCount(); ++c) {
+    trees.emplace_back(shape, scene.PatchesOf(c));
+  }
+  size_t cell = 0;
+  for (size_t i = 0; i < solution.panels.size(); ++i) {
+    const Panel& panel = solution.panels[i];
+    while (panel.patch < scene.CellBegin(cell)) {
+      --cell;
+    }
+    while (panel.patch >= scene.CellBegin(cell + 1)) {
+      ++cell;
+    }
+    const PatchId patch(panel.patch - scene.CellBegin(cell));
+    const ElementId e =
+        trees[cell].FindOrCreate(patch, panel.path, scene.PatchesOf(cell));
+    for (size_t k = 0; k < kRgbChannels; ++k) {
+      trees[cell].Gathered()[e][k] =
+          static_cast<float>(solution.irradiance[i][k]);
+    }
+  }
+  for (size_t c = 0; c < trees.size(); ++c) {
+    trees[c].Sent() = PushPull(trees[c], scene.PatchesOf(c), scene.Surfaces());
+    trees[c].UpdateDetail();
+  }
+  return trees;
+}
+
+double SquaredDifference(const ReferenceScene& scene,
+                         const std::vector<CellTree>& a,
+                         const std::vector<CellTree>& b) {
+  double sum = 0;
+  for (size_t c = 0; c < scene.CellCount(); ++c) {
+    const auto patches = scene.PatchesOf(c);
+    for (size_t p = 0; p < patches.size(); ++p) {
+      if (patches[p].reflects) {
+        sum += static_cast<double>(patches[p].area) *
+               MeanSquare(a[c], ElementId(p), b[c], ElementId(p));
+      }
+    }
+  }
+  return sum;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,51 @@
+// What every reference method returns, and its way into element trees: the
+// form in which all solutions are stored.
+
+#pragma once
+
+#include "solver/basis.h"
+#include "solver/reference/reference_scene.h"
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace enfilade {
+
+// Panels that cover every patch once, and the irradiance of each.
+struct PanelSolution {
+  std::vector<Panel> panels;
+  std::vector<Rgb> irradiance;  // W/m2, parallel to panels
+  uint64_t form_factors = 0;    // that were computed and are not zero
+  uint64_t steps = 0;           // iterations of the solver, or shots
+  double residual =
+      0;  // of the linear system, or light still to come; relative
+  // The part of the error that the method itself can see, relative; 0: none.
+  double seen_error = 0;
+  // The method could do as it was asked within its limits.
+  bool complete = true;
+};
+
+// Lets a method stop and say how far it is.
+struct RunControl {
+  const std::atomic<bool>* stop = nullptr;
+  std::function<void(double fraction, const std::string& phase)> progress;
+
+  // Throws InterruptedError if a stop was asked for.
+  void Check(double fraction, const std::string& phase) const;
+};
+
+// One tree per cell, of the constant basis: panels are its leaves; `gathered`
+// holds their irradiance, `sent` the radiosity of leaves and inner elements.
+std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
+                                const Basis& haar,
+                                const PanelSolution& solution);
+
+// The integral of (a - b)^2 of the radiosity over all reflecting patches, mean
+// of the channels, W^2/m2. Exact for two constant solutions on any two trees.
+double SquaredDifference(const ReferenceScene& scene,
+                         const std::vector<CellTree>& a,
+                         const std::vector<CellTree>& b);
+
+}  // namespace enfilade

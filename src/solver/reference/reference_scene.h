@@ -1,0 +1,106 @@
+// A whole scene in core, as the reference methods see it: all patches of all
+// cells, what blocks rays, and the exchange of light between two panels. A
+// panel is a piece of a patch on which irradiance is one constant.
+//
+//   paper      here               unit
+//   A_i        Panel::end.area    m2
+//   F_ij       Exchange / A_i     1: share of what leaves i that arrives at j,
+//                                 and of i's hemisphere that j fills
+//   A_i F_ij   Exchange           m2; symmetric (reciprocity) to the last bit
+//   V_ij       in Exchange        share of 16 rays that are not blocked
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+#include "scene/scene_store.h"
+#include "solver/element_tree.h"
+#include "solver/form_factor.h"
+#include "solver/push_pull.h"
+#include "visibility/occlusion.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace enfilade {
+
+// The reference methods take no more panels than this.
+inline constexpr size_t kMostPanels = 20000;
+
+struct Panel {
+  uint32_t patch = 0;  // index into ReferenceScene::Patches()
+  ElementPath path = kRootPath;
+  TransferEnd end;
+};
+
+class ReferenceScene {
+ public:
+  // Reads scene and partition from the store. DoesNotFitError, naming what
+  // would do, when the scene has more than kMostPanels patches or the budget
+  // does not hold it.
+  ReferenceScene(const BlockStorage& store,
+                 uint64_t seed,
+                 MemoryBudget& budget);
+
+  [[nodiscard]] const std::vector<PatchGeometry>& Patches() const {
+    return patches_;
+  }
+
+  // Cell c has the patches from CellBegin(c) to CellBegin(c + 1).
+  [[nodiscard]] size_t CellCount() const { return cell_begins_.size() - 1; }
+
+  [[nodiscard]] size_t CellBegin(size_t cell) const {
+    return cell_begins_[cell];
+  }
+
+  [[nodiscard]] std::span<const PatchGeometry> PatchesOf(size_t cell) const {
+    return std::span(patches_).subspan(
+        cell_begins_[cell], cell_begins_[cell + 1] - cell_begins_[cell]);
+  }
+
+  [[nodiscard]] const SurfaceTable& Surfaces() const { return surfaces_; }
+
+  // Reflectance and exitance of a panel; zero where it does not reflect or
+  // does not emit.
+  [[nodiscard]] Rgb ReflectanceOf(const Panel& panel) const;
+  [[nodiscard]] Rgb ExitanceOf(const Panel& panel) const;
+
+  // The longest edge of a patch that sees another one, m.
+  [[nodiscard]] double LongestEdge() const;
+
+  [[nodiscard]] Panel PanelAt(uint32_t patch, ElementPath path) const;
+
+  // How many panels Dice would return.
+  [[nodiscard]] size_t DiceCount(double longest_edge) const;
+
+  // Every patch split into quarters until no edge is longer; patches that see
+  // no other patch stay whole. In the order of patches and paths.
+  [[nodiscard]] std::vector<Panel> Dice(double longest_edge) const;
+
+  // Parts of both lie in front of each other: there may be an exchange.
+  [[nodiscard]] static bool Face(const Panel& i, const Panel& j);
+
+  // A_i F_ij, in m2, visibility included. Thread-safe.
+  [[nodiscard]] float Exchange(const Panel& i, const Panel& j) const;
+
+  // No ray of 256 leaves the scene from here: form factors sum to 1.
+  [[nodiscard]] bool IsEnclosed(const Panel& panel) const;
+
+ private:
+  [[nodiscard]] size_t LevelsFor(size_t patch, double longest_edge) const;
+  [[nodiscard]] float VisibleShare(const Panel& i, const Panel& j) const;
+
+  uint64_t seed_;
+  SurfaceTable surfaces_;
+  std::vector<PatchGeometry> patches_;  // of all cells
+  std::vector<size_t> cell_begins_;
+  std::vector<bool> sees_;  // per patch: faces another
+  float reach_ = 0;         // m, longer than the scene
+  OcclusionDevice device_;
+  std::vector<std::shared_ptr<const CellBlockers>> occluders_;
+  std::vector<const CellBlockers*> blockers_;
+  MemoryCharge charge_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,217 @@
+#include "solver/reference/reference_solve.h"
+
+#include "base/error.h"
+#include "partition/partition.h"
+#include "solver/reference/matrix_method.h"
+#include "solver/reference/panel_solution.h"
+#include "solver/reference/shooting_method.h"
+#include "solver/solve_state.h"
+#include "solver/stopwatch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Finenesses before the first one whose estimate counts: symmetric scenes look
+// converged while a patch is one panel or four.
+constexpr size_t kFirstFinenesses = 4;
+// Shares of the requested error that unshot light and steepness may take.
+constexpr double kUnshotShare = 0.05;
+constexpr double kGradientShare = 1;
+// Error per error at twice the edge: 1/2 where radiosity is smooth (error goes
+// with the edge), sqrt(1/2) where the edges of shadows rule it.
+constexpr double kSmoothRate = 0.5;
+constexpr double kShadowRate = 0.70710678;
+
+class ReferenceSolve {
+ public:
+  ReferenceSolve(BlockStorage& store,
+                 const SolveOptions& options,
+                 MemoryBudget& budget)
+      : store_(store),
+        options_(options),
+        budget_(budget),
+        scene_(store, options.seed, budget) {
+    control_.stop = options.stop;
+    control_.progress = [this](double fraction, const std::string& phase) {
+      if (options_.progress) {
+        options_.progress(fraction, phase);
+      }
+    };
+  }
+
+  SolveSummary Run();
+
+ private:
+  [[nodiscard]] double EdgeOf(size_t fineness) const;
+  [[nodiscard]] size_t FinestByPanels(size_t most) const;
+  [[nodiscard]] std::optional<std::vector<CellTree>> StoredTrees() const;
+  PanelSolution SolveAt(size_t fineness);
+  void Record(const PanelSolution& solution,
+              const std::vector<CellTree>& trees,
+              const std::vector<CellTree>* coarser);
+  void Write(const std::vector<CellTree>& trees);
+
+  BlockStorage& store_;
+  SolveOptions options_;
+  MemoryBudget& budget_;
+  ReferenceScene scene_;
+  RunControl control_;
+  Basis haar_{1};
+  SolveState state_;
+  double area_ = 0;  // reflecting, m2
+};
+
+SolveSummary ReferenceSolve::Run() {
+  const bool resumed = LoadSolveState(store_, &state_);
+  if (resumed && state_.converged && options_.error >= state_.error) {
+    return LoadSolveSummary(store_);
+  }
+  const size_t asked = options_.method.elements;
+  const size_t last = FinestByPanels(asked != 0 ? asked : kMostPanels);
+  const size_t first = asked != 0 ? last - std::min<size_t>(last, 1) : 0;
+  state_.error = options_.error;
+  state_.converged = false;
+  auto coarser = StoredTrees();
+  for (size_t fineness = first + state_.rounds.size();
+       !state_.converged && fineness <= last;
+       ++fineness) {
+    const PanelSolution solution = SolveAt(fineness);
+    auto trees = MakeTrees(scene_, haar_, solution);
+    Record(solution, trees, coarser ? &*coarser : nullptr);
+    state_.converged =
+        solution.complete &&
+        (asked != 0 ? fineness == last
+                    : state_.rounds.size() >= kFirstFinenesses &&
+                          state_.rounds.back().estimated_error <= state_.error);
+    state_.phase = SolvePhase::kDone;
+    Write(trees);
+    coarser = std::move(trees);
+  }
+  return LoadSolveSummary(store_);
+}
+
+double ReferenceSolve::EdgeOf(size_t fineness) const {
+  return scene_.LongestEdge() * std::pow(0.5, static_cast<double>(fineness));
+}
+
+size_t ReferenceSolve::FinestByPanels(size_t most) const {
+  size_t fineness = 0;
+  while (fineness < kMaxLevel &&
+         scene_.DiceCount(EdgeOf(fineness)) <
+             scene_.DiceCount(EdgeOf(fineness + 1)) &&
+         scene_.DiceCount(EdgeOf(fineness + 1)) <= most) {
+    ++fineness;
+  }
+  return fineness;
+}
+
+PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
+  const Stopwatch watch(&state_.times.refine_seconds);
+  const uint64_t rays = TracedRays();
+  PanelSolution solution;
+  if (options_.method.name == "matrix") {
+    LinearOptions linear;
+    linear.solver = options_.method.linear_solver;
+    linear.check_stop = [&] { control_.Check(1, "linear system"); };
+    solution = SolveByMatrix(
+        scene_, scene_.Dice(EdgeOf(fineness)), linear, control_, budget_);
+  } else {
+    ShootingOptions shooting;
+    shooting.source_edge = EdgeOf(fineness);
+    shooting.still_to_come = kUnshotShare * options_.error;
+    shooting.ambient = options_.method.ambient;
+    if (options_.method.name == "substructuring") {
+      shooting.gradient = kGradientShare * options_.error;
+    }
+    solution = SolveByShooting(scene_, shooting, control_, budget_);
+  }
+  state_.rays += TracedRays() - rays;
+  return solution;
+}
+
+void ReferenceSolve::Record(const PanelSolution& solution,
+                            const std::vector<CellTree>& trees,
+                            const std::vector<CellTree>* coarser) {
+  state_.cells.assign(scene_.CellCount(), {});
+  area_ = 0;
+  double reflected = 0;
+  for (size_t c = 0; c < trees.size(); ++c) {
+    CellRow& row = state_.cells[c];
+    const auto patches = scene_.PatchesOf(c);
+    for (const PatchGeometry& p : patches) {
+      row.area += p.reflects ? static_cast<double>(p.area) : 0;
+    }
+    row.reflected = SumOverLeaves(trees[c], patches, trees[c].Sent()).value -
+                    EmittedFlux(patches, scene_.Surfaces());
+    row.elements = static_cast<uint32_t>(trees[c].Size());
+    row.peak = trees[c].Sent().MaxAbs();
+    area_ += row.area;
+    reflected += row.reflected;
+  }
+  if (!state_.cells.empty()) {
+    state_.cells[0].links = solution.form_factors;
+  }
+  state_.basis = options_.basis;
+  state_.seed = options_.seed;
+  state_.residual = solution.residual;
+  state_.sweeps += solution.steps;
+  state_.mean_reflected = std::max(reflected / std::max(area_, 1e-30), 1e-30);
+  RoundRecord record;
+  record.links = solution.form_factors;
+  record.estimated_error = 1;
+  if (coarser != nullptr) {
+    const double change =
+        std::sqrt(SquaredDifference(scene_, trees, *coarser) / area_) /
+        state_.mean_reflected;
+    const double before =
+        state_.rounds.empty() ? 0 : state_.rounds.back().observed_change;
+    const double rate =
+        before > 0 ? std::clamp(change / before, kSmoothRate, kShadowRate)
+                   : kShadowRate;
+    record.observed_change = change;
+    record.predicted_error = change * rate / std::sqrt(1 - rate * rate);
+    record.estimated_error =
+        std::hypot(record.predicted_error, solution.seen_error);
+  }
+  state_.rounds.push_back(record);
+}
+
+void ReferenceSolve::Write(const std::vector<CellTree>& trees) {
+  const Stopwatch watch(&state_.times.store_seconds);
+  store_.EraseAll(BlockKind::kCellTree);
+  store_.EraseAll(BlockKind::kLinks);
+  for (size_t c = 0; c < trees.size(); ++c) {
+    trees[c].Save(store_, CellId(c));
+  }
+  SaveSolveState(state_, store_);
+  store_.Commit();
+}
+
+// The last fineness that was committed; nothing if there is none.
+std::optional<std::vector<CellTree>> ReferenceSolve::StoredTrees() const {
+  std::vector<CellTree> trees;
+  for (size_t c = 0; c < scene_.CellCount() && !state_.rounds.empty(); ++c) {
+    auto tree = CellTree::Load(
+        store_, CellId(c), {&haar_, kRgbChannels}, scene_.PatchesOf(c));
+    if (!tree) {
+      throw DamagedStoreError("the store lacks an element tree of its solve");
+    }
+    trees.push_back(std::move(*tree));
+  }
+  return trees.empty() ? std::nullopt : std::optional(std::move(trees));
+}
+
+}  // namespace
+
+SolveSummary SolveByReference(BlockStorage& store,
+                              const SolveOptions& options,
+                              MemoryBudget& budget) {
+  return ReferenceSolve(store, options, budget).Run();
+}
+
+}  // namespace enfilade

@@ -1,0 +1,459 @@
+#include "solver/reference/shooting_method.h"
+
+#include "base/parallel.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kMostShots = 2'000'000;
+constexpr size_t kMostDepth = 7;  // of receivers below their first size
+constexpr uint64_t kBytesPerReceiver = 256;
+
+double MeanOf(const Rgb& value) {
+  return (value[0] + value[1] + value[2]) / 3;
+}
+
+double MeanAbsolute(const Rgb& value) {
+  return (std::abs(value[0]) + std::abs(value[1]) + std::abs(value[2])) / 3;
+}
+
+struct Source {
+  Panel panel;
+  Rgb reflectance{};
+  Rgb unshot{};  // W/m2
+  Rgb shot{};    // W/m2, in all
+  // What makes the source's form factors hold no more than all its light, and
+  // exactly that where it is enclosed; 0: not known yet.
+  double hold = 0;
+  std::vector<float> form_factors;  // F_ep times hold, by receiver
+};
+
+struct Receiver {
+  Panel panel;
+  uint32_t source = 0;
+  uint32_t depth = 0;
+  bool split = false;  // its children took its place
+  Rgb irradiance{};    // W/m2
+};
+
+class Shooting {
+ public:
+  Shooting(const ReferenceScene& scene,
+           const ShootingOptions& options,
+           const RunControl& control,
+           MemoryBudget& budget);
+
+  PanelSolution Run();
+
+ private:
+  void ShootUntilQuiet();
+  [[nodiscard]] size_t BrightestSource() const;
+  void Shoot(Source* source);
+  void FindFormFactors(Source* source);
+  bool SplitSteepReceivers();
+  void AppendChildren(size_t parent);
+  void GatherFrom(size_t first_child);
+  [[nodiscard]] std::vector<double> CornerDeviations() const;
+  [[nodiscard]] Rgb RadiosityOf(const Receiver& receiver) const;
+  [[nodiscard]] double ReflectedPower() const;
+  [[nodiscard]] Rgb LightStillToCome() const;
+  [[nodiscard]] double SeenError() const;
+  void AddAmbient();
+
+  const ReferenceScene& scene_;
+  const ShootingOptions& options_;
+  const RunControl& control_;
+  MemoryBudget& budget_;
+  std::vector<MemoryCharge> charges_;
+  std::vector<Source> sources_;
+  std::vector<Receiver> receivers_;
+  Rgb all_bounces_{};  // R of eq. 7
+  double area_ = 0;    // of all reflecting panels, m2
+  PanelSolution solution_;
+};
+
+// ------------------------------------------------------------ the main loops
+
+PanelSolution Shooting::Run() {
+  do {
+    ShootUntilQuiet();
+  } while (options_.gradient && SplitSteepReceivers());
+  solution_.seen_error = SeenError();
+  solution_.residual =
+      MeanAbsolute(LightStillToCome()) / std::max(ReflectedPower(), 1e-30);
+  if (options_.ambient) {
+    AddAmbient();
+  }
+  for (Receiver& receiver : receivers_) {
+    if (!receiver.split) {
+      solution_.panels.push_back(receiver.panel);
+      solution_.irradiance.push_back(receiver.irradiance);
+    }
+  }
+  return std::move(solution_);
+}
+
+void Shooting::ShootUntilQuiet() {
+  double to_come = MeanAbsolute(LightStillToCome());
+  const double at_first = to_come;
+  while (to_come > options_.still_to_come * ReflectedPower()) {
+    if (solution_.steps == kMostShots) {
+      solution_.complete = false;
+      return;
+    }
+    control_.Check(1 - to_come / at_first, "shooting");
+    Shoot(&sources_[BrightestSource()]);
+    to_come = MeanAbsolute(LightStillToCome());
+  }
+}
+
+void Shooting::Shoot(Source* source) {
+  if (source->hold == 0) {
+    FindFormFactors(source);
+  }
+  const Rgb light = source->unshot;
+  source->unshot = {};
+  for (size_t e = 0; e < receivers_.size(); ++e) {
+    Receiver& receiver = receivers_[e];
+    const auto f = static_cast<double>(source->form_factors[e]);
+    if (f == 0 || receiver.split) {
+      continue;
+    }
+    Source& parent = sources_[receiver.source];
+    const double share =
+        static_cast<double>(receiver.panel.end.area / parent.panel.end.area);
+    for (size_t c = 0; c < light.size(); ++c) {
+      receiver.irradiance[c] += f * light[c];
+      parent.unshot[c] += share * parent.reflectance[c] * f * light[c];
+    }
+  }
+  for (size_t c = 0; c < light.size(); ++c) {
+    source->shot[c] += light[c];
+  }
+  ++solution_.steps;
+}
+
+// Splits receivers until none is steep. False: none was.
+bool Shooting::SplitSteepReceivers() {
+  bool any = false;
+  while (true) {
+    const std::vector<double> deviation = CornerDeviations();
+    const double most = *options_.gradient * ReflectedPower() / area_;
+    const size_t old_count = receivers_.size();
+    for (size_t e = 0; e < old_count; ++e) {
+      if (deviation[e] <= most || receivers_[e].depth == kMostDepth) {
+        continue;
+      }
+      if (receivers_.size() + kChildren > 2 * kMostPanels) {
+        solution_.complete = false;
+        break;
+      }
+      AppendChildren(e);
+    }
+    if (receivers_.size() == old_count) {
+      return any;
+    }
+    any = true;
+    control_.Check(1, "splitting receivers");
+    GatherFrom(old_count);
+  }
+}
+
+// ------------------------------------------------------------------- details
+
+Shooting::Shooting(const ReferenceScene& scene,
+                   const ShootingOptions& options,
+                   const RunControl& control,
+                   MemoryBudget& budget)
+    : scene_(scene), options_(options), control_(control), budget_(budget) {
+  const std::vector<Panel> panels = scene.Dice(options.source_edge);
+  Rgb absorbed{};  // area-weighted absorptance
+  double all_area = 0;
+  for (const Panel& panel : panels) {
+    Source source;
+    source.panel = panel;
+    source.reflectance = scene.ReflectanceOf(panel);
+    source.unshot = scene.ExitanceOf(panel);
+    const auto area = static_cast<double>(panel.end.area);
+    for (size_t c = 0; c < absorbed.size(); ++c) {
+      absorbed[c] += (1 - source.reflectance[c]) * area;
+    }
+    all_area += area;
+    area_ += panel.end.patch->reflects ? area : 0;
+    sources_.push_back(std::move(source));
+  }
+  for (size_t c = 0; c < absorbed.size(); ++c) {
+    all_bounces_[c] = all_area / absorbed[c];
+  }
+  // Receivers lie below the sources in the order of patches and paths.
+  const auto receivers = scene.Dice(options.gradient ? options.source_edge / 2
+                                                     : options.source_edge);
+  size_t s = 0;
+  for (const Panel& panel : receivers) {
+    const auto is_below = [&](const Panel& source) {
+      return source.patch == panel.patch &&
+             (source.path == panel.path || source.path == panel.path >> 2);
+    };
+    while (!is_below(sources_[s].panel)) {
+      ++s;
+    }
+    receivers_.push_back({panel, static_cast<uint32_t>(s), 0, false, {}});
+  }
+  charges_.emplace_back(
+      budget_,
+      receivers_.size() * (4 * sources_.size() + kBytesPerReceiver),
+      fmt::format("the form factors of {} sources and {} receivers",
+                  sources_.size(),
+                  receivers_.size()));
+}
+
+// The one with the most unshot power.
+size_t Shooting::BrightestSource() const {
+  size_t best = 0;
+  double most = -1;
+  for (size_t i = 0; i < sources_.size(); ++i) {
+    const double power = MeanAbsolute(sources_[i].unshot) *
+                         static_cast<double>(sources_[i].panel.end.area);
+    if (power > most) {
+      most = power;
+      best = i;
+    }
+  }
+  return best;
+}
+
+void Shooting::FindFormFactors(Source* source) {
+  source->form_factors.assign(receivers_.size(), 0);
+  ParallelFor(receivers_.size(), [&](size_t e) {
+    const Receiver& r = receivers_[e];
+    if (!r.split) {
+      source->form_factors[e] =
+          scene_.Exchange(r.panel, source->panel) / r.panel.end.area;
+    }
+  });
+  double sent = 0;
+  for (size_t e = 0; e < receivers_.size(); ++e) {
+    const float f = source->form_factors[e];
+    sent += static_cast<double>(f * receivers_[e].panel.end.area);
+    solution_.form_factors += f > 0 ? 1U : 0U;
+  }
+  const double share = sent / static_cast<double>(source->panel.end.area);
+  const bool enclosed = share > 0 && scene_.IsEnclosed(source->panel);
+  source->hold = enclosed || share > 1 ? std::clamp(1 / share, 0.5, 2.0) : 1;
+  for (float& f : source->form_factors) {
+    f *= static_cast<float>(source->hold);
+  }
+}
+
+void Shooting::AppendChildren(size_t parent) {
+  receivers_[parent].split = true;
+  for (size_t c = 0; c < kChildren; ++c) {
+    Receiver child = receivers_[parent];
+    child.split = false;
+    ++child.depth;
+    child.panel =
+        scene_.PanelAt(child.panel.patch, ChildPath(child.panel.path, c));
+    receivers_.push_back(child);
+  }
+}
+
+// New receivers, still with their parent's irradiance, gather what all sources
+// have shot; their sources learn by how much that is more or less.
+void Shooting::GatherFrom(size_t first_child) {
+  const size_t count = receivers_.size() - first_child;
+  charges_.emplace_back(budget_,
+                        count * (4 * sources_.size() + kBytesPerReceiver),
+                        "the form factors of split receivers");
+  for (Source& source : sources_) {
+    if (source.hold != 0) {
+      source.form_factors.resize(receivers_.size());
+    }
+  }
+  std::vector<Rgb> gathered(count);
+  ParallelFor(count, [&](size_t k) {
+    const Panel& panel = receivers_[first_child + k].panel;
+    for (Source& source : sources_) {
+      if (source.hold == 0) {
+        continue;
+      }
+      const double f = source.hold * static_cast<double>(
+                                         scene_.Exchange(panel, source.panel) /
+                                         panel.end.area);
+      source.form_factors[first_child + k] = static_cast<float>(f);
+      for (size_t c = 0; c < kRgbChannels; ++c) {
+        gathered[k][c] += f * source.shot[c];
+      }
+    }
+  });
+  for (size_t k = 0; k < count; ++k) {
+    Receiver& receiver = receivers_[first_child + k];
+    Source& parent = sources_[receiver.source];
+    const double share =
+        static_cast<double>(receiver.panel.end.area / parent.panel.end.area);
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      parent.unshot[c] += share * parent.reflectance[c] *
+                          (gathered[k][c] - receiver.irradiance[c]);
+    }
+    receiver.irradiance = gathered[k];
+    for (const Source& source : sources_) {
+      solution_.form_factors +=
+          source.hold != 0 && source.form_factors[first_child + k] > 0 ? 1U
+                                                                       : 0U;
+    }
+  }
+}
+
+// A point of a patch: patch, and its coordinates in units of 2^-kMaxLevel.
+using CornerKey = std::tuple<uint32_t, uint32_t, uint32_t>;
+
+struct CornerMean {
+  Rgb sum{};
+  double count = 0;
+};
+
+std::array<CornerKey, 4> CornersOfPanel(const Panel& panel) {
+  const ElementFrame& f = panel.end.frame;
+  const bool triangle = panel.end.patch->shape == PatchShape::kTriangle;
+  const std::array<std::array<float, 2>, 4> at = {
+      {{0, 0},
+       {1, 0},
+       {0, 1},
+       {triangle ? 0.0F : 1.0F, triangle ? 0.0F : 1.0F}}};
+  std::array<CornerKey, 4> keys;
+  for (size_t k = 0; k < keys.size(); ++k) {
+    const auto grid = [](float x) {
+      return static_cast<uint32_t>(std::lround(x * (1U << kMaxLevel)));
+    };
+    keys[k] = {panel.patch,
+               grid(f.a + f.scale * at[k][0]),
+               grid(f.b + f.scale * at[k][1])};
+  }
+  return keys;
+}
+
+// Per receiver the deviation of the radiosities of its corners (eq. 8), each
+// the mean of the receivers of its patch that meet there; 0 for split ones.
+std::vector<double> Shooting::CornerDeviations() const {
+  std::map<CornerKey, CornerMean> corners;
+  const auto count_of = [](const Receiver& r) {
+    return r.panel.end.node_count;
+  };
+  for (const Receiver& receiver : receivers_) {
+    const Rgb radiosity = RadiosityOf(receiver);
+    const auto keys = CornersOfPanel(receiver.panel);
+    for (size_t k = 0; !receiver.split && k < count_of(receiver); ++k) {
+      CornerMean& corner = corners[keys[k]];
+      for (size_t c = 0; c < radiosity.size(); ++c) {
+        corner.sum[c] += radiosity[c];
+      }
+      ++corner.count;
+    }
+  }
+  std::vector<double> deviations(receivers_.size());
+  for (size_t e = 0; e < receivers_.size(); ++e) {
+    if (receivers_[e].split) {
+      continue;
+    }
+    const auto keys = CornersOfPanel(receivers_[e].panel);
+    const auto n = static_cast<double>(count_of(receivers_[e]));
+    Rgb sum{};
+    Rgb square{};
+    for (size_t k = 0; k < count_of(receivers_[e]); ++k) {
+      const CornerMean& corner = corners.at(keys[k]);
+      for (size_t c = 0; c < sum.size(); ++c) {
+        const double value = corner.sum[c] / corner.count;
+        sum[c] += value / n;
+        square[c] += value * value / n;
+      }
+    }
+    Rgb variance{};
+    for (size_t c = 0; c < sum.size(); ++c) {
+      variance[c] = std::max(0.0, square[c] - sum[c] * sum[c]);
+    }
+    deviations[e] = std::sqrt(MeanOf(variance));
+  }
+  return deviations;
+}
+
+// Corners of a linear function deviate by sqrt(3) times what the constant
+// leaves out. Without substructuring nothing is claimed.
+double Shooting::SeenError() const {
+  if (!options_.gradient) {
+    return 0;
+  }
+  const std::vector<double> deviations = CornerDeviations();
+  double square = 0;
+  for (size_t e = 0; e < receivers_.size(); ++e) {
+    square += static_cast<double>(receivers_[e].panel.end.area) *
+              deviations[e] * deviations[e] / 3;
+  }
+  return std::sqrt(square / area_) / std::max(ReflectedPower() / area_, 1e-30);
+}
+
+Rgb Shooting::RadiosityOf(const Receiver& receiver) const {
+  const Source& source = sources_[receiver.source];
+  Rgb radiosity = scene_.ExitanceOf(receiver.panel);
+  for (size_t c = 0; c < radiosity.size(); ++c) {
+    radiosity[c] += source.reflectance[c] * receiver.irradiance[c];
+  }
+  return radiosity;
+}
+
+// Of all sources, mean of the channels, W.
+double Shooting::ReflectedPower() const {
+  double power = 0;
+  for (const Source& s : sources_) {
+    const Rgb exitance = scene_.ExitanceOf(s.panel);
+    for (size_t c = 0; c < exitance.size(); ++c) {
+      power += static_cast<double>(s.panel.end.area) *
+               (s.shot[c] + s.unshot[c] - exitance[c]) / 3;
+    }
+  }
+  return power;
+}
+
+// Unshot power times R, W: what it and all its bounces will be.
+Rgb Shooting::LightStillToCome() const {
+  Rgb power{};
+  for (const Source& s : sources_) {
+    for (size_t c = 0; c < power.size(); ++c) {
+      power[c] += static_cast<double>(s.panel.end.area) *
+                  std::abs(s.unshot[c]) * all_bounces_[c];
+    }
+  }
+  return power;
+}
+
+// The ambient term of Cohen et al. 1988: that light, spread over all panels.
+void Shooting::AddAmbient() {
+  double area = 0;
+  for (const Source& s : sources_) {
+    area += static_cast<double>(s.panel.end.area);
+  }
+  const Rgb power = LightStillToCome();
+  for (Receiver& receiver : receivers_) {
+    for (size_t c = 0; c < power.size(); ++c) {
+      receiver.irradiance[c] += power[c] / area;
+    }
+  }
+}
+
+}  // namespace
+
+PanelSolution SolveByShooting(const ReferenceScene& scene,
+                              const ShootingOptions& options,
+                              const RunControl& control,
+                              MemoryBudget& budget) {
+  return Shooting(scene, options, control, budget).Run();
+}
+
+}  // namespace enfilade

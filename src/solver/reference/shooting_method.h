@@ -1,0 +1,48 @@
+// Progressive radiosity by shooting (Cohen, Chen, Wallace and Greenberg 1988),
+// and its elements under patches: substructuring with refinement where the
+// radiosity is steep (Cohen, Greenberg, Immel and Brock 1986).
+//
+//   paper            here
+//   patch            source: shoots, a panel of the coarse dicing
+//   element          receiver: a panel below a source; without substructuring
+//                    receivers and sources are the same panels
+//   delta B          unshot, W/m2 per channel
+//
+// At every moment the irradiance of every receiver e is exactly
+//   H_e = sum over sources p of F_ep shot_p,
+// and unshot_p is what the mean radiosity of p's receivers has beyond shot_p:
+// so receivers can be split at any time, and the children gather what has been
+// shot so far. (Willmott and Heckbert 1997, figure 5, split while shooting, and
+// children inherit; that is where their over-refinement came from.)
+//
+// Form factors are kept, which the papers do not do: a source that shoots
+// again needs no rays. Memory: 4 bytes per pair of source and receiver.
+
+#pragma once
+
+#include "base/memory.h"
+#include "solver/reference/panel_solution.h"
+#include "solver/reference/reference_scene.h"
+
+#include <optional>
+
+namespace enfilade {
+
+struct ShootingOptions {
+  double source_edge = 1;  // m, the longest of a source
+  // Substructuring: receivers start at half that edge, and are split while the
+  // deviation of the radiosities at their corners (eq. 8) is above this share
+  // of the mean reflected radiosity. None: receivers are the sources.
+  std::optional<double> gradient;
+  // Shooting ends when the estimate of all light still to come (unshot power
+  // times R, eq. 7) is below this share of the reflected power.
+  double still_to_come = 1e-3;
+  bool ambient = false;  // add that light, evenly, to what is returned
+};
+
+PanelSolution SolveByShooting(const ReferenceScene& scene,
+                              const ShootingOptions& options,
+                              const RunControl& control,
+                              MemoryBudget& budget);
+
+}  // namespace enfilade
