@@ -40,6 +40,21 @@ uint64_t CountFacingPairs(const std::vector<Panel>& panels) {
   return sum;
 }
 
+// The entries of a row right of the diagonal.
+std::vector<Entry> MakeUpperRow(const ReferenceScene& scene,
+                                const std::vector<Panel>& panels,
+                                size_t i) {
+  std::vector<Entry> row;
+  for (size_t j = i + 1; j < panels.size(); ++j) {
+    const float value = scene.Exchange(panels[i], panels[j]);
+    if (value > 0) {
+      row.push_back({static_cast<uint32_t>(j), value});
+    }
+  }
+  row.shrink_to_fit();
+  return row;
+}
+
 std::vector<std::vector<Entry>> MakeUpperHalf(const ReferenceScene& scene,
                                               const std::vector<Panel>& panels,
                                               const RunControl& control) {
@@ -50,14 +65,7 @@ std::vector<std::vector<Entry>> MakeUpperHalf(const ReferenceScene& scene,
     control.Check(1 - left * left, "form factors");
     const size_t count = std::min(kRowGroup, panels.size() - begin);
     ParallelFor(count, [&](size_t k) {
-      const size_t i = begin + k;
-      for (size_t j = i + 1; j < panels.size(); ++j) {
-        const float value = scene.Exchange(panels[i], panels[j]);
-        if (value > 0) {
-          rows[i].push_back({static_cast<uint32_t>(j), value});
-        }
-      }
-      rows[i].shrink_to_fit();
+      rows[begin + k] = MakeUpperRow(scene, panels, begin + k);
     });
   }
   return rows;

@@ -84,10 +84,10 @@ SolveSummary ReferenceSolve::Run() {
     auto trees = MakeTrees(scene_, haar_, solution);
     Record(solution, trees, coarser ? &*coarser : nullptr);
     state_.converged =
-        solution.complete &&
-        (asked != 0 ? fineness == last
-                    : state_.rounds.size() >= kFirstFinenesses &&
-                          state_.rounds.back().estimated_error <= state_.error);
+        asked != 0
+            ? fineness == last
+            : solution.complete && state_.rounds.size() >= kFirstFinenesses &&
+                  state_.rounds.back().estimated_error <= state_.error;
     state_.phase = SolvePhase::kDone;
     Write(trees);
     coarser = std::move(trees);
@@ -127,6 +127,10 @@ PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
     shooting.ambient = options_.method.ambient;
     if (options_.method.name == "substructuring") {
       shooting.gradient = kGradientShare * options_.error;
+      if (options_.method.elements != 0) {
+        shooting.source_edge *= 2;  // receivers start at half of that
+        shooting.most_receivers = options_.method.elements;
+      }
     }
     solution = SolveByShooting(scene_, shooting, control_, budget_);
   }

@@ -60,6 +60,7 @@ class Shooting {
   void Shoot(Source* source);
   void FindFormFactors(Source* source);
   bool SplitSteepReceivers();
+  [[nodiscard]] std::vector<size_t> SteepReceivers() const;
   void AppendChildren(size_t parent);
   void GatherFrom(size_t first_child);
   [[nodiscard]] std::vector<double> CornerDeviations() const;
@@ -146,14 +147,9 @@ void Shooting::Shoot(Source* source) {
 bool Shooting::SplitSteepReceivers() {
   bool any = false;
   while (true) {
-    const std::vector<double> deviation = CornerDeviations();
-    const double most = *options_.gradient * ReflectedPower() / area_;
     const size_t old_count = receivers_.size();
-    for (size_t e = 0; e < old_count; ++e) {
-      if (deviation[e] <= most || receivers_[e].depth == kMostDepth) {
-        continue;
-      }
-      if (receivers_.size() + kChildren > 2 * kMostPanels) {
+    for (const size_t e : SteepReceivers()) {
+      if (receivers_.size() + kChildren > options_.most_receivers) {
         solution_.complete = false;
         break;
       }
@@ -252,6 +248,22 @@ void Shooting::FindFormFactors(Source* source) {
   for (float& f : source->form_factors) {
     f *= static_cast<float>(source->hold);
   }
+}
+
+// The steepest first.
+std::vector<size_t> Shooting::SteepReceivers() const {
+  const std::vector<double> deviations = CornerDeviations();
+  const double most = *options_.gradient * ReflectedPower() / area_;
+  std::vector<size_t> steep;
+  for (size_t e = 0; e < receivers_.size(); ++e) {
+    if (deviations[e] > most && receivers_[e].depth < kMostDepth) {
+      steep.push_back(e);
+    }
+  }
+  std::stable_sort(steep.begin(), steep.end(), [&](size_t a, size_t b) {
+    return deviations[a] > deviations[b];
+  });
+  return steep;
 }
 
 void Shooting::AppendChildren(size_t parent) {

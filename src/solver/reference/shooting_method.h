@@ -34,6 +34,8 @@ struct ShootingOptions {
   // deviation of the radiosities at their corners (eq. 8) is above this share
   // of the mean reflected radiosity. None: receivers are the sources.
   std::optional<double> gradient;
+  // Of receivers, split ones included: then the steepest come first.
+  size_t most_receivers = 2 * kMostPanels;
   // Shooting ends when the estimate of all light still to come (unshot power
   // times R, eq. 7) is below this share of the reflected power.
   double still_to_come = 1e-3;
