@@ -259,12 +259,12 @@ TEST_F(ReferenceMethods, ResumedSolveEndsWhereAnUndisturbedOneEnds) {
   ASSERT_EQ(RunProgram({"resume",
                         folder_ / "a.enf",
                         "--error",
-                        "0.15",
+                        "0.08",
                         "--report",
                         folder_ / "a.json"})
                 .exit_code,
             0);
-  ASSERT_EQ(Solve("b", {"--method", "matrix", "--error", "0.15"}).exit_code, 0);
+  ASSERT_EQ(Solve("b", {"--method", "matrix", "--error", "0.08"}).exit_code, 0);
   EXPECT_EQ(Report("a").at("digest"), Report("b").at("digest"));
   EXPECT_EQ(Report("a").at("estimated_error"),
             Report("b").at("estimated_error"));

@@ -47,6 +47,7 @@ class ReferenceSolve {
   SolveSummary Run();
 
  private:
+  [[nodiscard]] bool IsMet() const;
   [[nodiscard]] double EdgeOf(size_t fineness) const;
   [[nodiscard]] size_t FinestByPanels(size_t most) const;
   [[nodiscard]] std::optional<std::vector<CellTree>> StoredTrees() const;
@@ -68,14 +69,12 @@ class ReferenceSolve {
 
 SolveSummary ReferenceSolve::Run() {
   const bool resumed = LoadSolveState(store_, &state_);
-  if (resumed && state_.converged && options_.error >= state_.error) {
-    return LoadSolveSummary(store_);
-  }
   const size_t asked = options_.method.elements;
   const size_t last = FinestByPanels(asked != 0 ? asked : kMostPanels);
   const size_t first = asked != 0 ? last - std::min<size_t>(last, 1) : 0;
   state_.error = options_.error;
-  state_.converged = false;
+  state_.converged =
+      resumed && (asked != 0 ? first + state_.rounds.size() > last : IsMet());
   auto coarser = StoredTrees();
   for (size_t fineness = first + state_.rounds.size();
        !state_.converged && fineness <= last;
@@ -84,15 +83,19 @@ SolveSummary ReferenceSolve::Run() {
     auto trees = MakeTrees(scene_, haar_, solution);
     Record(solution, trees, coarser ? &*coarser : nullptr);
     state_.converged =
-        asked != 0
-            ? fineness == last
-            : solution.complete && state_.rounds.size() >= kFirstFinenesses &&
-                  state_.rounds.back().estimated_error <= state_.error;
+        asked != 0 ? fineness == last : solution.complete && IsMet();
     state_.phase = SolvePhase::kDone;
     Write(trees);
     coarser = std::move(trees);
   }
+  SaveSolveState(state_, store_);
+  store_.Commit();
   return LoadSolveSummary(store_);
+}
+
+bool ReferenceSolve::IsMet() const {
+  return state_.rounds.size() >= kFirstFinenesses &&
+         state_.rounds.back().estimated_error <= state_.error;
 }
 
 double ReferenceSolve::EdgeOf(size_t fineness) const {
@@ -180,7 +183,8 @@ void ReferenceSolve::Record(const PanelSolution& solution,
     record.observed_change = change;
     record.predicted_error = change * rate / std::sqrt(1 - rate * rate);
     record.estimated_error =
-        std::hypot(record.predicted_error, solution.seen_error);
+        std::hypot(record.predicted_error, solution.seen_error) +
+        solution.residual;
   }
   state_.rounds.push_back(record);
 }
