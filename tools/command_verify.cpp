@@ -5,6 +5,7 @@
 #include "tools/command.h"
 #include "tools/command_options.h"
 #include "tools/compare.h"
+#include "tools/pipeline_state.h"
 #include "tools/progress.h"
 #include "tools/signal.h"
 #include "tools/verify.h"
@@ -68,6 +69,7 @@ void VerifyCommand::Run() {
   options.Validate();
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
+  options.requested_error = LoadSettings(*storage).error;
   Progress progress(Progress::ChooseOutput(common.verbose));
   progress.Begin("verify");
   options.progress = [&](double fraction) {
@@ -135,8 +137,9 @@ void AddVerifyCommand(CLI::App& app) {
   command
       ->add_option("--tightness",
                    options->options.target_relative_half_width,
-                   "Half-width of the interval to reach, relative to the error")
-      ->type_name("R")
+                   "Stop at this half-width of the interval, relative to the "
+                   "error or to the one asked for, whichever is larger")
+      ->type_name("T")
       ->capture_default_str();
   command->add_option("--seed", options->options.seed, "Of the paths")
       ->type_name("N")

@@ -11,7 +11,8 @@ void VerifyOptions::Validate() const {
   if (points_per_round < 16) {
     throw UsageError("verify needs at least 16 points in a round");
   }
-  if (!(target_relative_half_width > 0) || !(target_half_width >= 0)) {
+  if (!(target_relative_half_width > 0) || !(target_half_width >= 0) ||
+      !(requested_error >= 0)) {
     throw UsageError("the half-width that verify aims at must be positive");
   }
   if (!(max_seconds > 0) || max_rounds == 0) {

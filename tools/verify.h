@@ -16,13 +16,15 @@ namespace enfilade {
 struct VerifyOptions {
   uint64_t seed = 1;
 
-  // Points of one round, stratified over the area of the reflecting sides.
+  // Points of one round, stratified over the reflecting sides.
   // Rounds of fresh points are added until the interval is tight.
   uint32_t points_per_round = 4096;
 
   // Stops when the half-width of the 95 % interval is at most this fraction of
-  // the error, or at most `target_half_width` itself.
+  // the error, or of the error that was asked for, or at most
+  // `target_half_width` itself.
   double target_relative_half_width = 0.05;
+  double requested_error = 0;
   double target_half_width = 0.0005;
 
   // Stops, with a wider interval, after the round in which it passes. The

@@ -27,10 +27,20 @@ Quantities Evaluate(const ErrorSample& s) {
     q.values[2] += (reflected - (r1 + r2) / 2) / kRgbChannels;
     q.noise2 += (r1 - r2) * (r1 - r2) / 2 / kRgbChannels;
   }
+  for (double& value : q.values) {
+    value *= s.weight;
+  }
+  q.noise2 *= s.weight;
   return q;
 }
 
 }  // namespace
+
+double ProductOfDifferences(const ErrorSample& sample) {
+  ErrorSample unweighted = sample;
+  unweighted.weight = 1;
+  return Evaluate(unweighted).values[0];
+}
 
 void ErrorEstimate::AddRound(std::span<const ErrorSample> samples) {
   ENFILADE_CHECK(samples.size() >= 2, "{} samples", samples.size());
@@ -46,6 +56,7 @@ void ErrorEstimate::AddRound(std::span<const ErrorSample> samples) {
       sums_[i] += q.values[i];
     }
     noise4_sum_ += q.noise2 * q.noise2;
+    largest_ = std::max(largest_, q.values[kSquare]);
   }
   for (size_t k = 0; k < all.size(); k += 2) {
     const size_t partner = k + 1 < all.size() ? k + 1 : k - 1;
@@ -85,10 +96,17 @@ Interval ErrorEstimate::Error() const {
        4 * ratio * z * Covariance(kSquare, kReflected) +
        4 * ratio * ratio * z * z * Covariance(kReflected, kReflected)) /
       (z * z * z * z);
-  const double half = kQuantile * std::sqrt(std::max(0.0, variance));
+  const double deviation = std::sqrt(std::max(0.0, variance));
+  // As if one more point like the largest had been met: so is the upper limit
+  // of a count (Garwood 1936), and with points that count all or nothing this
+  // is a count.
+  const double more = largest_ / (static_cast<double>(count_) * z * z);
   const auto root = [](double x) { return std::sqrt(std::max(0.0, x)); };
   // Noise can make the estimate of a square negative; the square is not.
-  return {root(ratio), root(ratio - half), root(std::max(ratio, 0.0) + half)};
+  return {root(ratio),
+          root(ratio - kQuantile * deviation),
+          root(std::max(ratio, 0.0) + more +
+               kQuantile * std::hypot(deviation, more))};
 }
 
 Interval ErrorEstimate::Deviation() const {

@@ -8,6 +8,8 @@
 //   y        mean (X1 - B)(X2 - B): its expectation is the squared difference
 //   z        mean (R1 + R2) / 2:    its expectation is reflected radiosity
 //   m        mean B - (X1 + X2)/2:  its expectation is the signed difference
+//   w        uniform density over that of the point; all means are of w times
+//            the quantity
 //   error    sqrt(mean y) / mean z; W eq. 11
 
 #pragma once
@@ -27,8 +29,12 @@ struct ErrorSample {
   Rgb exitance{};
   Rgb irradiance1{};  // H, W/m2: independent estimates
   Rgb irradiance2{};
-  Rgb radiosity{};  // of the solution
+  Rgb radiosity{};    // of the solution
+  double weight = 1;  // uniform density over that of the point
 };
+
+// y of a sample, unweighted: the product of the two differences.
+double ProductOfDifferences(const ErrorSample& sample);
 
 struct Interval {
   double value = 0;
@@ -37,7 +43,8 @@ struct Interval {
 };
 
 // Sums over points that are stratified with one point to a stratum, all strata
-// of equal area. Rounds of independent points may be added one after another.
+// of equal probability. Rounds of independent points may be added one after
+// another.
 class ErrorEstimate {
  public:
   // A round: the samples in the order of their strata, neighbours in space
@@ -49,8 +56,9 @@ class ErrorEstimate {
   // Mean reflected radiosity of the reference.
   [[nodiscard]] double MeanReflected() const;
 
-  // Relative error and relative signed deviation, with 95 % intervals. Require
-  // a positive MeanReflected().
+  // Relative error and relative signed deviation, with 95 % intervals. The
+  // upper end of Error() allows for one more point like the worst. Require a
+  // positive MeanReflected().
   [[nodiscard]] Interval Error() const;
   [[nodiscard]] Interval Deviation() const;
 
@@ -70,6 +78,7 @@ class ErrorEstimate {
   // Sums over pairs of neighbours of products of differences.
   std::array<std::array<double, kQuantities>, kQuantities> pairs_{};
   double noise4_sum_ = 0;  // of squares of the noise variance of y
+  double largest_ = 0;     // w y
 };
 
 }  // namespace enfilade

@@ -68,6 +68,7 @@ EmitterTree::EmitterTree(const BuildingView& view,
   }
   Sort(0, emitters_.size());
   nodes_.resize(2 * emitters_.size() - 1);
+  leaf_nodes_.resize(emitters_.size());
   Build(0, 0, emitters_.size());
   by_id_.resize(emitters_.size());
   std::iota(by_id_.begin(), by_id_.end(), 0U);
@@ -132,6 +133,7 @@ EmitterTree::Node EmitterTree::Build(size_t node, size_t first, size_t last) {
     const Emitter& e = emitters_[first];
     const Rgb& exitance = scene_->materials[e.material.Index()].exitance;
     nodes_[node] = LeafNode(e, exitance[0] + exitance[1] + exitance[2]);
+    leaf_nodes_[first] = static_cast<uint32_t>(node);
     return nodes_[node];
   }
   const size_t middle = first + (last - first) / 2;
@@ -276,10 +278,11 @@ double EmitterTree::Probability(size_t leaf, Point3 x, Vec3 normal) const {
   return probability;
 }
 
-double EmitterTree::Density(Point3 x,
-                            Vec3 normal,
-                            CellId cell,
-                            PatchId patch) const {
+double EmitterTree::LeafImportance(size_t leaf, Point3 x, Vec3 normal) const {
+  return Importance(nodes_[leaf_nodes_[leaf]], x, normal);
+}
+
+std::optional<uint32_t> EmitterTree::Find(CellId cell, PatchId patch) const {
   const std::tuple key(cell, patch);
   const auto id_of = [&](uint32_t i) {
     return std::tuple(emitters_[i].cell, emitters_[i].patch);
@@ -289,9 +292,29 @@ double EmitterTree::Density(Point3 x,
         return id_of(i) < k;
       });
   if (found == by_id_.end() || id_of(*found) != key) {
-    return 0;
+    return std::nullopt;
   }
-  return Probability(*found, x, normal) / emitters_[*found].area;
+  return *found;
+}
+
+void EmitterTree::AppendOfCell(CellId cell,
+                               std::vector<uint32_t>& indices) const {
+  const auto first = std::lower_bound(
+      by_id_.begin(), by_id_.end(), cell, [&](uint32_t i, CellId c) {
+        return emitters_[i].cell < c;
+      });
+  for (auto at = first; at != by_id_.end() && emitters_[*at].cell == cell;
+       ++at) {
+    indices.push_back(*at);
+  }
+}
+
+double EmitterTree::Density(Point3 x,
+                            Vec3 normal,
+                            CellId cell,
+                            PatchId patch) const {
+  const std::optional<uint32_t> leaf = Find(cell, patch);
+  return leaf ? Probability(*leaf, x, normal) / emitters_[*leaf].area : 0;
 }
 
 }  // namespace enfilade

@@ -62,9 +62,28 @@ class EmitterTree {
                                CellId cell,
                                PatchId patch) const;
 
+  // In the order of the tree's leaves.
   [[nodiscard]] const std::vector<Emitter>& Emitters() const {
     return emitters_;
   }
+
+  // Index of this patch in Emitters(), if it is there.
+  [[nodiscard]] std::optional<uint32_t> Find(CellId cell, PatchId patch) const;
+
+  // Appends the indices of the emitters of a cell.
+  void AppendOfCell(CellId cell, std::vector<uint32_t>& indices) const;
+
+  // P of one emitter.
+  [[nodiscard]] double Probability(size_t leaf, Point3 x, Vec3 normal) const;
+
+  // Exitance times area, summed over the channels.
+  [[nodiscard]] double Power(size_t leaf) const {
+    return nodes_[leaf_nodes_[leaf]].power;
+  }
+
+  // A bound, up to a factor, of what one emitter sends to x; positive if it
+  // can send anything.
+  [[nodiscard]] double LeafImportance(size_t leaf, Point3 x, Vec3 normal) const;
 
  private:
   struct Node {
@@ -83,7 +102,6 @@ class EmitterTree {
   [[nodiscard]] static double Importance(const Node& node,
                                          Point3 x,
                                          Vec3 normal);
-  [[nodiscard]] double Probability(size_t leaf, Point3 x, Vec3 normal) const;
   [[nodiscard]] double LeftShare(size_t node,
                                  size_t left_count,
                                  Point3 x,
@@ -91,9 +109,10 @@ class EmitterTree {
 
   const SceneInfo* scene_;
   MemoryCharge charge_;
-  std::vector<Emitter> emitters_;  // leaves from left to right
-  std::vector<Node> nodes_;        // in preorder
-  std::vector<uint32_t> by_id_;    // indices of emitters_, by cell and patch
+  std::vector<Emitter> emitters_;     // leaves from left to right
+  std::vector<Node> nodes_;           // in preorder
+  std::vector<uint32_t> leaf_nodes_;  // of emitters_ in nodes_
+  std::vector<uint32_t> by_id_;       // indices of emitters_, by cell and patch
 };
 
 }  // namespace enfilade

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
+#include "tools/verify_density.h"
 #include "tools/verify_estimate.h"
 #include "tools/verify_paths.h"
 #include "tools/verify_points.h"
@@ -19,8 +21,9 @@ using Clock = std::chrono::steady_clock;
 // Keeps the samples apart from those of every other part of the program.
 constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
 
-constexpr uint64_t kPointBytes = 768;  // of a point in all arrays of a round
-constexpr uint32_t kPilotPoints = 1024;
+constexpr uint64_t kPointBytes = 1024;  // of a point in all arrays of a round
+constexpr uint32_t kBinsPerPoint = 8;   // of the density of points
+constexpr uint32_t kPilotPoints = 2048;
 constexpr uint32_t kPilotStrata = 4;
 constexpr uint32_t kMostStrata = 32;
 
@@ -31,6 +34,7 @@ class Measurement {
               MemoryBudget& budget)
       : view_(view),
         options_(options),
+        budget_(budget),
         points_(view),
         charge_(budget,
                 options.points_per_round * kPointBytes,
@@ -41,6 +45,9 @@ class Measurement {
     if (points_.Area() <= 0) {
       throw InputError("no side of the scene reflects any light");
     }
+    tracer_.LearnEmitters(budget_,
+                          MixKey(MixKey(kSeedDomain, options_.seed), ~0ULL));
+    LookAtTheSolution();
     ChooseStrata();
     while (!Done()) {
       const double start = Seconds();
@@ -56,13 +63,53 @@ class Measurement {
     return std::chrono::duration<double>(Clock::now() - start_).count();
   }
 
-  // Pilot rounds, which don't count, find how many paths a point deserves.
+  // The squared reflected radiosity of the solution at the middle of each bin.
+  void LookAtTheSolution() {
+    std::vector<double> levels;
+    const uint32_t chunk = options_.points_per_round;
+    const uint32_t bins = chunk * kBinsPerPoint;
+    for (uint32_t first = 0; first < bins; first += chunk) {
+      std::vector<double> places;
+      for (uint32_t i = first; i < first + chunk; ++i) {
+        places.push_back((i + 0.5) / bins * points_.Area());
+      }
+      const std::vector<SidePoint> points = points_.At(places);
+      const std::vector<Rgb> radiosity = view_.radiosity(OnPatches(points));
+      for (size_t i = 0; i < points.size(); ++i) {
+        double sum = 0;
+        for (size_t c = 0; c < kRgbChannels; ++c) {
+          const double reflected = radiosity[i][c] - ExitanceAt(points[i])[c];
+          sum += reflected * reflected / kRgbChannels;
+        }
+        levels.push_back(sum);
+      }
+    }
+    density_.emplace(points_.Area(), std::move(levels));
+  }
+
+  static std::vector<PatchPoint> OnPatches(
+      const std::vector<SidePoint>& points) {
+    std::vector<PatchPoint> on_patches;
+    on_patches.reserve(points.size());
+    for (const SidePoint& p : points) {
+      on_patches.push_back(p.point);
+    }
+    return on_patches;
+  }
+
+  [[nodiscard]] Rgb ExitanceAt(const SidePoint& p) const {
+    return p.emits ? view_.scene->materials[p.material.Index()].exitance
+                   : Rgb{};
+  }
+
+  // Pilot rounds, which don't count, find where points and how many paths per
+  // point are worth their time.
   void ChooseStrata() {
     strata_ = kPilotStrata;
     for (bool settled = false; !settled;) {
       ErrorEstimate pilot;
       const double start = Seconds();
-      AddRound(
+      const PointDensity::Draw draw = AddRound(
           pilot, std::min(kPilotPoints, options_.points_per_round), strata_);
       if (!(pilot.MeanReflected() > 0)) {
         throw InputError(
@@ -70,6 +117,7 @@ class Measurement {
             "error relative to it is undefined; check where the emitting "
             "faces look");
       }
+      density_->Learn(draw, values_);
       const double paths = strata_ * strata_;
       const double best = pilot.BestPaths(paths);
       const auto next = static_cast<uint32_t>(
@@ -80,15 +128,17 @@ class Measurement {
     }
   }
 
-  void AddRound(ErrorEstimate& estimate, uint32_t count, uint32_t strata) {
+  PointDensity::Draw AddRound(ErrorEstimate& estimate,
+                              uint32_t count,
+                              uint32_t strata) {
     const uint64_t key =
         MixKey(MixKey(kSeedDomain, options_.seed), round_key_++);
-    const std::vector<SidePoint> points = points_.Choose(count, MixKey(key, 0));
+    PointDensity::Draw draw = density_->Choose(count, MixKey(key, 0));
+    const std::vector<SidePoint> points = points_.At(draw.places);
     std::vector<Receiver> receivers;
-    std::vector<PatchPoint> on_patches;
+    receivers.reserve(points.size());
     for (const SidePoint& p : points) {
       receivers.push_back(p.receiver);
-      on_patches.push_back(p.point);
     }
     const auto trace = [&](uint64_t half) {
       paths_ += static_cast<uint64_t>(count) * strata * strata;
@@ -103,20 +153,21 @@ class Measurement {
     };
     const std::vector<Rgb> first = trace(1);
     const std::vector<Rgb> second = trace(2);
-    const std::vector<Rgb> radiosity = view_.radiosity(on_patches);
+    const std::vector<Rgb> radiosity = view_.radiosity(OnPatches(points));
     std::vector<ErrorSample> samples(points.size());
+    values_.resize(points.size());
     for (size_t i = 0; i < points.size(); ++i) {
-      const Material& material =
-          view_.scene->materials[points[i].material.Index()];
-      samples[i].reflectance = material.reflectance;
-      if (points[i].emits) {
-        samples[i].exitance = material.exitance;
-      }
+      samples[i].reflectance =
+          view_.scene->materials[points[i].material.Index()].reflectance;
+      samples[i].exitance = ExitanceAt(points[i]);
       samples[i].irradiance1 = first[i];
       samples[i].irradiance2 = second[i];
       samples[i].radiosity = radiosity[i];
+      samples[i].weight = draw.weights[i];
+      values_[i] = ProductOfDifferences(samples[i]);
     }
     estimate.AddRound(samples);
+    return draw;
   }
 
   [[nodiscard]] bool Tight() const {
@@ -125,8 +176,13 @@ class Measurement {
     }
     const Interval error = estimate_.Error();
     const double half = (error.high - error.low) / 2;
-    return half <= options_.target_half_width ||
-           half <= options_.target_relative_half_width * error.value;
+    return half <= TargetHalfWidth(error.value);
+  }
+
+  [[nodiscard]] double TargetHalfWidth(double error) const {
+    return std::max(options_.target_half_width,
+                    options_.target_relative_half_width *
+                        std::max(error, options_.requested_error));
   }
 
   [[nodiscard]] bool Done() const {
@@ -143,10 +199,7 @@ class Measurement {
     double rounds = 2;
     if (rounds_ > 0) {
       const Interval error = estimate_.Error();
-      const double target =
-          std::max({options_.target_half_width,
-                    options_.target_relative_half_width * error.value,
-                    1e-12});
+      const double target = std::max(TargetHalfWidth(error.value), 1e-12);
       const double excess = (error.high - error.low) / 2 / target;
       rounds = std::clamp(rounds_ * excess * excess,
                           rounds_ + 1.0,
@@ -182,11 +235,14 @@ class Measurement {
 
   const BuildingView& view_;
   const VerifyOptions& options_;
+  MemoryBudget& budget_;
   Clock::time_point start_ = Clock::now();
   SidePoints points_;
   MemoryCharge charge_;
   PathTracer tracer_;
+  std::optional<PointDensity> density_;
   ErrorEstimate estimate_;
+  std::vector<double> values_;  // y at the points of the last round
   uint32_t strata_ = 0;
   uint32_t rounds_ = 0;
   uint64_t round_key_ = 0;

@@ -25,39 +25,6 @@ void ForEachInBlocks(size_t count, const Body& body) {
   });
 }
 
-// Two unit vectors that complete a unit vector to a right-handed frame (Duff
-// et al., "Building an Orthonormal Basis, Revisited", 2017).
-void MakeFrame(Vec3 n, Vec3* s, Vec3* t) {
-  const double sign = std::copysign(1.0, n.z);
-  const double a = -1.0 / (sign + n.z);
-  const double b = n.x * n.y * a;
-  *s = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
-  *t = {b, sign + n.y * n.y * a, -n.y};
-}
-
-Vec3 CosineDirection(Vec3 normal, double u, double v) {
-  Vec3 s;
-  Vec3 t;
-  MakeFrame(normal, &s, &t);
-  const double radius = std::sqrt(u);
-  const double angle = 2 * kPi * v;
-  const double height = std::sqrt(std::max(1e-12, 1 - u));
-  return s * (radius * std::cos(angle)) + t * (radius * std::sin(angle)) +
-         normal * height;
-}
-
-// cos_x cos_y / (pi r^2); negative or zero if either faces away.
-double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y) {
-  const Vec3 d = y - x;
-  const double r2 = Dot(d, d);
-  const double cos_x = Dot(normal_x, d);
-  const double cos_y = -Dot(normal_y, d);
-  if (cos_x <= 0 || cos_y <= 0 || r2 <= 0) {
-    return 0;
-  }
-  return cos_x * cos_y / (kPi * r2 * r2);
-}
-
 void AddProduct(Rgb& sum, const Rgb& a, const Rgb& b, double factor) {
   for (size_t c = 0; c < kRgbChannels; ++c) {
     sum[c] += a[c] * b[c] * factor;
@@ -77,12 +44,18 @@ PathTracer::PathTracer(const BuildingView& view,
     : view_(&view),
       offset_(RayOffset(view.scene->bounds)),
       emitters_(view, budget, emitter_bytes),
+      seen_(emitters_),
       surfaces_(view, budget, std::min(budget.FreeBytes() / 8, kMostBytes)),
       batch_paths_(BatchPaths(budget)),
       batch_charge_(budget, batch_paths_ * kPathBytes, "a batch of paths") {}
 
 PathTracer::PathTracer(const BuildingView& view, MemoryBudget& budget)
     : PathTracer(view, budget, std::min(budget.FreeBytes() / 12, kMostBytes)) {}
+
+void PathTracer::LearnEmitters(MemoryBudget& budget, uint64_t key) {
+  rays_traced_ += seen_.Learn(
+      *view_, budget, std::min(budget.FreeBytes() / 4, kMostBytes), key);
+}
 
 std::vector<Rgb> PathTracer::Irradiance(
     std::span<const Receiver> receivers,
@@ -138,6 +111,7 @@ void PathTracer::Start(std::span<const Receiver> receivers,
     Path path;
     path.position = r.position + r.normal * offset_;
     path.normal = r.normal;
+    path.cell = r.cell;
     path.stratum = static_cast<uint32_t>(stratum);
     path.random = Random(MixKey(MixKey(key, receiver), stratum));
     paths_[i] = path;
@@ -183,24 +157,21 @@ PathTracer::LightSample PathTracer::SampleLight(Path& path,
                                                 uint32_t strata,
                                                 bool first) const {
   double choice = path.random.Next();
-  double s = path.random.Next();
-  double t = path.random.Next();
+  const double s = path.random.Next();
+  const double t = path.random.Next();
   if (first) {
     // One stratum of the choice per path.
     const double count = static_cast<double>(strata) * strata;
     choice = std::min((path.stratum + choice) / count, 0x1.fffffffffffffp-1);
   }
   LightSample sample;
-  const auto chosen = emitters_.Choose(path.position, path.normal, choice);
+  const auto chosen =
+      seen_.Choose(path.cell, path.position, path.normal, choice);
   if (!chosen) {
     return sample;
   }
   const Emitter& e = *chosen->emitter;
-  if (e.shape == PatchShape::kTriangle && s + t > 1) {
-    s = 1 - s;
-    t = 1 - t;
-  }
-  const Point3 y = e.origin + e.u * s + e.v * t;
+  const Point3 y = PointOnEmitter(e, s, t).position;
   const double g = GeometryTerm(path.position, path.normal, y, e.normal);
   if (g <= 0) {
     return sample;
@@ -265,8 +236,8 @@ void PathTracer::AddEmission(Path& path,
   if (MaxChannel(surface.exitance) <= 0) {
     return;
   }
-  const double density =
-      emitters_.Density(ray.origin, path.normal, hit.cell, hit.patch);
+  const double density = seen_.Density(
+      path.cell, ray.origin, path.normal, {hit.cell, hit.patch, hit.a, hit.b});
   const double g =
       GeometryTerm(ray.origin, path.normal, surface.position, surface.normal);
   const double weight = density > 0 ? g / (g + density) : 1;
@@ -291,6 +262,7 @@ void PathTracer::Advance(GatherMode mode) {
     }
     path.position = surface.position + surface.normal * offset_;
     path.normal = surface.normal;
+    path.cell = hits_[i].cell;
     path.alive = true;
   });
 }

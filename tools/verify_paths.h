@@ -19,20 +19,17 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "tools/building_surfaces.h"
 #include "tools/building_view.h"
+#include "tools/verify_geometry.h"
 #include "tools/verify_lights.h"
+#include "tools/verify_seen.h"
 
 namespace enfilade {
-
-// A point and the side whose hemisphere it receives from.
-struct Receiver {
-  Point3 position;
-  Vec3 normal;  // unit length
-};
 
 enum class GatherMode {
   kPaths,  // follows light through all its reflections
@@ -48,6 +45,11 @@ class PathTracer {
              MemoryBudget& budget,
              uint64_t emitter_bytes);
   PathTracer(const BuildingView& view, MemoryBudget& budget);
+
+  // Finds by rays which emitters the cells see, for receivers that know their
+  // cell and for all later vertices; worth its time before many paths. Takes
+  // up to a quarter of what is free in the budget.
+  void LearnEmitters(MemoryBudget& budget, uint64_t key);
 
   // For every receiver the mean over strata^2 paths, stratified in the first
   // direction. A pure function of the arguments and the scene: neither of the
@@ -72,6 +74,7 @@ class PathTracer {
   struct Path {
     Point3 position;  // a little above the surface
     Vec3 normal;
+    std::optional<CellId> cell;
     Rgb throughput{1, 1, 1};
     Rgb sum{};
     Random random{0};
@@ -111,6 +114,7 @@ class PathTracer {
   const BuildingView* view_;
   double offset_;
   EmitterTree emitters_;
+  SeenEmitters seen_;
   SurfaceReader surfaces_;
   size_t batch_paths_;
   MemoryCharge batch_charge_;

@@ -1,13 +1,59 @@
 #include "tools/verify_points.h"
 
 #include "base/check.h"
-#include "base/random.h"
+
+#include <algorithm>
 
 namespace enfilade {
+namespace {
+
+constexpr int kDigits = 22;  // to base 4: a ten-millionth of a side and less
+
+SidePoint MakePoint(CellId cell,
+                    PatchId id,
+                    const Patch& patch,
+                    double fraction) {
+  SidePoint p;
+  p.point = PlaceOnPatch(patch.shape, fraction);
+  p.point.cell = cell;
+  p.point.patch = id;
+  p.receiver = {PointOn(patch, p.point.a, p.point.b), PatchNormal(patch), cell};
+  p.material = patch.material;
+  p.emits = patch.emits;
+  return p;
+}
+
+}  // namespace
 
 bool Reflects(const SceneInfo& scene, const Patch& patch) {
   return patch.reflects &&
          MaxChannel(scene.materials.at(patch.material.Index()).reflectance) > 0;
+}
+
+// The part at hand holds (a + scale s, b + scale t) for (s, t) of the patch;
+// the middle quarter of a triangle is turned, by a negative scale.
+PatchPoint PlaceOnPatch(PatchShape shape, double fraction) {
+  PatchPoint p;
+  double scale = 1;
+  for (int i = 0; i < kDigits; ++i) {
+    fraction *= 4;
+    const int digit = std::clamp(static_cast<int>(fraction), 0, 3);
+    fraction -= digit;
+    if (shape == PatchShape::kTriangle && digit == 0) {
+      p.a += scale / 2;
+      p.b += scale / 2;
+      scale = -scale / 2;
+      continue;
+    }
+    scale /= 2;
+    const bool triangle = shape == PatchShape::kTriangle;
+    p.a += digit == 1 || (digit == 3 && !triangle) ? scale : 0;
+    p.b += digit == 2 || (digit == 3 && !triangle) ? scale : 0;
+  }
+  const double middle = shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
+  p.a += scale * middle;
+  p.b += scale * middle;
+  return p;
 }
 
 SidePoints::SidePoints(const BuildingView& view) : view_(&view) {
@@ -23,47 +69,40 @@ SidePoints::SidePoints(const BuildingView& view) : view_(&view) {
   }
 }
 
-std::vector<SidePoint> SidePoints::Choose(uint32_t count, uint64_t key) const {
+std::vector<SidePoint> SidePoints::At(std::span<const double> places) const {
   ENFILADE_CHECK(area_ > 0, "no reflecting side");
   std::vector<SidePoint> points;
-  points.reserve(count);
-  const auto target = [&](size_t i) {
-    Random random(MixKey(key, i));
-    return (static_cast<double>(i) + random.Next()) * area_ / count;
-  };
-  const auto add = [&](CellId cell, PatchId id, const Patch& patch) {
-    Random random(MixKey(MixKey(key, points.size()), 1));
-    SidePoint p;
-    const double s = random.Next();
-    p.point = UniformPointOn(patch, s, random.Next());
-    p.point.cell = cell;
-    p.point.patch = id;
-    p.receiver = {PointOn(patch, p.point.a, p.point.b), PatchNormal(patch)};
-    p.material = patch.material;
-    p.emits = patch.emits;
-    points.push_back(p);
-  };
-  double passed = 0;  // area up to the end of the patch at hand
-  for (size_t c = 0; c < cell_areas_.size() && points.size() < count; ++c) {
-    const double cell_end = passed + cell_areas_[c];
-    if (cell_areas_[c] <= 0 || target(points.size()) >= cell_end) {
-      passed = cell_end;
+  points.reserve(places.size());
+  double passed = 0;  // area up to the end of the cell at hand
+  for (size_t c = 0; c < cell_areas_.size() && points.size() < places.size();
+       ++c) {
+    const double cell_begin = passed;
+    passed += cell_areas_[c];
+    if (cell_areas_[c] <= 0 || places[points.size()] >= passed) {
       continue;
     }
     const CellPatches cell = view_->load_cell(CellId(c));
+    double begin = cell_begin;
     for (size_t p = 0; p < cell.patches.size(); ++p) {
       const Patch& patch = cell.patches[p];
       if (!Reflects(*view_->scene, patch)) {
         continue;
       }
-      passed += PatchArea(patch);
-      while (points.size() < count && target(points.size()) < passed) {
-        add(CellId(c), PatchId(p), patch);
+      const double area = PatchArea(patch);
+      while (points.size() < places.size() &&
+             places[points.size()] < begin + area) {
+        const double fraction = (places[points.size()] - begin) / area;
+        points.push_back(
+            MakePoint(CellId(c), PatchId(p), patch, std::max(0.0, fraction)));
       }
+      begin += area;
     }
   }
-  // Rounding may leave the last target a hair beyond the last patch.
-  ENFILADE_CHECK(points.size() + 1 >= count, "{} points", points.size());
+  // Rounding may leave the last places a hair beyond the last patch.
+  ENFILADE_CHECK(!points.empty(), "no point of {}", places.size());
+  while (points.size() < places.size()) {
+    points.push_back(points.back());
+  }
   return points;
 }
 

@@ -1,12 +1,20 @@
-// Points on the reflecting patch sides, stratified over their area.
+// Points on the reflecting patch sides, by their place on one line.
+//
+// The sides lie end to end on a line of length Area(), in the order of cells
+// and patches, each as long as its area. Within a patch, the digits to base 4
+// of the fraction of its length pick a quarter of it, a quarter of that, and so
+// on: for triangles the map of Basu & Owen, "Low discrepancy constructions in
+// the triangle" (2015). It keeps areas, so what is uniform on the line is
+// uniform over the sides, and neighbours on the line are near in space.
 
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "tools/building_view.h"
-#include "tools/verify_paths.h"
+#include "tools/verify_geometry.h"
 
 namespace enfilade {
 
@@ -20,6 +28,9 @@ struct SidePoint {
 // A side that reflects some light in some channel.
 bool Reflects(const SceneInfo& scene, const Patch& patch);
 
+// Patch coordinates of the place at a fraction in [0, 1) of a patch.
+PatchPoint PlaceOnPatch(PatchShape shape, double fraction);
+
 class SidePoints {
  public:
   // Reads every cell once; keeps one number per cell.
@@ -28,10 +39,8 @@ class SidePoints {
   // Area of the reflecting sides, m2.
   [[nodiscard]] double Area() const { return area_; }
 
-  // `count` points, one uniform in each of `count` strata of equal area, in
-  // the order of cells and patches. Requires Area() > 0.
-  [[nodiscard]] std::vector<SidePoint> Choose(uint32_t count,
-                                              uint64_t key) const;
+  // The points at these ascending places in [0, Area()). Requires Area() > 0.
+  [[nodiscard]] std::vector<SidePoint> At(std::span<const double> places) const;
 
  private:
   const BuildingView* view_;

@@ -204,8 +204,26 @@ TEST(ErrorEstimateTest, NoiselessSamplesGiveTheExactValues) {
   estimate.AddRound(samples);
   EXPECT_NEAR(estimate.Error().value, .1, 1e-12);
   EXPECT_NEAR(estimate.Error().low, .1, 1e-9);
-  EXPECT_NEAR(estimate.Error().high, .1, 1e-9);
+  // One more of ten with the same product, and 1.96 times that.
+  EXPECT_NEAR(estimate.Error().high, .1 * std::sqrt(1 + 2.96 / 10), 1e-4);
   EXPECT_NEAR(estimate.Deviation().value, .1, 1e-12);
+}
+
+// A sample of half the density counts twice in every mean.
+TEST(ErrorEstimateTest, WeightsScaleWhatIsAveraged) {
+  std::vector<ErrorSample> samples(8);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    ErrorSample& s = samples[i];
+    s.weight = i < 4 ? 1.5 : .5;
+    s.reflectance = {.5, .5, .5};
+    s.irradiance1 = s.irradiance2 = {2, 2, 2};
+    const double radiosity = i < 4 ? 1.2 : 1;
+    s.radiosity = {radiosity, radiosity, radiosity};
+  }
+  ErrorEstimate estimate;
+  estimate.AddRound(samples);
+  EXPECT_NEAR(estimate.MeanReflected(), 1, 1e-12);
+  EXPECT_NEAR(estimate.Error().value, std::sqrt(.75 * .04), 1e-12);
 }
 
 // With noise of variance s^2 per path, and squared differences of variance

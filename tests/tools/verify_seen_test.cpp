@@ -1,0 +1,144 @@
+#include "tools/verify_seen.h"
+
+#include "base/random.h"
+
+#include "tests/tools/verify_fake_building.h"
+#include "tools/verify_paths.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kBudget = 64ULL << 20;
+constexpr uint64_t kMostBytes = 16ULL << 20;
+
+// Two rooms of one cell each, 4 m wide, with an opaque slab between them; each
+// has ten lamps near its ceiling, black, of exitance 1.
+class TwoRooms {
+ public:
+  TwoRooms() {
+    const MaterialId grey = building_.AddMaterial({.5, .5, .5}, {});
+    const MaterialId light = building_.AddMaterial({}, {1, 1, 1});
+    for (int room = 0; room < 2; ++room) {
+      if (room > 0) {
+        building_.AddCell();
+      }
+      const double z = room * 3.0;
+      building_.Add({0, 0, z}, {4, 0, 0}, {0, 4, 0}, grey);
+      building_.Add({0, 0, z + 2.9}, {0, 4, 0}, {4, 0, 0}, grey);
+      for (int i = 0; i < 10; ++i) {
+        const Point3 o{.3 + i % 5 * .8, .5 + i / 5 * 2.0, z + 2.5};
+        building_.Add(o, {0, .3, 0}, {.2, 0, 0}, light);
+      }
+    }
+  }
+
+  [[nodiscard]] const BuildingView& View() const { return building_.View(); }
+
+ private:
+  FakeBuilding building_;
+};
+
+TEST(SeenEmittersTest, ChoicesGoToTheLampsOfTheRoom) {
+  const TwoRooms rooms;
+  MemoryBudget budget(kBudget);
+  const EmitterTree tree(rooms.View(), budget, 1 << 20);
+  SeenEmitters seen(tree);
+  EXPECT_GT(seen.Learn(rooms.View(), budget, kMostBytes, 1), 0U);
+  // The lamps overhead, behind the slab, are in front of it: a point on the
+  // floor of the lower room.
+  const Point3 x{1, 1, 0};
+  int own = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto choice = seen.Choose(CellId(0U), x, {0, 0, 1}, (i + .5) / 1000);
+    ASSERT_TRUE(choice);
+    own += choice->emitter->cell == CellId(0U) ? 1 : 0;
+  }
+  EXPECT_GE(own, 850);
+}
+
+// An estimator weighed with the densities is right only if each is the
+// probability of being chosen.
+TEST(SeenEmittersTest, DensitiesAgreeWithChoosing) {
+  const TwoRooms rooms;
+  MemoryBudget budget(kBudget);
+  const EmitterTree tree(rooms.View(), budget, 1 << 20);
+  SeenEmitters seen(tree);
+  seen.Learn(rooms.View(), budget, kMostBytes, 1);
+  enfilade::Random random(3);
+  for (int k = 0; k < 20; ++k) {
+    const Point3 x{random.Next() * 4, random.Next() * 4, 0};
+    constexpr int kGrid = 4000;
+    std::vector<int> chosen(tree.Emitters().size());
+    for (int i = 0; i < kGrid; ++i) {
+      const auto choice =
+          seen.Choose(CellId(0U), x, {0, 0, 1}, (i + .5) / kGrid);
+      ASSERT_TRUE(choice);
+      const Emitter& e = *choice->emitter;
+      ++chosen[static_cast<size_t>(choice->emitter - tree.Emitters().data())];
+      EXPECT_NEAR(
+          seen.Density(CellId(0U), x, {0, 0, 1}, {e.cell, e.patch, 0, 0}) *
+              e.area,
+          choice->probability,
+          1e-12);
+    }
+    double sum = 0;
+    for (size_t i = 0; i < chosen.size(); ++i) {
+      const Emitter& e = tree.Emitters()[i];
+      const double p =
+          seen.Density(CellId(0U), x, {0, 0, 1}, {e.cell, e.patch, 0, 0}) *
+          e.area;
+      // Every emitter owns at most two intervals of the numbers.
+      EXPECT_NEAR(chosen[i], p * kGrid, 3);
+      sum += p;
+    }
+    EXPECT_NEAR(sum, 1, 1e-9);
+  }
+}
+
+// The same light with and without the lists, and less noise with them.
+TEST(SeenEmittersTest, LearningKeepsTheMeanAndLowersTheNoise) {
+  const TwoRooms rooms;
+  MemoryBudget budget(kBudget);
+  PathTracer plain(rooms.View(), budget);
+  PathTracer learned(rooms.View(), budget);
+  learned.LearnEmitters(budget, 1);
+  const std::vector<Receiver> receivers(512,
+                                        {{1, 1, 0}, {0, 0, 1}, CellId(0U)});
+  double means[2];
+  double variances[2];
+  for (int k = 0; k < 2; ++k) {
+    PathTracer& tracer = k == 0 ? plain : learned;
+    const auto h = tracer.Irradiance(receivers, 5, 4, GatherMode::kPaths, {});
+    double sum = 0;
+    double squares = 0;
+    for (const Rgb& value : h) {
+      sum += value[0] / 512;
+      squares += value[0] * value[0] / 512;
+    }
+    means[k] = sum;
+    variances[k] = squares - sum * sum;
+  }
+  EXPECT_NEAR(
+      means[0], means[1], 5 * std::sqrt((variances[0] + variances[1]) / 512));
+  EXPECT_LT(variances[1], .9 * variances[0]);
+}
+
+TEST(SeenEmittersTest, WithoutMemoryTheTreeChooses) {
+  const TwoRooms rooms;
+  MemoryBudget budget(kBudget);
+  const EmitterTree tree(rooms.View(), budget, 1 << 20);
+  SeenEmitters seen(tree);
+  EXPECT_EQ(seen.Learn(rooms.View(), budget, 1000, 1), 0U);
+  for (int i = 0; i < 100; ++i) {
+    const double s = (i + .5) / 100;
+    const auto a = seen.Choose(CellId(0U), {1, 1, 0}, {0, 0, 1}, s);
+    const auto b = tree.Choose({1, 1, 0}, {0, 0, 1}, s);
+    ASSERT_TRUE(a && b);
+    EXPECT_EQ(a->emitter, b->emitter);
+    EXPECT_EQ(a->probability, b->probability);
+  }
+}
+
+}  // namespace
+}  // namespace enfilade

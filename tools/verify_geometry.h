@@ -1,0 +1,31 @@
+// The geometry of sampling light: directions, points on emitters, the kernel.
+
+#pragma once
+
+#include "base/ids.h"
+#include "base/vec.h"
+
+#include <optional>
+
+namespace enfilade {
+
+struct Emitter;
+
+// A point and the side whose hemisphere it receives from.
+struct Receiver {
+  Point3 position;
+  Vec3 normal;  // unit length
+  // Of the patch it lies on, if it does and one knows.
+  std::optional<CellId> cell{};
+};
+
+// In proportion to the cosine with the normal, from two numbers in [0, 1).
+Vec3 CosineDirection(Vec3 normal, double u, double v);
+
+// cos_x cos_y / (pi r^2); 0 if either faces away.
+double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y);
+
+// Uniform over the emitter's area, from two numbers in [0, 1).
+Receiver PointOnEmitter(const Emitter& emitter, double s, double t);
+
+}  // namespace enfilade

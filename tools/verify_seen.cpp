@@ -1,0 +1,337 @@
+#include "tools/verify_seen.h"
+
+#include "base/random.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tools/verify_points.h"
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kGroupCells = 8;            // of one batch of rays
+constexpr uint64_t kMostScattered = 128;     // rays of a cell
+constexpr uint64_t kLeastScattered = 16;     // rays of a cell
+constexpr uint64_t kAllScattered = 1 << 19;  // rays of all cells, about
+constexpr size_t kMostSeen = 48;             // emitters of a cell
+constexpr size_t kTests = 16;                // rays from a cell to an emitter
+constexpr uint64_t kGroupBytes =
+    kGroupCells * (kMostSeen * kTests + kMostScattered) * 192;
+
+// What is left to the tree, which knows all emitters.
+constexpr double kTreeShare = 0.15;
+
+// Points uniform over the reflecting sides of a cell, in strata of equal area.
+std::vector<Receiver> PointsOfCell(const BuildingView& view,
+                                   CellId cell,
+                                   uint64_t key,
+                                   size_t count) {
+  const CellPatches patches = view.load_cell(cell);
+  double area = 0;
+  for (const Patch& patch : patches.patches) {
+    area += Reflects(*view.scene, patch) ? PatchArea(patch) : 0;
+  }
+  std::vector<Receiver> points;
+  Random random(key);
+  double passed = 0;
+  for (const Patch& patch : patches.patches) {
+    if (!Reflects(*view.scene, patch)) {
+      continue;
+    }
+    passed += PatchArea(patch);
+    while (points.size() < count &&
+           (static_cast<double>(points.size()) + .5) * area <
+               passed * static_cast<double>(count)) {
+      const double s = random.Next();
+      const PatchPoint p = UniformPointOn(patch, s, random.Next());
+      points.push_back({PointOn(patch, p.a, p.b), PatchNormal(patch), cell});
+    }
+  }
+  return points;
+}
+
+// One cell while its emitters are looked for.
+struct Search {
+  std::vector<Receiver> points;
+  std::vector<uint32_t> candidates;
+};
+
+// The candidates that promise most, by the tree's bound at some of the points.
+void KeepTheStrongest(const EmitterTree& tree, Search& search, size_t count) {
+  if (search.candidates.size() <= count) {
+    return;
+  }
+  std::vector<std::pair<double, uint32_t>> ranked;
+  for (const uint32_t e : search.candidates) {
+    double sum = 0;
+    for (size_t i = 0; i < search.points.size(); i += 8) {
+      const Receiver& r = search.points[i];
+      sum += tree.LeafImportance(e, r.position, r.normal);
+    }
+    ranked.emplace_back(-sum, e);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(count);
+  search.candidates.clear();
+  for (const auto& [rank, e] : ranked) {
+    search.candidates.push_back(e);
+  }
+  std::sort(search.candidates.begin(), search.candidates.end());
+}
+
+// Adds the emitters of every cell that rays from the cell meet.
+void FindCandidates(const BuildingView& view,
+                    const EmitterTree& tree,
+                    uint64_t key,
+                    std::span<Search> group) {
+  const double offset = RayOffset(view.scene->bounds);
+  std::vector<TraceRay> rays;
+  std::vector<size_t> owners;
+  for (size_t k = 0; k < group.size(); ++k) {
+    for (const Receiver& r : group[k].points) {
+      Random random(MixKey(key, rays.size()));
+      const double u = random.Next();
+      rays.push_back({r.position + r.normal * offset,
+                      CosineDirection(r.normal, u, random.Next())});
+      owners.push_back(k);
+    }
+  }
+  std::vector<TraceHit> hits(rays.size());
+  view.trace(rays, hits);
+  std::vector<std::vector<CellId>> cells(group.size());
+  for (size_t i = 0; i < hits.size(); ++i) {
+    if (hits[i].hit) {
+      cells[owners[i]].push_back(hits[i].cell);
+    }
+  }
+  for (size_t k = 0; k < group.size(); ++k) {
+    std::sort(cells[k].begin(), cells[k].end());
+    cells[k].erase(std::unique(cells[k].begin(), cells[k].end()),
+                   cells[k].end());
+    for (const CellId cell : cells[k]) {
+      tree.AppendOfCell(cell, group[k].candidates);
+    }
+    std::sort(group[k].candidates.begin(), group[k].candidates.end());
+    KeepTheStrongest(tree, group[k], kMostSeen);
+  }
+}
+
+}  // namespace
+
+uint64_t SeenEmitters::Learn(const BuildingView& view,
+                             MemoryBudget& budget,
+                             uint64_t max_bytes,
+                             uint64_t key) {
+  const size_t cells = view.partition->cells.size();
+  const uint64_t most_bytes =
+      cells * (sizeof(uint64_t) + kMostSeen * sizeof(Seen));
+  if (tree_->Emitters().empty() || cells == 0 ||
+      kGroupBytes + cells * sizeof(uint64_t) > max_bytes) {
+    return 0;
+  }
+  charge_ = MemoryCharge(budget,
+                         std::min(max_bytes, most_bytes + kGroupBytes),
+                         "the light sources that cells see");
+  const size_t count =
+      std::clamp(kAllScattered / cells, kLeastScattered, kMostScattered);
+  uint64_t rays = 0;
+  for (size_t first = 0; first < cells; first += kGroupCells) {
+    std::vector<Search> group(std::min(kGroupCells, cells - first));
+    for (size_t k = 0; k < group.size(); ++k) {
+      group[k].points = PointsOfCell(
+          view, CellId(first + k), MixKey(MixKey(key, first + k), 0), count);
+      rays += group[k].points.size();
+    }
+    FindCandidates(view, *tree_, MixKey(MixKey(key, first), 1), group);
+    for (size_t k = 0; k < group.size(); ++k) {
+      rays += Test(view,
+                   group[k].points,
+                   group[k].candidates,
+                   MixKey(MixKey(key, first + k), 2));
+      ends_.push_back(seen_.size());
+      if (seen_.size() * sizeof(Seen) + kGroupBytes + cells * 8 +
+              kMostSeen * sizeof(Seen) >
+          max_bytes) {
+        return rays;
+      }
+    }
+  }
+  return rays;
+}
+
+// Keeps those of the candidates that a ray reaches.
+uint64_t SeenEmitters::Test(const BuildingView& view,
+                            std::span<const Receiver> points,
+                            std::span<const uint32_t> candidates,
+                            uint64_t key) {
+  const double offset = RayOffset(view.scene->bounds);
+  std::vector<TraceRay> rays;
+  std::vector<size_t> ends;
+  for (const uint32_t e : candidates) {
+    Random random(MixKey(key, e));
+    // More tries than tests: a point may lie behind the emitter.
+    for (size_t i = 0, found = 0; i < 4 * kTests && found < kTests; ++i) {
+      const Receiver& r =
+          points[random.NextBelow(static_cast<uint32_t>(points.size()))];
+      const double s = random.Next();
+      const Receiver y = PointOnEmitter(tree_->Emitters()[e], s, random.Next());
+      const Point3 x = r.position + r.normal * offset;
+      if (GeometryTerm(x, r.normal, y.position, y.normal) > 0) {
+        rays.push_back({x, (y.position + y.normal * offset) - x, 1});
+        ++found;
+      }
+    }
+    ends.push_back(rays.size());
+  }
+  std::vector<TraceHit> hits(rays.size());
+  view.trace(rays, hits);
+  size_t i = 0;
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    const size_t tested = ends[k] - i;
+    size_t open = 0;
+    for (; i < ends[k]; ++i) {
+      open += hits[i].hit ? 0U : 1U;
+    }
+    if (open > 0) {
+      seen_.push_back(
+          MakeSeen(candidates[k],
+                   static_cast<double>(open) / static_cast<double>(tested)));
+    }
+  }
+  return rays.size();
+}
+
+std::span<const SeenEmitters::Seen> SeenEmitters::ListOf(
+    std::optional<CellId> at) const {
+  if (!at || at->Index() >= ends_.size()) {
+    return {};
+  }
+  const size_t begin = at->Index() > 0 ? ends_[at->Index() - 1] : 0;
+  return std::span(seen_).subspan(begin, ends_[at->Index()] - begin);
+}
+
+SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t emitter,
+                                          double share) const {
+  const Emitter& e = tree_->Emitters()[emitter];
+  const Point3 center = e.origin + (e.u + e.v) * 0.5;
+  const auto floats = [](double x, double y, double z) {
+    return std::array{
+        static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  };
+  Seen seen;
+  seen.emitter = emitter;
+  seen.power = static_cast<float>(share * tree_->Power(emitter));
+  // A little more than the sphere's, against the rounding of the centre.
+  seen.radius = static_cast<float>(
+      0.505 * std::max(Length(e.u + e.v), Length(e.u - e.v)) + 1e-3);
+  seen.center = floats(center.x, center.y, center.z);
+  seen.normal = floats(e.normal.x, e.normal.y, e.normal.z);
+  return seen;
+}
+
+// Of one list at one point: unnormalised weights and their sum.
+struct SeenEmitters::Weights {
+  std::array<float, kMostSeen> of{};  // in the order of the list
+  double sum = 0;
+
+  // The probability of this emitter among those of the list.
+  [[nodiscard]] double ShareOf(std::span<const Seen> list,
+                               uint32_t emitter) const {
+    for (size_t i = 0; i < list.size(); ++i) {
+      if (list[i].emitter == emitter) {
+        return of[i] / sum;
+      }
+    }
+    return 0;
+  }
+
+  // The entry chosen by `s`, uniform in [0, 1), with these probabilities.
+  [[nodiscard]] size_t Choose(size_t count, double s) const {
+    double left = s * sum;
+    size_t chosen = 0;
+    for (size_t i = 0; i < count && left >= 0; ++i) {
+      if (of[i] > 0) {
+        chosen = i;
+        left -= of[i];
+      }
+    }
+    return chosen;
+  }
+};
+
+SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
+                                              Point3 x,
+                                              Vec3 normal) {
+  const auto px = static_cast<float>(x.x);
+  const auto py = static_cast<float>(x.y);
+  const auto pz = static_cast<float>(x.z);
+  const auto nx = static_cast<float>(normal.x);
+  const auto ny = static_cast<float>(normal.y);
+  const auto nz = static_cast<float>(normal.z);
+  Weights weights;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const Seen& e = list[i];
+    const float dx = e.center[0] - px;
+    const float dy = e.center[1] - py;
+    const float dz = e.center[2] - pz;
+    const float near_x = nx * dx + ny * dy + nz * dz + e.radius;
+    const float near_e =
+        e.radius - (e.normal[0] * dx + e.normal[1] * dy + e.normal[2] * dz);
+    const float d2 = std::max(dx * dx + dy * dy + dz * dz, e.radius * e.radius);
+    weights.of[i] =
+        e.power * std::max(0.0F, near_x) * std::max(0.0F, near_e) / (d2 * d2);
+  }
+  for (size_t i = 0; i < list.size(); ++i) {
+    weights.sum += weights.of[i];
+  }
+  return weights;
+}
+
+std::optional<EmitterTree::Choice> SeenEmitters::Choose(
+    std::optional<CellId> at, Point3 x, Vec3 normal, double s) const {
+  const std::span<const Seen> list = ListOf(at);
+  const Weights weights = WeightsAt(list, x, normal);
+  if (weights.sum <= 0) {
+    return tree_->Choose(x, normal, s);
+  }
+  const auto by_list = [&](uint32_t emitter) {
+    return (1 - kTreeShare) * weights.ShareOf(list, emitter);
+  };
+  if (s >= kTreeShare) {
+    const double rest = (s - kTreeShare) / (1 - kTreeShare);
+    const uint32_t e = list[weights.Choose(list.size(), rest)].emitter;
+    return EmitterTree::Choice{
+        &tree_->Emitters()[e],
+        kTreeShare * tree_->Probability(e, x, normal) + by_list(e)};
+  }
+  auto choice = tree_->Choose(x, normal, s / kTreeShare);
+  if (choice) {
+    const auto e =
+        static_cast<uint32_t>(choice->emitter - tree_->Emitters().data());
+    choice->probability = kTreeShare * choice->probability + by_list(e);
+  }
+  return choice;
+}
+
+double SeenEmitters::Density(std::optional<CellId> at,
+                             Point3 x,
+                             Vec3 normal,
+                             const PatchPoint& y) const {
+  const std::optional<uint32_t> e = tree_->Find(y.cell, y.patch);
+  if (!e) {
+    return 0;
+  }
+  const double by_tree = tree_->Probability(*e, x, normal);
+  const double area = tree_->Emitters()[*e].area;
+  const std::span<const Seen> list = ListOf(at);
+  const Weights weights = WeightsAt(list, x, normal);
+  if (weights.sum <= 0) {
+    return by_tree / area;
+  }
+  return (kTreeShare * by_tree + (1 - kTreeShare) * weights.ShareOf(list, *e)) /
+         area;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,84 @@
+// Which emitters each cell sees, found by rays, for choosing among them.
+//
+// The tree over the emitters (verify_lights.h) knows nothing of walls: of the
+// lamps of a building it would spend most samples on those of other rooms. So
+// every cell keeps the emitters that rays found to be seen from its patches,
+// each with the share of the rays to it that got through, and a choice from x
+// in cell c is the mixture
+//
+//   P(e | x, c) = t P_tree(e | x)
+//               + (1 - t) share_c(e) I(e, x) / sum over the list of the same
+//
+//   I(e, x) = power_e max(0, n_x d + R) max(0, R - n_e d) / max(d^2, R^2)^2
+//
+// for d from x to the centre of e's bounding sphere of radius R: what e sends
+// to x if nothing is between, up to a factor, and not zero if it sends any.
+// What the rays missed has a chance by the tree (and is found by scattered
+// rays): nothing biases the sum.
+
+#pragma once
+
+#include "base/memory.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "tools/building_view.h"
+#include "tools/verify_geometry.h"
+#include "tools/verify_lights.h"
+
+namespace enfilade {
+
+class SeenEmitters {
+ public:
+  // Nothing is known to be seen: every choice is the tree's.
+  explicit SeenEmitters(const EmitterTree& tree) : tree_(&tree) {}
+
+  // Traces a fixed number of rays per cell, a pure function of the scene, the
+  // tree and `key`. Keeps at most what `max_bytes` hold, charged to the
+  // budget: cells beyond that keep no list. Returns the rays traced.
+  uint64_t Learn(const BuildingView& view,
+                 MemoryBudget& budget,
+                 uint64_t max_bytes,
+                 uint64_t key);
+
+  // As EmitterTree::Choose and Density, from a point of a cell, if that
+  // is known. Density: at the patch of y.
+  [[nodiscard]] std::optional<EmitterTree::Choice> Choose(
+      std::optional<CellId> at, Point3 x, Vec3 normal, double s) const;
+  [[nodiscard]] double Density(std::optional<CellId> at,
+                               Point3 x,
+                               Vec3 normal,
+                               const PatchPoint& y) const;
+
+ private:
+  struct Seen {
+    uint32_t emitter = 0;
+    float power = 0;  // times the share of the rays that got through
+    float radius = 0;
+    std::array<float, 3> center{};
+    std::array<float, 3> normal{};
+  };
+
+  struct Weights;
+
+  uint64_t Test(const BuildingView& view,
+                std::span<const Receiver> points,
+                std::span<const uint32_t> candidates,
+                uint64_t key);
+  [[nodiscard]] std::span<const Seen> ListOf(std::optional<CellId> at) const;
+  [[nodiscard]] Seen MakeSeen(uint32_t emitter, double share) const;
+  [[nodiscard]] static Weights WeightsAt(std::span<const Seen> list,
+                                         Point3 x,
+                                         Vec3 normal);
+
+  const EmitterTree* tree_;
+  MemoryCharge charge_;
+  std::vector<uint64_t> ends_;  // of the cells' lists; empty: none
+  std::vector<Seen> seen_;
+};
+
+}  // namespace enfilade
