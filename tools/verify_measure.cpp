@@ -21,8 +21,8 @@ using Clock = std::chrono::steady_clock;
 // Keeps the samples apart from those of every other part of the program.
 constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
 
-constexpr uint64_t kPointBytes = 1024;  // of a point in all arrays of a round
-constexpr uint32_t kBinsPerPoint = 8;   // of the density of points
+constexpr uint64_t kPointBytes = 768;  // of a point in all arrays of a round
+constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
 constexpr uint32_t kPilotStrata = 4;
 constexpr uint32_t kMostStrata = 32;

@@ -54,7 +54,7 @@ PathTracer::PathTracer(const BuildingView& view, MemoryBudget& budget)
 
 void PathTracer::LearnEmitters(MemoryBudget& budget, uint64_t key) {
   rays_traced_ += seen_.Learn(
-      *view_, budget, std::min(budget.FreeBytes() / 4, kMostBytes), key);
+      *view_, budget, std::min(budget.FreeBytes() / 2, kMostBytes), key);
 }
 
 std::vector<Rgb> PathTracer::Irradiance(

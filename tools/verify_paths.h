@@ -48,7 +48,7 @@ class PathTracer {
 
   // Finds by rays which emitters the cells see, for receivers that know their
   // cell and for all later vertices; worth its time before many paths. Takes
-  // up to a quarter of what is free in the budget.
+  // up to half of what is free in the budget.
   void LearnEmitters(MemoryBudget& budget, uint64_t key);
 
   // For every receiver the mean over strata^2 paths, stratified in the first

@@ -11,14 +11,14 @@
 namespace enfilade {
 namespace {
 
-constexpr size_t kGroupCells = 8;            // of one batch of rays
+constexpr uint64_t kMostGroup = 8;           // cells of one batch of rays
 constexpr uint64_t kMostScattered = 128;     // rays of a cell
 constexpr uint64_t kLeastScattered = 16;     // rays of a cell
 constexpr uint64_t kAllScattered = 1 << 19;  // rays of all cells, about
 constexpr size_t kMostSeen = 48;             // emitters of a cell
 constexpr size_t kTests = 16;                // rays from a cell to an emitter
-constexpr uint64_t kGroupBytes =
-    kGroupCells * (kMostSeen * kTests + kMostScattered) * 192;
+constexpr uint64_t kSearchBytes =            // of a cell of a group
+    (kMostSeen * kTests + kMostScattered) * 192;
 
 // What is left to the tree, which knows all emitters.
 constexpr double kTreeShare = 0.15;
@@ -54,6 +54,7 @@ std::vector<Receiver> PointsOfCell(const BuildingView& view,
 
 // One cell while its emitters are looked for.
 struct Search {
+  uint64_t key = 0;
   std::vector<Receiver> points;
   std::vector<uint32_t> candidates;
 };
@@ -84,14 +85,13 @@ void KeepTheStrongest(const EmitterTree& tree, Search& search, size_t count) {
 // Adds the emitters of every cell that rays from the cell meet.
 void FindCandidates(const BuildingView& view,
                     const EmitterTree& tree,
-                    uint64_t key,
                     std::span<Search> group) {
   const double offset = RayOffset(view.scene->bounds);
   std::vector<TraceRay> rays;
   std::vector<size_t> owners;
   for (size_t k = 0; k < group.size(); ++k) {
+    Random random(MixKey(group[k].key, 1));
     for (const Receiver& r : group[k].points) {
-      Random random(MixKey(key, rays.size()));
       const double u = random.Next();
       rays.push_back({r.position + r.normal * offset,
                       CosineDirection(r.normal, u, random.Next())});
@@ -125,37 +125,42 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
                              uint64_t max_bytes,
                              uint64_t key) {
   const size_t cells = view.partition->cells.size();
-  const uint64_t most_bytes =
-      cells * (sizeof(uint64_t) + kMostSeen * sizeof(Seen));
-  if (tree_->Emitters().empty() || cells == 0 ||
-      kGroupBytes + cells * sizeof(uint64_t) > max_bytes) {
+  const uint64_t group_cells =
+      std::clamp<uint64_t>(max_bytes / 4 / kSearchBytes, 1, kMostGroup);
+  const uint64_t search_bytes = group_cells * kSearchBytes;
+  const uint64_t end_bytes = cells * sizeof(uint64_t);
+  if (tree_->Emitters().empty() || search_bytes + end_bytes > max_bytes) {
     return 0;
   }
-  charge_ = MemoryCharge(budget,
-                         std::min(max_bytes, most_bytes + kGroupBytes),
-                         "the light sources that cells see");
+  // Twice the entries: the array grows by doubling.
+  const uint64_t list_bytes = std::min(max_bytes - search_bytes - end_bytes,
+                                       cells * 2 * kMostSeen * sizeof(Seen));
+  const MemoryCharge search_charge(
+      budget, search_bytes, "looking for the light sources that cells see");
+  charge_ = MemoryCharge(
+      budget, list_bytes + end_bytes, "the light sources that cells see");
+  ends_.reserve(cells);
   const size_t count =
-      std::clamp(kAllScattered / cells, kLeastScattered, kMostScattered);
+      cells > 0
+          ? std::clamp(kAllScattered / cells, kLeastScattered, kMostScattered)
+          : 0;
   uint64_t rays = 0;
-  for (size_t first = 0; first < cells; first += kGroupCells) {
-    std::vector<Search> group(std::min(kGroupCells, cells - first));
+  for (size_t first = 0; first < cells; first += group_cells) {
+    std::vector<Search> group(std::min(group_cells, cells - first));
     for (size_t k = 0; k < group.size(); ++k) {
-      group[k].points = PointsOfCell(
-          view, CellId(first + k), MixKey(MixKey(key, first + k), 0), count);
+      group[k].key = MixKey(key, first + k);
+      group[k].points =
+          PointsOfCell(view, CellId(first + k), MixKey(group[k].key, 0), count);
       rays += group[k].points.size();
     }
-    FindCandidates(view, *tree_, MixKey(MixKey(key, first), 1), group);
-    for (size_t k = 0; k < group.size(); ++k) {
-      rays += Test(view,
-                   group[k].points,
-                   group[k].candidates,
-                   MixKey(MixKey(key, first + k), 2));
-      ends_.push_back(seen_.size());
-      if (seen_.size() * sizeof(Seen) + kGroupBytes + cells * 8 +
-              kMostSeen * sizeof(Seen) >
-          max_bytes) {
-        return rays;
+    FindCandidates(view, *tree_, group);
+    for (const Search& search : group) {
+      if ((seen_.size() + kMostSeen) * 2 * sizeof(Seen) > list_bytes) {
+        return rays;  // the cells from here on keep no list
       }
+      rays +=
+          Test(view, search.points, search.candidates, MixKey(search.key, 2));
+      ends_.push_back(seen_.size());
     }
   }
   return rays;

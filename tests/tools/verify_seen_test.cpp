@@ -124,6 +124,28 @@ TEST(SeenEmittersTest, LearningKeepsTheMeanAndLowersTheNoise) {
   EXPECT_LT(variances[1], .9 * variances[0]);
 }
 
+// Cells are searched in larger groups where there is more memory.
+TEST(SeenEmittersTest, TheListsDoNotDependOnTheMemory) {
+  const TwoRooms rooms;
+  MemoryBudget budget(kBudget);
+  const EmitterTree tree(rooms.View(), budget, 1 << 20);
+  SeenEmitters much(tree);
+  SeenEmitters little(tree);
+  EXPECT_EQ(much.Learn(rooms.View(), budget, kMostBytes, 1),
+            little.Learn(rooms.View(), budget, 300000, 1));
+  for (int i = 0; i < 100; ++i) {
+    const double s = (i + .5) / 100;
+    const auto a = much.Choose(CellId(1U), {1, 1, 3}, {0, 0, 1}, s);
+    const auto b = little.Choose(CellId(1U), {1, 1, 3}, {0, 0, 1}, s);
+    ASSERT_EQ(a.has_value(), b.has_value());
+    if (!a) {
+      continue;  // the tree met lamps that all look away
+    }
+    EXPECT_EQ(a->emitter, b->emitter);
+    EXPECT_EQ(a->probability, b->probability);
+  }
+}
+
 TEST(SeenEmittersTest, WithoutMemoryTheTreeChooses) {
   const TwoRooms rooms;
   MemoryBudget budget(kBudget);
