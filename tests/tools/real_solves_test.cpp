@@ -35,8 +35,14 @@ TEST_P(SlowRealSolves, MeetErrorAndCap) {
                                           "256M"});
   ASSERT_EQ(solve.exit_code, 0) << solve.err;
   EXPECT_LE(solve.peak_rss_bytes, kCapBytes);
-  const ProgramResult verify =
-      RunProgram({"verify", store, "--memory", "256M", "--report", report});
+  const ProgramResult verify = RunProgram({"verify",
+                                           store,
+                                           "--seconds",
+                                           "300",
+                                           "--memory",
+                                           "256M",
+                                           "--report",
+                                           report});
   ASSERT_EQ(verify.exit_code, 0) << verify.err;
   EXPECT_LE(verify.peak_rss_bytes, kCapBytes);
   const json verified = json::parse(ReadFile(report));
