@@ -50,6 +50,7 @@ void AddCommands(CLI::App& app) {
   AddCompareCommand(app);
   AddExportCommand(app);
   AddSceneCommand(app);
+  AddStudyCommand(app);
 }
 
 // What is wrong with a command line that CLI11 refuses, and where to look.

@@ -15,5 +15,6 @@ void AddVerifyCommand(CLI::App& app);
 void AddProbeCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
+void AddStudyCommand(CLI::App& app);
 
 }  // namespace enfilade

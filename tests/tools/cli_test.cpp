@@ -48,7 +48,8 @@ INSTANTIATE_TEST_SUITE_P(EveryVerb,
                                 "probe",
                                 "compare",
                                 "export",
-                                "scene"));
+                                "scene",
+                                "study"));
 
 TEST(Cli, HelpNamesEveryVerb) {
   const auto result = RunProgram({"--help"});
@@ -60,7 +61,8 @@ TEST(Cli, HelpNamesEveryVerb) {
                            "probe",
                            "compare",
                            "export",
-                           "scene"}) {
+                           "scene",
+                           "study"}) {
     EXPECT_TRUE(Contains(result.out, std::string("\n  ") + verb)) << verb;
   }
 }

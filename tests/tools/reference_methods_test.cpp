@@ -208,6 +208,28 @@ TEST_F(ReferenceMethods, AllAgreeWithinTheirErrors) {
   }
 }
 
+// Long walls of high reflectance: the same bound.
+TEST_F(ReferenceMethods, ReferencesAgreeInTheTube) {
+  WriteScene({"tube", "--reflectance", "0.9"});
+  for (const std::string& method : kReferences) {
+    const ProgramResult solved =
+        Solve(method, {"--method", method, "--elements", "600"});
+    ASSERT_EQ(solved.exit_code, 0) << solved.err;
+  }
+  for (const std::string method : {"progressive", "substructuring"}) {
+    const ProgramResult compared = RunProgram({"compare",
+                                               folder_ / (method + ".enf"),
+                                               folder_ / "matrix.enf",
+                                               "--report",
+                                               folder_ / "compare.json"});
+    ASSERT_EQ(compared.exit_code, 0) << compared.err;
+    const double bound = Report(method).at("estimated_error").get<double>() +
+                         Report("matrix").at("estimated_error").get<double>();
+    EXPECT_LT(bound, 1);
+    EXPECT_LE(Report("compare").at("rms_error").get<double>(), bound) << method;
+  }
+}
+
 // The residual of a system whose eigenvalues are at least 1 - rho.
 TEST_F(ReferenceMethods, LinearSolversAgreeToTheirResiduals) {
   WriteScene({"box", "--reflectance", "0.9"});

@@ -17,8 +17,9 @@ using Index = Eigen::Index;
 constexpr size_t kRowGroup = 64;
 // Twice the entries: the upper half as it is made, then the matrix.
 constexpr uint64_t kBytesPerPair = 2 * 8 + 8;
-// Passes of the scaling of row sums; each halves what is left, at least.
-constexpr int kHoldPasses = 24;
+// The scaling of row sums ends when all are this near to what they should be.
+constexpr int kMostHoldPasses = 200;
+constexpr double kHeld = 1e-6;
 constexpr double kMostScale = 2;
 
 struct Entry {
@@ -119,13 +120,16 @@ void HoldRowSums(const ReferenceScene& scene,
   ParallelFor(panels.size(), [&](size_t i) {
     enclosed[i] = static_cast<uint8_t>(scene.IsEnclosed(panels[i]));
   });
-  for (int pass = 0; pass < kHoldPasses; ++pass) {
+  double worst = 1;
+  for (int pass = 0; pass < kMostHoldPasses && worst > kHeld; ++pass) {
+    worst = 0;
     const Eigen::VectorXd sums = RowSums(*exchange);
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(sums.size());
     for (Index i = 0; i < sums.size(); ++i) {
       const auto k = static_cast<size_t>(i);
       const double share = sums[i] / static_cast<double>(panels[k].end.area);
       if (share > 1 || (enclosed[k] != 0 && share > 0)) {
+        worst = std::max(worst, std::abs(share - 1));
         scale[i] = std::clamp(std::sqrt(1 / share), 1 / kMostScale, kMostScale);
       }
     }

@@ -66,11 +66,13 @@ std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
       ++cell;
     }
     const PatchId patch(panel.patch - scene.CellBegin(cell));
-    const ElementId e =
-        trees[cell].FindOrCreate(patch, panel.path, scene.PatchesOf(cell));
-    for (size_t k = 0; k < kRgbChannels; ++k) {
-      trees[cell].Gathered()[e][k] =
-          static_cast<float>(solution.irradiance[i][k]);
+    for (const ElementPath path : scene.TreePaths(panel)) {
+      const ElementId e =
+          trees[cell].FindOrCreate(patch, path, scene.PatchesOf(cell));
+      for (size_t k = 0; k < kRgbChannels; ++k) {
+        trees[cell].Gathered()[e][k] =
+            static_cast<float>(solution.irradiance[i][k]);
+      }
     }
   }
   for (size_t c = 0; c < trees.size(); ++c) {

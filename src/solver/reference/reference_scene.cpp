@@ -8,7 +8,9 @@
 #include "solver/transfer_sample.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -36,6 +38,31 @@ Vec3f CosineDirection(const PatchGeometry& patch, Random* random) {
   const auto a = static_cast<float>(r * std::cos(phi));
   const auto b = static_cast<float>(r * std::sin(phi));
   return x * a + y * b + n * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
+}
+
+bool IsLongInU(const PatchGeometry& p) {
+  return Length(p.u) >= Length(p.v);
+}
+
+// The most halvings of the length alone that a patch may take.
+size_t MostStrips(const PatchGeometry& p) {
+  constexpr double kMost = 4;
+  if (p.shape == PatchShape::kTriangle) {
+    return 0;
+  }
+  const auto ratio = static_cast<double>(std::max(Length(p.u), Length(p.v)) /
+                                         std::min(Length(p.u), Length(p.v)));
+  return static_cast<size_t>(
+      std::clamp(std::ceil(std::log2(ratio)), 0.0, kMost));
+}
+
+// k of strip 2^k - 1 + i.
+size_t StripLevel(uint32_t strip) {
+  return static_cast<size_t>(std::bit_width(strip + 1) - 1);
+}
+
+uint64_t KeyOf(uint64_t seed, const Panel& p) {
+  return MixKey(MixKey(MixKey(seed, p.patch), p.strip), p.path);
 }
 
 Rgb RowOf(const std::vector<float>& table, MaterialId material, bool any) {
@@ -81,12 +108,22 @@ ReferenceScene::ReferenceScene(const BlockStorage& store,
     blockers_.push_back(occluders_.back().get());
   }
   cell_begins_.push_back(patches_.size());
+  size_t strips = 0;
+  for (const PatchGeometry& p : patches_) {
+    strips += (size_t{2} << MostStrips(p)) - 1;
+  }
+  strip_charge_ = MemoryCharge(
+      budget, strips * sizeof(PatchGeometry), "the strips of the patches");
+  strips_.reserve(strips);  // panels point into it
+  for (const PatchGeometry& p : patches_) {
+    AppendStrips(p);
+  }
   std::vector<uint8_t> sees(count);
   ParallelFor(count, [&](size_t i) {
-    const Panel own = PanelAt(static_cast<uint32_t>(i), kRootPath);
+    const Panel own = PanelAt(static_cast<uint32_t>(i), 0, kRootPath);
     for (size_t j = 0; j < count && sees[i] == 0; ++j) {
       sees[i] = static_cast<uint8_t>(
-          i != j && Face(own, PanelAt(static_cast<uint32_t>(j), kRootPath)));
+          i != j && Face(own, PanelAt(static_cast<uint32_t>(j), 0, kRootPath)));
     }
   });
   sees_.assign(sees.begin(), sees.end());
@@ -102,9 +139,32 @@ Rgb ReferenceScene::ExitanceOf(const Panel& panel) const {
   return RowOf(surfaces_.exitance, p.material, p.emits);
 }
 
-Panel ReferenceScene::PanelAt(uint32_t patch, ElementPath path) const {
-  const PatchGeometry& geometry = patches_[patch];
+void ReferenceScene::AppendStrips(const PatchGeometry& patch) {
+  strip_begins_.push_back(strips_.size());
+  for (size_t k = 0; k <= MostStrips(patch); ++k) {
+    const float width = std::ldexp(1.0F, -static_cast<int>(k));
+    PatchGeometry strip = patch;
+    Vec3f& step = IsLongInU(patch) ? strip.u : strip.v;
+    step = step * width;
+    strip.area *= width;
+    strip.diameter =
+        std::max(Length(strip.u + strip.v), Length(strip.u - strip.v));
+    if (k == 0) {
+      strip.diameter = patch.diameter;
+    }
+    for (uint32_t i = 0; i < 1U << k; ++i) {
+      strip.origin = patch.origin + step * static_cast<float>(i);
+      strips_.push_back(strip);
+    }
+  }
+}
+
+Panel ReferenceScene::PanelAt(uint32_t patch,
+                              uint32_t strip,
+                              ElementPath path) const {
+  const PatchGeometry& geometry = strips_[strip_begins_[patch] + strip];
   return {patch,
+          strip,
           path,
           MakeTransferEnd(geometry, FrameOfPath(geometry.shape, path))};
 }
@@ -117,20 +177,35 @@ double ReferenceScene::LongestEdge() const {
   return longest;
 }
 
-size_t ReferenceScene::LevelsFor(size_t patch, double longest_edge) const {
+ReferenceScene::Cuts ReferenceScene::CutsFor(size_t patch,
+                                             double longest_edge) const {
+  const PatchGeometry& p = patches_[patch];
   // A hair of tolerance: edges that should be equal are not, in floats.
-  double edge = sees_[patch] ? LongestEdgeOf(patches_[patch]) * 0.9999 : 0.0;
-  size_t levels = 0;
-  for (; edge > longest_edge && levels < kMaxLevel; ++levels) {
-    edge *= 0.5;
+  const auto halvings = [&](double edge) {
+    size_t count = 0;
+    for (edge *= 0.9999; edge > longest_edge && count < kMaxLevel; ++count) {
+      edge *= 0.5;
+    }
+    return count;
+  };
+  if (!sees_[patch]) {
+    return {};
   }
-  return levels;
+  const size_t length = halvings(LongestEdgeOf(p));
+  const size_t width =
+      p.shape == PatchShape::kTriangle
+          ? length
+          : halvings(static_cast<double>(std::min(Length(p.u), Length(p.v))));
+  const size_t strips =
+      std::min({length - width, MostStrips(p), kMaxLevel - length});
+  return {strips, length - strips};
 }
 
 size_t ReferenceScene::DiceCount(double longest_edge) const {
   size_t count = 0;
   for (size_t i = 0; i < patches_.size(); ++i) {
-    count += size_t{1} << (2 * LevelsFor(i, longest_edge));
+    const Cuts cuts = CutsFor(i, longest_edge);
+    count += size_t{1} << (cuts.strips + 2 * cuts.quarters);
   }
   return count;
 }
@@ -139,13 +214,73 @@ std::vector<Panel> ReferenceScene::Dice(double longest_edge) const {
   std::vector<Panel> panels;
   panels.reserve(DiceCount(longest_edge));
   for (size_t i = 0; i < patches_.size(); ++i) {
+    const Cuts cuts = CutsFor(i, longest_edge);
+    const uint32_t strips = 1U << cuts.strips;
     // The paths of a level are consecutive numbers (element_tree.h).
-    const ElementPath end = ElementPath{1} << (2 * LevelsFor(i, longest_edge));
-    for (ElementPath path = end; path < 2 * end; ++path) {
-      panels.push_back(PanelAt(static_cast<uint32_t>(i), path));
+    const ElementPath end = ElementPath{1} << (2 * cuts.quarters);
+    for (uint32_t strip = strips - 1; strip < 2 * strips - 1; ++strip) {
+      for (ElementPath path = end; path < 2 * end; ++path) {
+        panels.push_back(PanelAt(static_cast<uint32_t>(i), strip, path));
+      }
     }
   }
   return panels;
+}
+
+PanelRect ReferenceScene::RectOf(const Panel& panel) const {
+  const PatchGeometry& p = patches_[panel.patch];
+  const size_t k = StripLevel(panel.strip);
+  const float width = std::ldexp(1.0F, -static_cast<int>(k));
+  const auto index = static_cast<float>(panel.strip + 1 - (1U << k));
+  const ElementFrame& f = panel.end.frame;
+  PanelRect rect{f.a, f.a + f.scale, f.b, f.b + f.scale};
+  float& low = IsLongInU(p) ? rect.a_low : rect.b_low;
+  float& high = IsLongInU(p) ? rect.a_high : rect.b_high;
+  low = (low + index) * width;
+  high = (high + index) * width;
+  return rect;
+}
+
+bool ReferenceScene::Covers(const Panel& outer, const Panel& inner) const {
+  if (outer.patch != inner.patch) {
+    return false;
+  }
+  if (patches_[outer.patch].shape == PatchShape::kTriangle) {
+    ElementPath path = inner.path;
+    while (path > outer.path) {
+      path >>= 2;
+    }
+    return path == outer.path;
+  }
+  const PanelRect o = RectOf(outer);
+  const PanelRect i = RectOf(inner);
+  const float a = 0.5F * (i.a_low + i.a_high);
+  const float b = 0.5F * (i.b_low + i.b_high);
+  return o.a_low < a && a < o.a_high && o.b_low < b && b < o.b_high;
+}
+
+std::vector<ElementPath> ReferenceScene::TreePaths(const Panel& panel) const {
+  if (panel.strip == 0) {
+    return {panel.path};
+  }
+  // Squares of the patch's coordinates that are as short as the panel is.
+  const PanelRect rect = RectOf(panel);
+  const float size =
+      std::min(rect.a_high - rect.a_low, rect.b_high - rect.b_low);
+  const int levels = -std::ilogb(size);
+  std::vector<ElementPath> paths;
+  for (float b = rect.b_low; b < rect.b_high; b += size) {
+    for (float a = rect.a_low; a < rect.a_high; a += size) {
+      const auto column = static_cast<uint32_t>(a / size);
+      const auto row = static_cast<uint32_t>(b / size);
+      ElementPath path = kRootPath;
+      for (int bit = levels; bit-- > 0;) {
+        path = ChildPath(path, (column >> bit & 1) | (row >> bit & 1) << 1);
+      }
+      paths.push_back(path);
+    }
+  }
+  return paths;
 }
 
 bool ReferenceScene::Face(const Panel& i, const Panel& j) {
@@ -153,7 +288,7 @@ bool ReferenceScene::Face(const Panel& i, const Panel& j) {
 }
 
 float ReferenceScene::Exchange(const Panel& i, const Panel& j) const {
-  if (std::pair(j.patch, j.path) < std::pair(i.patch, i.path)) {
+  if (std::tie(j.patch, j.strip, j.path) < std::tie(i.patch, i.strip, i.path)) {
     return Exchange(j, i);
   }
   if (!Face(i, j)) {
@@ -173,8 +308,7 @@ float ReferenceScene::Exchange(const Panel& i, const Panel& j) const {
 
 // One ray for each pair of nodes, the rest anywhere.
 float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
-  const uint64_t first = MixKey(MixKey(seed_, i.patch), i.path);
-  Random random(MixKey(MixKey(first, j.patch), j.path));
+  Random random(KeyOf(KeyOf(seed_, i), j));
   SegmentPacket packet;
   for (uint32_t ray = 0; ray < kRays; ++ray) {
     const size_t stratum = ray < i.end.node_count * j.end.node_count
@@ -185,13 +319,13 @@ float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
     AddSegment(RandomPair(i.end, g, j.end, q, &random), &packet);
   }
   const auto blocked =
-      static_cast<uint32_t>(__builtin_popcount(Occluded(blockers_, packet)));
+      static_cast<uint32_t>(std::popcount(Occluded(blockers_, packet)));
   return static_cast<float>(kRays - blocked) / static_cast<float>(kRays);
 }
 
 bool ReferenceScene::IsEnclosed(const Panel& panel) const {
-  Random random(
-      MixKey(MixKey(MixKey(seed_, panel.patch), panel.path), kEnclosureStream));
+  Random random(MixKey(KeyOf(seed_, panel), kEnclosureStream));
+  int escaped = 0;
   for (uint32_t done = 0; done < kEnclosureRays; done += kRays) {
     SegmentPacket packet;
     for (uint32_t ray = 0; ray < kRays; ++ray) {
@@ -199,11 +333,10 @@ bool ReferenceScene::IsEnclosed(const Panel& panel) const {
       const Vec3f d = CosineDirection(*panel.end.patch, &random);
       AddSegment({x, x + d * reach_}, &packet);
     }
-    if (Occluded(blockers_, packet) != (1U << kRays) - 1) {
-      return false;
-    }
+    escaped +=
+        static_cast<int>(kRays) - std::popcount(Occluded(blockers_, packet));
   }
-  return true;
+  return escaped <= 1;
 }
 
 }  // namespace enfilade

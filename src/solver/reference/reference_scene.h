@@ -28,10 +28,19 @@ namespace enfilade {
 // The reference methods take no more panels than this.
 inline constexpr size_t kMostPanels = 20000;
 
+// A long parallelogram is cut across into 2^k strips before it is quartered, so
+// that panels are about as long as wide. Strip i of 2^k has the number
+// 2^k - 1 + i; number 0 is the whole patch.
 struct Panel {
-  uint32_t patch = 0;  // index into ReferenceScene::Patches()
-  ElementPath path = kRootPath;
+  uint32_t patch = 0;  // of all cells, in their order
+  uint32_t strip = 0;
+  ElementPath path = kRootPath;  // below the strip
   TransferEnd end;
+};
+
+// Where a panel of a parallelogram lies on its patch, in patch coordinates.
+struct PanelRect {
+  float a_low = 0, a_high = 1, b_low = 0, b_high = 1;
 };
 
 class ReferenceScene {
@@ -42,10 +51,6 @@ class ReferenceScene {
   ReferenceScene(const BlockStorage& store,
                  uint64_t seed,
                  MemoryBudget& budget);
-
-  [[nodiscard]] const std::vector<PatchGeometry>& Patches() const {
-    return patches_;
-  }
 
   // Cell c has the patches from CellBegin(c) to CellBegin(c + 1).
   [[nodiscard]] size_t CellCount() const { return cell_begins_.size() - 1; }
@@ -69,13 +74,24 @@ class ReferenceScene {
   // The longest edge of a patch that sees another one, m.
   [[nodiscard]] double LongestEdge() const;
 
-  [[nodiscard]] Panel PanelAt(uint32_t patch, ElementPath path) const;
+  [[nodiscard]] Panel PanelAt(uint32_t patch,
+                              uint32_t strip,
+                              ElementPath path) const;
+
+  // Requires a panel of a parallelogram.
+  [[nodiscard]] PanelRect RectOf(const Panel& panel) const;
+
+  // `inner` is part of `outer`, if it is no larger.
+  [[nodiscard]] bool Covers(const Panel& outer, const Panel& inner) const;
+
+  // The elements of the patch's tree that make up a panel.
+  [[nodiscard]] std::vector<ElementPath> TreePaths(const Panel& panel) const;
 
   // How many panels Dice would return.
   [[nodiscard]] size_t DiceCount(double longest_edge) const;
 
-  // Every patch split into quarters until no edge is longer; patches that see
-  // no other patch stay whole. In the order of patches and paths.
+  // Every patch cut until no edge is longer (16 strips at most); patches that
+  // see no other patch stay whole. In the order of patches, strips and paths.
   [[nodiscard]] std::vector<Panel> Dice(double longest_edge) const;
 
   // Parts of both lie in front of each other: there may be an exchange.
@@ -84,23 +100,34 @@ class ReferenceScene {
   // A_i F_ij, in m2, visibility included. Thread-safe.
   [[nodiscard]] float Exchange(const Panel& i, const Panel& j) const;
 
-  // No ray of 256 leaves the scene from here: form factors sum to 1.
+  // Of 256 rays no more than one leaves the scene from here (one may slip
+  // through where surfaces meet): form factors sum to 1.
   [[nodiscard]] bool IsEnclosed(const Panel& panel) const;
 
  private:
-  [[nodiscard]] size_t LevelsFor(size_t patch, double longest_edge) const;
+  // How often a patch is halved across its length and its width.
+  struct Cuts {
+    size_t strips = 0;    // halvings of the length alone
+    size_t quarters = 0;  // of both
+  };
+
+  [[nodiscard]] Cuts CutsFor(size_t patch, double longest_edge) const;
+  void AppendStrips(const PatchGeometry& patch);
   [[nodiscard]] float VisibleShare(const Panel& i, const Panel& j) const;
 
   uint64_t seed_;
   SurfaceTable surfaces_;
   std::vector<PatchGeometry> patches_;  // of all cells
   std::vector<size_t> cell_begins_;
-  std::vector<bool> sees_;  // per patch: faces another
-  float reach_ = 0;         // m, longer than the scene
+  std::vector<PatchGeometry> strips_;  // of all patches
+  std::vector<size_t> strip_begins_;   // by patch
+  std::vector<bool> sees_;             // per patch: faces another
+  float reach_ = 0;                    // m, longer than the scene
   OcclusionDevice device_;
   std::vector<std::shared_ptr<const CellBlockers>> occluders_;
   std::vector<const CellBlockers*> blockers_;
   MemoryCharge charge_;
+  MemoryCharge strip_charge_;
 };
 
 }  // namespace enfilade

@@ -55,6 +55,8 @@ class ReferenceSolve {
   void Record(const PanelSolution& solution,
               const std::vector<CellTree>& trees,
               const std::vector<CellTree>* coarser);
+  [[nodiscard]] uint32_t PanelsOfCell(const PanelSolution& solution,
+                                      size_t cell) const;
   void Write(const std::vector<CellTree>& trees);
 
   BlockStorage& store_;
@@ -155,7 +157,7 @@ void ReferenceSolve::Record(const PanelSolution& solution,
     }
     row.reflected = SumOverLeaves(trees[c], patches, trees[c].Sent()).value -
                     EmittedFlux(patches, scene_.Surfaces());
-    row.elements = static_cast<uint32_t>(trees[c].Size());
+    row.elements = PanelsOfCell(solution, c);
     row.peak = trees[c].Sent().MaxAbs();
     area_ += row.area;
     reflected += row.reflected;
@@ -187,6 +189,18 @@ void ReferenceSolve::Record(const PanelSolution& solution,
         solution.residual;
   }
   state_.rounds.push_back(record);
+}
+
+uint32_t ReferenceSolve::PanelsOfCell(const PanelSolution& solution,
+                                      size_t cell) const {
+  uint32_t count = 0;
+  for (const Panel& panel : solution.panels) {
+    count += panel.patch >= scene_.CellBegin(cell) &&
+                     panel.patch < scene_.CellBegin(cell + 1)
+                 ? 1U
+                 : 0U;
+  }
+  return count;
 }
 
 void ReferenceSolve::Write(const std::vector<CellTree>& trees) {

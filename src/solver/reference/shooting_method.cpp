@@ -190,16 +190,15 @@ Shooting::Shooting(const ReferenceScene& scene,
   for (size_t c = 0; c < absorbed.size(); ++c) {
     all_bounces_[c] = all_area / absorbed[c];
   }
-  // Receivers lie below the sources in the order of patches and paths.
   const auto receivers = scene.Dice(options.gradient ? options.source_edge / 2
                                                      : options.source_edge);
-  size_t s = 0;
+  size_t first = 0;  // source of the patch
   for (const Panel& panel : receivers) {
-    const auto is_below = [&](const Panel& source) {
-      return source.patch == panel.patch &&
-             (source.path == panel.path || source.path == panel.path >> 2);
-    };
-    while (!is_below(sources_[s].panel)) {
+    while (sources_[first].panel.patch != panel.patch) {
+      ++first;
+    }
+    size_t s = first;
+    while (!scene.Covers(sources_[s].panel, panel)) {
       ++s;
     }
     receivers_.push_back({panel, static_cast<uint32_t>(s), 0, false, {}});
@@ -272,8 +271,8 @@ void Shooting::AppendChildren(size_t parent) {
     Receiver child = receivers_[parent];
     child.split = false;
     ++child.depth;
-    child.panel =
-        scene_.PanelAt(child.panel.patch, ChildPath(child.panel.path, c));
+    child.panel = scene_.PanelAt(
+        child.panel.patch, child.panel.strip, ChildPath(child.panel.path, c));
     receivers_.push_back(child);
   }
 }
@@ -332,24 +331,24 @@ struct CornerMean {
   double count = 0;
 };
 
-std::array<CornerKey, 4> CornersOfPanel(const Panel& panel) {
-  const ElementFrame& f = panel.end.frame;
-  const bool triangle = panel.end.patch->shape == PatchShape::kTriangle;
-  const std::array<std::array<float, 2>, 4> at = {
-      {{0, 0},
-       {1, 0},
-       {0, 1},
-       {triangle ? 0.0F : 1.0F, triangle ? 0.0F : 1.0F}}};
-  std::array<CornerKey, 4> keys;
-  for (size_t k = 0; k < keys.size(); ++k) {
+std::array<CornerKey, 4> CornersOfPanel(const ReferenceScene& scene,
+                                        const Panel& panel) {
+  const auto key = [&](float a, float b) {
     const auto grid = [](float x) {
       return static_cast<uint32_t>(std::lround(x * (1U << kMaxLevel)));
     };
-    keys[k] = {panel.patch,
-               grid(f.a + f.scale * at[k][0]),
-               grid(f.b + f.scale * at[k][1])};
+    return CornerKey{panel.patch, grid(a), grid(b)};
+  };
+  if (panel.end.patch->shape == PatchShape::kTriangle) {
+    const ElementFrame& f = panel.end.frame;
+    return {
+        key(f.a, f.b), key(f.a + f.scale, f.b), key(f.a, f.b + f.scale), {}};
   }
-  return keys;
+  const PanelRect r = scene.RectOf(panel);
+  return {key(r.a_low, r.b_low),
+          key(r.a_high, r.b_low),
+          key(r.a_low, r.b_high),
+          key(r.a_high, r.b_high)};
 }
 
 // Per receiver the deviation of the radiosities of its corners (eq. 8), each
@@ -361,7 +360,7 @@ std::vector<double> Shooting::CornerDeviations() const {
   };
   for (const Receiver& receiver : receivers_) {
     const Rgb radiosity = RadiosityOf(receiver);
-    const auto keys = CornersOfPanel(receiver.panel);
+    const auto keys = CornersOfPanel(scene_, receiver.panel);
     for (size_t k = 0; !receiver.split && k < count_of(receiver); ++k) {
       CornerMean& corner = corners[keys[k]];
       for (size_t c = 0; c < radiosity.size(); ++c) {
@@ -375,7 +374,7 @@ std::vector<double> Shooting::CornerDeviations() const {
     if (receivers_[e].split) {
       continue;
     }
-    const auto keys = CornersOfPanel(receivers_[e].panel);
+    const auto keys = CornersOfPanel(scene_, receivers_[e].panel);
     const auto n = static_cast<double>(count_of(receivers_[e]));
     Rgb sum{};
     Rgb square{};

@@ -1,0 +1,114 @@
+// The verb `study`: its lines, its tables, and that a killed one goes on.
+
+#include "tools/study.h"
+
+#include "base/error.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/tools/run_program.h"
+#include "tools/study_report.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using Point = std::pair<double, double>;
+
+TEST(FitPower, FindsThePowerOfAPower) {
+  std::vector<Point> points;
+  for (const double x : {1.0, 2.0, 5.0, 9.0}) {
+    points.emplace_back(x, 3 * x * std::sqrt(x));
+  }
+  EXPECT_NEAR(FitPower(points).value(), 1.5, 1e-12);
+}
+
+TEST(FitPower, NeedsTwoPlacesAndPositiveValues) {
+  EXPECT_FALSE(FitPower(std::array<Point, 1>{{{1, 1}}}));
+  EXPECT_FALSE(FitPower(std::array<Point, 2>{{{2, 1}, {2, 3}}}));
+  EXPECT_FALSE(FitPower(std::array<Point, 2>{{{0, 1}, {2, 3}}}));
+}
+
+TEST(StudyPlan, CountsBytesAsThePaperDid) {
+  EXPECT_EQ(PaperBytes("haar", 0, 0, 1), 40);
+  EXPECT_EQ(PaperBytes("m2", 0, 0, 1), 400);
+  EXPECT_EQ(PaperBytes("m3", 0, 0, 1), 1960);
+  EXPECT_EQ(PaperBytes("matrix", 0, 2, 3), 2 * 24 + 3 * 28);
+  EXPECT_EQ(PaperBytes("substructuring", 2, 3, 9), 2 * 24 + 3 * 52);
+}
+
+TEST(StudyPlan, HasTheSevenExperiments) {
+  EXPECT_EQ(Experiments().size(), 7U);
+  EXPECT_EQ(FindExperiment("complex").name, "chairs");
+  EXPECT_THROW((void)FindExperiment("circle"), UsageError);
+}
+
+ProgramResult RunSmallStudy(const TemporaryFolder& folder) {
+  return RunProgram({"study",
+                     "parallel",
+                     "--values",
+                     "1",
+                     "--methods",
+                     "progressive",
+                     "--out",
+                     folder / "study"});
+}
+
+TEST(Study, WritesALinePerRunAndATable) {
+  const TemporaryFolder folder;
+  const ProgramResult run = RunSmallStudy(folder);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = LoadStudy(folder / "study/parallel.jsonl");
+  ASSERT_EQ(lines.size(), 2U);  // two numbers of elements
+  for (const Json& line : lines) {
+    for (const char* key : {"wall_seconds",
+                            "elements",
+                            "links",
+                            "rays",
+                            "paper_bytes",
+                            "peak_rss_bytes",
+                            "residual",
+                            "estimated_error",
+                            "reference",
+                            "rms_error",
+                            "mean_deviation"}) {
+      EXPECT_TRUE(line.contains(key)) << key;
+    }
+    EXPECT_GT(line.at("rms_error").get<double>(), 0);
+    EXPECT_LT(line.at("rms_error").get<double>(), 0.2);
+  }
+  // The finer run of a method is the better one.
+  EXPECT_LT(lines[1].at("rms_error"), lines[0].at("rms_error"));
+  EXPECT_NE(ReadFile(folder / "study/parallel.md").find("error by elements"),
+            std::string::npos);
+}
+
+TEST(Study, GoesOnWhereItWasKilled) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunSmallStudy(folder).exit_code, 0);
+  const std::string file = folder / "study/parallel.jsonl";
+  const std::string whole = ReadFile(file);
+  const size_t kept = whole.find('\n') + 1;
+  WriteFile(file, whole.substr(0, kept + 20));
+  const ProgramResult again = RunSmallStudy(folder);
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const std::string after = ReadFile(file);
+  // One line was whole: it stays, byte for byte, and the other run is made.
+  EXPECT_EQ(after.substr(0, kept), whole.substr(0, kept));
+  EXPECT_EQ(LoadStudy(file).size(), 2U);
+  EXPECT_EQ(again.out.find("parallel 1 progressive 500\n"), std::string::npos);
+  EXPECT_NE(again.out.find("parallel 1 progressive 2000\n"), std::string::npos);
+}
+
+TEST(Study, RefusesWhatItDoesNotKnow) {
+  EXPECT_EQ(RunProgram({"study", "circle"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"study"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"study", "--list"}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace enfilade

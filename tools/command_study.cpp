@@ -1,0 +1,114 @@
+// The verb `study`.
+
+#include "base/error.h"
+
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "tools/command.h"
+#include "tools/command_options.h"
+#include "tools/study.h"
+#include "tools/study_report.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+struct StudyCommand {
+  StudyOptions options;
+  std::string folder = "study";
+  std::string experiment;
+  bool list = false;
+
+  void Run();
+};
+
+void List() {
+  for (const Experiment& e : Experiments()) {
+    fmt::print("{:14} {} ({} or {} values, {} settings each)\n",
+               e.name,
+               e.about,
+               e.few_values.size(),
+               e.all_values.size(),
+               e.settings.size());
+  }
+}
+
+void StudyCommand::Run() {
+  if (list) {
+    List();
+    return;
+  }
+  if (experiment.empty()) {
+    throw UsageError("name an experiment, or give --list");
+  }
+  options.folder = std::filesystem::absolute(folder);
+  const Experiment& chosen = FindExperiment(experiment);
+  const std::vector<Json> lines = RunStudy(chosen, options);
+  const std::string tables = StudyTables(chosen, lines);
+  const auto path = options.folder / (chosen.name + ".md");
+  std::ofstream out(path);
+  out << tables;
+  out.close();
+  if (!out) {
+    throw DiskError(fmt::format("cannot write '{}'", path.string()));
+  }
+  fmt::print("\n{}\n", tables);
+  const auto pictures = DrawStudy(chosen, lines, options.folder);
+  for (const auto& picture : pictures) {
+    fmt::print("{}\n", picture.string());
+  }
+  if (pictures.empty()) {
+    fmt::print("no curves: gnuplot is not there or failed ({}/{}.gp)\n",
+               options.folder.string(),
+               chosen.name);
+  }
+}
+
+}  // namespace
+
+void AddStudyCommand(CLI::App& app) {
+  auto options = std::make_shared<StudyCommand>();
+  CLI::App* command = app.add_subcommand(
+      "study", "Run an experiment of the 1997 study and tabulate it");
+  command->add_option("experiment", options->experiment, "One of --list")
+      ->type_name("EXPERIMENT");
+  command->add_flag("--list", options->list, "List the experiments");
+  command
+      ->add_option("--out",
+                   options->folder,
+                   "Folder of its lines, tables and curves; runs that it "
+                   "already holds are not run again")
+      ->type_name("DIR")
+      ->capture_default_str();
+  command->add_flag("--full",
+                    options->options.all_values,
+                    "All values of the parameter, not a few");
+  command
+      ->add_option("--values",
+                   options->options.values,
+                   "Values of the parameter, by commas")
+      ->delimiter(',')
+      ->type_name("V,...");
+  command
+      ->add_option("--methods",
+                   options->options.methods,
+                   "Only these: haar, m2, matrix, progressive, substructuring")
+      ->delimiter(',')
+      ->check(CLI::IsMember(
+                  {"haar", "m2", "matrix", "progressive", "substructuring"})
+                  .description(""))
+      ->type_name("METHOD,...");
+  command
+      ->add_option("--seconds",
+                   options->options.most_seconds,
+                   "Longest time of one run; what takes longer is stopped")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("S")
+      ->capture_default_str();
+  SetExample(*command, "enfilade study blocker --out study");
+  command->callback([options] { options->Run(); });
+}
+
+}  // namespace enfilade

@@ -1,0 +1,274 @@
+#include "tools/study.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "tools/child_process.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json ReadJson(const fs::path& path) {
+  std::ifstream file(path);
+  return Json::parse(file, nullptr, false);
+}
+
+class Study {
+ public:
+  Study(const Experiment& experiment, const StudyOptions& options)
+      : experiment_(experiment),
+        options_(options),
+        file_(options.folder / (experiment.name + ".jsonl")),
+        lines_(LoadStudy(file_)) {
+    fs::create_directories(options.folder / "stores");
+    RewriteFile();
+  }
+
+  std::vector<Json> Run();
+
+ private:
+  void RewriteFile();
+  void RunOne(double value, const StudySetting& setting);
+  void MakeScene(double value);
+  fs::path MakeReference(double value, const StudySetting& reference);
+  [[nodiscard]] bool IsAsked(const std::string& method) const;
+  [[nodiscard]] bool Has(const std::string& key) const;
+  [[nodiscard]] fs::path StoreOf(double value, const StudySetting& s) const;
+  ChildResult Call(std::vector<std::string> words);
+  ChildResult Solve(double value, const StudySetting& setting);
+  [[nodiscard]] Json LineOf(double value,
+                            const StudySetting& setting,
+                            const ChildResult& solved) const;
+  void AddErrors(const fs::path& store, const fs::path& reference, Json* line);
+  void Append(const Json& line);
+
+  [[nodiscard]] fs::path Work(const std::string& name) const {
+    return options_.folder / "stores" / name;
+  }
+
+  const Experiment& experiment_;
+  const StudyOptions& options_;
+  fs::path file_;
+  std::vector<Json> lines_;
+};
+
+std::string KeyOf(const std::string& experiment,
+                  double value,
+                  const StudySetting& setting) {
+  return fmt::format(
+      "{} {} {} {}", experiment, value, setting.method, setting.setting);
+}
+
+std::vector<Json> Study::Run() {
+  const std::vector<double>& values =
+      options_.values.empty() ? experiment_.Values(options_.all_values)
+                              : options_.values;
+  for (const double value : values) {
+    for (const StudySetting& setting : experiment_.settings) {
+      if (IsAsked(setting.method) &&
+          !Has(KeyOf(experiment_.name, value, setting))) {
+        RunOne(value, setting);
+      }
+    }
+    for (const StudySetting* reference :
+         {&experiment_.wavelet_reference, &experiment_.element_reference}) {
+      std::error_code ignored;
+      fs::remove(StoreOf(value, *reference), ignored);
+    }
+  }
+  return lines_;
+}
+
+// What a kill tore is dropped before anything is appended.
+void Study::RewriteFile() {
+  const fs::path part = file_.string() + ".part";
+  std::ofstream out(part);
+  for (const Json& line : lines_) {
+    out << line.dump() << '\n';
+  }
+  out.close();
+  if (!out) {
+    throw DiskError(fmt::format("cannot write '{}'", part.string()));
+  }
+  fs::rename(part, file_);
+}
+
+void Study::RunOne(double value, const StudySetting& setting) {
+  MakeScene(value);
+  const fs::path reference =
+      MakeReference(value,
+                    IsWavelet(setting.method) ? experiment_.element_reference
+                                              : experiment_.wavelet_reference);
+  const ChildResult solved = Solve(value, setting);
+  Json line = LineOf(value, setting, solved);
+  AddErrors(StoreOf(value, setting), reference, &line);
+  Append(line);
+  fs::remove(StoreOf(value, setting));
+}
+
+void Study::MakeScene(double value) {
+  const ChildResult made = Call({"scene",
+                                 experiment_.scene,
+                                 experiment_.option,
+                                 fmt::format("{}", value),
+                                 Work("scene.obj").string()});
+  if (made.exit_code != 0) {
+    throw InputError(made.err);
+  }
+}
+
+// The reference's store, solved unless it is there. It is renamed when it is
+// complete, so that one that is there is.
+fs::path Study::MakeReference(double value, const StudySetting& reference) {
+  const fs::path store = StoreOf(value, reference);
+  if (fs::exists(store)) {
+    return store;
+  }
+  StudySetting making = reference;
+  making.method += "_part";
+  Solve(value, making);
+  if (fs::exists(StoreOf(value, making))) {
+    fs::rename(StoreOf(value, making), store);
+  }
+  return store;
+}
+
+bool Study::IsAsked(const std::string& method) const {
+  const auto& asked = options_.methods;
+  return asked.empty() ||
+         std::find(asked.begin(), asked.end(), method) != asked.end();
+}
+
+bool Study::Has(const std::string& key) const {
+  return std::any_of(lines_.begin(), lines_.end(), [&](const Json& line) {
+    return line.at("key").get<std::string>() == key;
+  });
+}
+
+fs::path Study::StoreOf(double value, const StudySetting& s) const {
+  return Work(fmt::format(
+      "{}_{}_{}_{}.enf", experiment_.name, value, s.method, s.setting));
+}
+
+ChildResult Study::Call(std::vector<std::string> words) {
+  return RunOwnProgram(words, Work("err.txt"), options_.most_seconds);
+}
+
+ChildResult Study::Solve(double value, const StudySetting& setting) {
+  const fs::path store = StoreOf(value, setting);
+  std::error_code ignored;
+  fs::remove(store, ignored);
+  fs::remove(Work("solve.json"), ignored);
+  std::vector<std::string> words = {"solve",
+                                    Work("scene.obj").string(),
+                                    "-o",
+                                    store.string(),
+                                    "--memory",
+                                    options_.memory,
+                                    "--threads",
+                                    options_.threads,
+                                    "--report",
+                                    Work("solve.json").string()};
+  words.insert(words.end(), setting.words.begin(), setting.words.end());
+  ChildResult result = Call(words);
+  if (!fs::exists(Work("solve.json")) && fs::exists(store)) {
+    // Stopped: what it had got to.
+    Call({"info", store.string(), "--report", Work("solve.json").string()});
+  }
+  return result;
+}
+
+Json Study::LineOf(double value,
+                   const StudySetting& setting,
+                   const ChildResult& solved) const {
+  Json line = {{"key", KeyOf(experiment_.name, value, setting)},
+               {"experiment", experiment_.name},
+               {"value", value},
+               {"method", setting.method},
+               {"setting", setting.setting},
+               {"exit_code", solved.exit_code},
+               {"out_of_time", solved.timed_out}};
+  const Json report = ReadJson(Work("solve.json"));
+  if (!report.is_object()) {
+    line["error_text"] = solved.err;
+    return line;
+  }
+  for (const char* key : {"polygons",
+                          "patches",
+                          "elements",
+                          "links",
+                          "rays",
+                          "sweeps",
+                          "residual",
+                          "estimated_error",
+                          "wall_seconds",
+                          "peak_rss_bytes",
+                          "store_bytes"}) {
+    line[key] = report.at(key);
+  }
+  line["paper_bytes"] = PaperBytes(setting.method,
+                                   line.at("patches").get<double>(),
+                                   line.at("elements").get<double>(),
+                                   line.at("links").get<double>());
+  return line;
+}
+
+void Study::AddErrors(const fs::path& store,
+                      const fs::path& reference,
+                      Json* line) {
+  (*line)["reference"] = reference.stem().string();
+  std::error_code ignored;
+  fs::remove(Work("compare.json"), ignored);
+  Call({"compare",
+        store.string(),
+        reference.string(),
+        "--report",
+        Work("compare.json").string()});
+  const Json compared = ReadJson(Work("compare.json"));
+  fs::remove(Work("info.json"), ignored);
+  Call({"info", reference.string(), "--report", Work("info.json").string()});
+  const Json info = ReadJson(Work("info.json"));
+  (*line)["reference_estimated_error"] =
+      info.is_object() ? info.at("estimated_error") : Json(nullptr);
+  for (const char* key : {"rms_error", "l1_error", "mean_deviation"}) {
+    (*line)[key] = compared.is_object() ? compared.at(key) : Json(nullptr);
+  }
+}
+
+void Study::Append(const Json& line) {
+  std::ofstream out(file_, std::ios::app);
+  out << line.dump() << '\n';
+  out.close();
+  if (!out) {
+    throw DiskError(fmt::format("cannot write '{}'", file_.string()));
+  }
+  lines_.push_back(line);
+  fmt::print("{}\n", line.at("key").get<std::string>());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+std::vector<Json> LoadStudy(const fs::path& file) {
+  std::vector<Json> lines;
+  std::ifstream in(file);
+  for (std::string text; std::getline(in, text);) {
+    Json line = Json::parse(text, nullptr, false);
+    if (line.is_object() && line.contains("key")) {
+      lines.push_back(std::move(line));
+    }
+  }
+  return lines;
+}
+
+std::vector<Json> RunStudy(const Experiment& experiment,
+                           const StudyOptions& options) {
+  return Study(experiment, options).Run();
+}
+
+}  // namespace enfilade

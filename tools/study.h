@@ -1,0 +1,34 @@
+// Runs an experiment and keeps one JSON line per finished run, so that a study
+// that was killed goes on where it stopped.
+
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tools/report.h"
+#include "tools/study_plan.h"
+
+namespace enfilade {
+
+struct StudyOptions {
+  std::filesystem::path folder = "study";
+  std::vector<double> values;        // of the parameter; empty: a few
+  std::vector<std::string> methods;  // empty: all
+  bool all_values = false;    // the parameter as often as the paper varied it
+  double most_seconds = 60;   // of one run; then it is stopped, and counts
+  std::string memory = "1G";  // cap of a run
+  std::string threads = "1";
+};
+
+// Runs what folder/EXPERIMENT.jsonl lacks; returns all its lines. Keys of a
+// line: docs/study.md.
+std::vector<Json> RunStudy(const Experiment& experiment,
+                           const StudyOptions& options);
+
+// The lines of a study's file; a last line that was torn is left out. Empty if
+// there is no file.
+std::vector<Json> LoadStudy(const std::filesystem::path& file);
+
+}  // namespace enfilade

@@ -1,0 +1,156 @@
+#include "tools/study_plan.h"
+
+#include "base/error.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+StudySetting Wavelet(const std::string& basis, double error) {
+  return {
+      basis, error, {"--basis", basis, "--error", fmt::format("{}", error)}};
+}
+
+StudySetting Reference(const std::string& method, double elements) {
+  return {method,
+          elements,
+          {"--method", method, "--elements", fmt::format("{}", elements)}};
+}
+
+// Both wavelet bases at three errors, and the other methods at two sizes.
+std::vector<StudySetting> SettingsOf(double finest_error,
+                                     double most_elements) {
+  std::vector<StudySetting> settings;
+  for (const char* basis : {"haar", "m2"}) {
+    for (const double coarser : {4.0, 2.0, 1.0}) {
+      settings.push_back(Wavelet(basis, coarser * finest_error));
+    }
+  }
+  for (const char* method : {"matrix", "progressive", "substructuring"}) {
+    for (const double smaller : {4.0, 1.0}) {
+      settings.push_back(Reference(method, most_elements / smaller));
+    }
+  }
+  return settings;
+}
+
+std::vector<Experiment> MakeExperiments() {
+  std::vector<Experiment> list = {
+      {"parallel",
+       "two squares face to face, by their separation",
+       "parallel",
+       "--separation",
+       {0.25, 1},
+       {0.1, 0.25, 0.5, 1, 2},
+       {},
+       {},
+       {}},
+      {"perpendicular",
+       "two squares at a right angle, by their separation",
+       "perpendicular",
+       "--separation",
+       {0, 0.5},
+       {0, 0.1, 0.25, 0.5, 1},
+       {},
+       {},
+       {}},
+      {"blocker",
+       "a shadow, by the height of the blocker",
+       "blocker",
+       "--height",
+       {0.7, 1.4},
+       {0.2, 0.4, 0.7, 1, 1.333, 1.6},
+       {},
+       {},
+       {}},
+      {"box",
+       "a box, by the reflectance of its walls",
+       "box",
+       "--reflectance",
+       {0.3, 0.9},
+       {0.3, 0.5, 0.7, 0.9},
+       {},
+       {},
+       {}},
+      {"tube",
+       "a long tube, by the reflectance of its walls",
+       "tube",
+       "--reflectance",
+       {0.3, 0.9},
+       {0.3, 0.5, 0.7, 0.9},
+       {},
+       {},
+       {}},
+      {"lights",
+       "a room with 12 chairs, by the number of lights",
+       "lights",
+       "--lights",
+       {1, 4},
+       {1, 4, 9, 16},
+       {},
+       {},
+       {}},
+      {"chairs",
+       "a room, by the number of chairs",
+       "chairs",
+       "--count",
+       {4, 9, 16},
+       {4, 6, 9, 12, 16, 20, 25, 30, 36},
+       {},
+       {},
+       {}}};
+  for (Experiment& e : list) {
+    const bool furnished = e.scene == "chairs" || e.scene == "lights";
+    e.settings = SettingsOf(furnished ? 0.1 : 0.05, furnished ? 4000 : 2000);
+    e.wavelet_reference = Wavelet("m2", furnished ? 0.05 : 0.02);
+    e.element_reference = Reference("substructuring", furnished ? 8000 : 6000);
+  }
+  return list;
+}
+
+}  // namespace
+
+bool IsWavelet(const std::string& method) {
+  return method != "matrix" && method != "progressive" &&
+         method != "substructuring";
+}
+
+const std::vector<Experiment>& Experiments() {
+  static const std::vector<Experiment> experiments = MakeExperiments();
+  return experiments;
+}
+
+const Experiment& FindExperiment(const std::string& name) {
+  std::string known;
+  for (const Experiment& e : Experiments()) {
+    if (e.name == name || (e.name == "chairs" && name == "complex")) {
+      return e;
+    }
+    known += " " + e.name;
+  }
+  throw UsageError(
+      fmt::format("there is no experiment '{}'; there are:{}", name, known));
+}
+
+double PaperBytes(const std::string& method,
+                  double patches,
+                  double elements,
+                  double links) {
+  if (method == "matrix") {
+    return 24 * elements + 28 * links;
+  }
+  if (method == "progressive") {
+    return 96 * elements;
+  }
+  if (method == "substructuring") {
+    return 24 * patches + 52 * elements;
+  }
+  const double order = method == "haar" ? 1 : method.back() - '0';
+  const double square = order * order;
+  return (16 + 24 * square * square) * links + (20 + 24 * square) * elements;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,52 @@
+// The seven experiments of Willmott and Heckbert 1997, section 3.1, as runs of
+// the program: scene x parameter x method x setting.
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace enfilade {
+
+// One solve: by which method, how fine.
+struct StudySetting {
+  std::string method;              // haar, m2, matrix, ...
+  double setting = 0;              // requested error, or number of elements
+  std::vector<std::string> words;  // for `enfilade solve`
+};
+
+struct Experiment {
+  std::string name;
+  std::string about;
+  std::string scene;   // of `enfilade scene`
+  std::string option;  // of that scene, for the parameter
+  std::vector<double> few_values;
+  std::vector<double> all_values;
+  // What is compared, and what it is compared with: the errors of wavelet runs
+  // are against `element_reference`, those of the others against
+  // `wavelet_reference`.
+  std::vector<StudySetting> settings;
+  StudySetting wavelet_reference;
+  StudySetting element_reference;
+
+  [[nodiscard]] const std::vector<double>& Values(bool all) const {
+    return all ? all_values : few_values;
+  }
+};
+
+// By wavelets: its setting is an error. By anything else: elements.
+bool IsWavelet(const std::string& method);
+
+const std::vector<Experiment>& Experiments();
+
+// `complex` is another name of chairs. UsageError names the known ones.
+const Experiment& FindExperiment(const std::string& name);
+
+// Bytes by the accounting of the paper, appendix A: of a run's patches,
+// elements and links.
+double PaperBytes(const std::string& method,
+                  double patches,
+                  double elements,
+                  double links);
+
+}  // namespace enfilade
