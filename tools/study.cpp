@@ -25,7 +25,7 @@ class Study {
         options_(options),
         file_(options.folder / (experiment.name + ".jsonl")),
         lines_(LoadStudy(file_)) {
-    fs::create_directories(options.folder / "stores");
+    fs::create_directories(Work(""));
     RewriteFile();
   }
 
@@ -40,7 +40,7 @@ class Study {
   [[nodiscard]] bool Has(const std::string& key) const;
   [[nodiscard]] fs::path StoreOf(double value, const StudySetting& s) const;
   ChildResult Call(std::vector<std::string> words);
-  ChildResult Solve(double value, const StudySetting& setting);
+  ChildResult Solve(const fs::path& store, const StudySetting& setting);
   [[nodiscard]] Json LineOf(double value,
                             const StudySetting& setting,
                             const ChildResult& solved) const;
@@ -48,7 +48,7 @@ class Study {
   void Append(const Json& line);
 
   [[nodiscard]] fs::path Work(const std::string& name) const {
-    return options_.folder / "stores" / name;
+    return options_.folder / "stores" / experiment_.name / name;
   }
 
   const Experiment& experiment_;
@@ -104,7 +104,7 @@ void Study::RunOne(double value, const StudySetting& setting) {
       MakeReference(value,
                     IsWavelet(setting.method) ? experiment_.element_reference
                                               : experiment_.wavelet_reference);
-  const ChildResult solved = Solve(value, setting);
+  const ChildResult solved = Solve(StoreOf(value, setting), setting);
   Json line = LineOf(value, setting, solved);
   AddErrors(StoreOf(value, setting), reference, &line);
   Append(line);
@@ -122,18 +122,24 @@ void Study::MakeScene(double value) {
   }
 }
 
-// The reference's store, solved unless it is there. It is renamed when it is
-// complete, so that one that is there is.
+// The reference's store, solved unless it is there: coarser if that takes too
+// long, because what was stopped has not all its light. It is renamed when it
+// is complete, so that one that is there is.
 fs::path Study::MakeReference(double value, const StudySetting& reference) {
   const fs::path store = StoreOf(value, reference);
   if (fs::exists(store)) {
     return store;
   }
+  constexpr int kMostTries = 4;
   StudySetting making = reference;
-  making.method += "_part";
-  Solve(value, making);
-  if (fs::exists(StoreOf(value, making))) {
-    fs::rename(StoreOf(value, making), store);
+  bool done = false;
+  for (int tries = 0; tries < kMostTries && !done; ++tries) {
+    const fs::path part = store.string() + ".part";
+    done = !Solve(part, making).timed_out;
+    if (done && fs::exists(part)) {
+      fs::rename(part, store);
+    }
+    making = Coarser(making);
   }
   return store;
 }
@@ -159,8 +165,7 @@ ChildResult Study::Call(std::vector<std::string> words) {
   return RunOwnProgram(words, Work("err.txt"), options_.most_seconds);
 }
 
-ChildResult Study::Solve(double value, const StudySetting& setting) {
-  const fs::path store = StoreOf(value, setting);
+ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {
   std::error_code ignored;
   fs::remove(store, ignored);
   fs::remove(Work("solve.json"), ignored);

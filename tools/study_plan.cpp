@@ -104,9 +104,12 @@ std::vector<Experiment> MakeExperiments() {
        {}}};
   for (Experiment& e : list) {
     const bool furnished = e.scene == "chairs" || e.scene == "lights";
-    e.settings = SettingsOf(furnished ? 0.1 : 0.05, furnished ? 4000 : 2000);
+    e.settings = SettingsOf(furnished ? 0.1 : 0.05, furnished ? 2500 : 2000);
     e.wavelet_reference = Wavelet("m2", furnished ? 0.05 : 0.02);
-    e.element_reference = Reference("substructuring", furnished ? 8000 : 6000);
+    if (e.scene == "tube") {
+      e.wavelet_reference = Wavelet("m2", 0.1);  // finer ones take minutes
+    }
+    e.element_reference = Reference("substructuring", furnished ? 4000 : 6000);
   }
   return list;
 }
@@ -116,6 +119,12 @@ std::vector<Experiment> MakeExperiments() {
 bool IsWavelet(const std::string& method) {
   return method != "matrix" && method != "progressive" &&
          method != "substructuring";
+}
+
+StudySetting Coarser(const StudySetting& setting) {
+  return IsWavelet(setting.method)
+             ? Wavelet(setting.method, 2 * setting.setting)
+             : Reference(setting.method, std::floor(setting.setting / 2));
 }
 
 const std::vector<Experiment>& Experiments() {

@@ -37,6 +37,9 @@ struct Experiment {
 // By wavelets: its setting is an error. By anything else: elements.
 bool IsWavelet(const std::string& method);
 
+// The same method at twice the error, or half the elements.
+StudySetting Coarser(const StudySetting& setting);
+
 const std::vector<Experiment>& Experiments();
 
 // `complex` is another name of chairs. UsageError names the known ones.

@@ -38,7 +38,7 @@ std::string Row(const Json& line) {
     return Text(Number(line, key) / (1 << 20), "{:.2f}");
   };
   return fmt::format(
-      "| {} | {} | {}{} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+      "| {} | {} | {}{} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
       Text(Number(line, "value"), "{:g}"),
       line.at("method").get<std::string>(),
       Text(Number(line, "setting"), "{:g}"),
@@ -51,7 +51,8 @@ std::string Row(const Json& line) {
       mib("peak_rss_bytes"),
       Text(Number(line, "estimated_error"), "{:.4f}"),
       Text(Number(line, "rms_error"), "{:.4f}"),
-      Text(Number(line, "mean_deviation"), "{:+.4f}"));
+      Text(Number(line, "mean_deviation"), "{:+.4f}"),
+      Text(Number(line, "reference_estimated_error"), "{:.4f}"));
 }
 
 bool IsFinished(const Json& line) {
@@ -74,10 +75,13 @@ Groups Collect(const std::vector<Json>& lines,
   return groups;
 }
 
-std::string FitRows(const std::string& what, const Groups& groups) {
+std::string FitRows(const std::string& what,
+                    const Groups& groups,
+                    size_t fewest_runs) {
   std::string text;
   for (const auto& [name, points] : groups) {
-    if (const auto power = FitPower(points)) {
+    const auto power = FitPower(points);
+    if (power && points.size() >= fewest_runs) {
       text += fmt::format(
           "| {} | {} | {:+.2f} | {} |\n", what, name, *power, points.size());
     }
@@ -107,14 +111,17 @@ std::string FitsAtValues(const std::vector<Json>& lines) {
     return Number(line, "elements");
   };
   return FitRows("links by 1/error",
-                 Collect(wavelets, group, inverse, "links")) +
+                 Collect(wavelets, group, inverse, "links"),
+                 2) +
          FitRows("time by 1/error",
-                 Collect(wavelets, group, inverse, "wall_seconds")) +
+                 Collect(wavelets, group, inverse, "wall_seconds"),
+                 2) +
          FitRows("error by elements",
-                 Collect(lines, group, elements, "rms_error"));
+                 Collect(lines, group, elements, "rms_error"),
+                 2);
 }
 
-// How costs grow with the parameter, at each setting.
+// How costs grow with the parameter, at each setting, of three values or more.
 std::string FitsAcrossValues(const std::vector<Json>& lines) {
   const auto group = [](const Json& line) {
     return fmt::format("{} {}", MethodOf(line), Number(line, "setting"));
@@ -123,7 +130,8 @@ std::string FitsAcrossValues(const std::vector<Json>& lines) {
   std::string text;
   for (const char* key : {"wall_seconds", "links", "paper_bytes"}) {
     text += FitRows(fmt::format("{} by the parameter", key),
-                    Collect(lines, group, value, key));
+                    Collect(lines, group, value, key),
+                    3);
   }
   return text;
 }
@@ -265,8 +273,9 @@ std::string StudyTables(const Experiment& experiment,
                         const std::vector<Json>& lines) {
   std::string text = fmt::format(
       "## {}: {}\n\n| {} | method | setting | seconds | elements | links | "
-      "rays | paper's MiB | peak MiB | estimate | error | deviation |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "rays | paper MiB | peak MiB | estimate | error | deviation | "
+      "reference's estimate |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       experiment.name,
       experiment.about,
       experiment.option.substr(2));
