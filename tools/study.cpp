@@ -39,7 +39,7 @@ class Study {
   [[nodiscard]] bool IsAsked(const std::string& method) const;
   [[nodiscard]] bool Has(const std::string& key) const;
   [[nodiscard]] fs::path StoreOf(double value, const StudySetting& s) const;
-  ChildResult Call(std::vector<std::string> words);
+  ChildResult Call(const std::vector<std::string>& words);
   ChildResult Solve(const fs::path& store, const StudySetting& setting);
   [[nodiscard]] Json LineOf(double value,
                             const StudySetting& setting,
@@ -126,7 +126,7 @@ void Study::MakeScene(double value) {
 // long, because what was stopped has not all its light. It is renamed when it
 // is complete, so that one that is there is.
 fs::path Study::MakeReference(double value, const StudySetting& reference) {
-  const fs::path store = StoreOf(value, reference);
+  fs::path store = StoreOf(value, reference);
   if (fs::exists(store)) {
     return store;
   }
@@ -161,7 +161,7 @@ fs::path Study::StoreOf(double value, const StudySetting& s) const {
       "{}_{}_{}_{}.enf", experiment_.name, value, s.method, s.setting));
 }
 
-ChildResult Study::Call(std::vector<std::string> words) {
+ChildResult Study::Call(const std::vector<std::string>& words) {
   return RunOwnProgram(words, Work("err.txt"), options_.most_seconds);
 }
 
