@@ -33,6 +33,13 @@ constexpr double kResidualShare = 0.01;
 constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostRounds = 16;
 constexpr uint32_t kMostSweeps = 60;
+// The semi-iteration takes transport for symmetric. Sampled links are not
+// quite: where unsent light grows, a smaller radius may do, down to one that
+// hardly minds; growth beyond that is of the links' gains.
+constexpr double kTolerantRadius = 0.5;
+constexpr double kCautious = 0.8;
+// Then steps end: what has grown leaves its rounding errors behind.
+constexpr double kMostGrowth = 3;
 // Steps of the iteration within a cell between commits, and their most.
 constexpr int kCycleSteps = 8;
 constexpr int kMostCycles = 40;
@@ -307,6 +314,7 @@ void Engine::RefineCell(CellId cell) {
     row.links = 0;
     row.squared_error = 0;
     row.hold = HoldLevel::kFree;
+    row.most_radius = 1;
     r.tree->Gathered().SetZero();
     r.tree->Gain().SetZero();
     r.tree->Delta().SetZero();
@@ -406,8 +414,12 @@ void Engine::Equilibrate(Receiver* receiver) {
     if (end == CycleEnd::kSettled) {
       return;
     }
-    row.radius = iteration.LearntRadius();
-    if (end == CycleEnd::kGrew && row.hold != HoldLevel::kFirm) {
+    if (end == CycleEnd::kShrank) {
+      row.radius = std::min(iteration.LearntRadius(), row.most_radius);
+    } else if (row.radius > kTolerantRadius) {
+      row.radius = std::max(kTolerantRadius, kCautious * row.radius);
+      row.most_radius = row.radius;
+    } else {
       row.hold = Firmer(row.hold);
       HoldGains(receiver);
     }
@@ -432,6 +444,9 @@ Engine::CycleEnd Engine::RunCycle(const Receiver& r,
     first = i == 0 ? last : first;
     if (last <= tolerance) {
       return CycleEnd::kSettled;
+    }
+    if (last > kMostGrowth * first) {
+      return CycleEnd::kGrew;
     }
     const auto weight = static_cast<float>(iteration->NextWeight(last));
     step.Blend(weight, unsent, weight - 1);

@@ -26,6 +26,7 @@ struct CellRow {
   double squared_error = 0;  // of this round's links, (W/m)^2
   double area = 0;           // of its reflecting patches, m2
   double radius = 0.5;       // of the transport within it (semi_iteration.h)
+  double most_radius = 1;    // that has not made light grow
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
   HoldLevel hold = HoldLevel::kFree;
   uint32_t elements = 0;
