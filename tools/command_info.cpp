@@ -3,24 +3,59 @@
 #include "base/error.h"
 #include "visibility/audit.h"
 
+#include <filesystem>
 #include <memory>
+#include <system_error>
 
 #include "tools/command.h"
 #include "tools/command_options.h"
+#include "tools/cost_estimate.h"
+#include "tools/pipeline.h"
 #include "tools/progress.h"
 #include "tools/signal.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 namespace enfilade {
 namespace {
 
 struct InfoCommand {
   CommonOptions common;
+  SceneOptions scene;  // if it is a scene
   std::string store;
   uint64_t audit_rays = 0;
 
   void Run();
+  void RunOnScene() const;
+};
+
+// A store that goes away with its owner.
+class TemporaryStore {
+ public:
+  TemporaryStore()
+      : path_(std::filesystem::temp_directory_path() /
+              fmt::format("enfilade_info_{}.enf", getpid())),
+        store_(CreateStore(path_)) {}
+
+  ~TemporaryStore() {
+    store_.reset();
+    for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
+      std::error_code ignored;
+      std::filesystem::remove(path_.string() + suffix, ignored);
+    }
+  }
+
+  TemporaryStore(const TemporaryStore&) = delete;
+  TemporaryStore& operator=(const TemporaryStore&) = delete;
+  TemporaryStore(TemporaryStore&&) = delete;
+  TemporaryStore& operator=(TemporaryStore&&) = delete;
+
+  [[nodiscard]] BlockStorage& Store() { return *store_; }
+
+ private:
+  std::filesystem::path path_;
+  std::unique_ptr<BlockStorage> store_;
 };
 
 // What is left to do, in a line.
@@ -103,8 +138,38 @@ std::string AuditText(const AuditSummary& audit) {
       audit.sampled_pairs);
 }
 
+// The stages before the solve, and what they let expect of it.
+void InfoCommand::RunOnScene() const {
+  if (audit_rays > 0) {
+    throw UsageError("--audit: give a store, which holds the visible sets");
+  }
+  const SolveSettings settings = SettingsOf(store, scene);
+  LimitsInForce limits(common.limits);
+  TemporaryStore temporary;
+  BlockStorage& storage = temporary.Store();
+  SaveSettings(storage, settings);
+  SaveStage(storage, Stage::kCreated);
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  PreparePipeline(storage, settings, common.limits, limits.Budget(), progress);
+  const SolveOptions options = SolveOptionsOf(settings);
+  const CostEstimate estimate =
+      EstimateCost(storage, options, common.limits.threads);
+  Json report =
+      SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
+  report["estimate"] = EstimateReport(estimate);
+  fmt::print("{}{}{}",
+             SummaryText(report),
+             NotesText(report),
+             EstimateText(estimate, options));
+  WriteReportIfAsked(common, report);
+}
+
 void InfoCommand::Run() {
   ApplyVerbosity(common);
+  if (IsSceneName(store)) {
+    RunOnScene();
+    return;
+  }
   LimitsInForce limits(common.limits);
   const auto storage = OpenExistingStore(store, StoreAccess::kRead);
   const SolveSettings settings = LoadSettings(*storage);
@@ -136,18 +201,27 @@ void InfoCommand::Run() {
 void AddInfoCommand(CLI::App& app) {
   auto options = std::make_shared<InfoCommand>();
   CLI::App* command =
-      app.add_subcommand("info", "What a store holds and how far it is");
-  command->add_option("store", options->store, "The store")
+      app.add_subcommand("info",
+                         "What a store holds and how far it is, or what a "
+                         "scene would take");
+  command
+      ->add_option("store",
+                   options->store,
+                   "The store, or a scene file, of which the cost of a solve "
+                   "is estimated")
       ->required()
-      ->type_name("STORE");
+      ->type_name("STORE|SCENE");
   command
       ->add_option("--audit",
                    options->audit_rays,
                    "Check the visible sets with this many rays")
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("RAYS");
+  AddSceneOptions(*command, options->scene);
   AddCommonOptions(*command, options->common);
-  SetExample(*command, "enfilade info office.enf --report office.json");
+  SetExample(*command,
+             "enfilade info office.enf --report office.json\n"
+             "  enfilade info office.obj --error 0.05");
   command->callback([options] { options->Run(); });
 }
 

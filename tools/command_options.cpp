@@ -93,4 +93,63 @@ std::unique_ptr<BlockStorage> OpenSolvedStore(
   return store;
 }
 
+void RequireSceneFile(const std::filesystem::path& scene) {
+  if (!std::filesystem::exists(scene)) {
+    throw InputError(
+        fmt::format("there is no scene file '{}'", scene.string()));
+  }
+}
+
+void AddSceneOptions(CLI::App& command, SceneOptions& options) {
+  command
+      .add_option("--error",
+                  options.settings.error,
+                  "Relative error of the solution to reach")
+      ->type_name("E")
+      ->capture_default_str();
+  command.add_option("--basis", options.settings.basis, "haar or m2")
+      ->check(CLI::IsMember({"haar", "m2"}).description(""))
+      ->type_name("BASIS")
+      ->capture_default_str();
+  command
+      .add_option("--overrides",
+                  options.overrides,
+                  "JSON file that sets reflectance and exitance by name "
+                  "(docs/overrides.md)")
+      ->type_name("FILE");
+  command.add_flag("--default-luminaires",
+                   options.settings.default_luminaires,
+                   "Lay emitting panels on the ceilings of a model without "
+                   "any light");
+  command.add_flag("--photometric",
+                   options.settings.photometric,
+                   "Ke and exitance are lm/m2, results lux");
+  command
+      .add_option("--sides",
+                  options.sides,
+                  "Sides of a face that reflect: 1 makes every back black")
+      ->check(CLI::IsMember({1, 2}).description(""))
+      ->type_name("1|2");
+  command.add_flag("--strip-spaces",
+                   options.settings.strip_spaces,
+                   "gbXML: forget the Spaces and find the cells");
+}
+
+SolveSettings SettingsOf(const std::string& scene,
+                         const SceneOptions& options) {
+  SolveSettings settings = options.settings;
+  RequireSceneFile(scene);
+  settings.scene = std::filesystem::absolute(scene).lexically_normal();
+  if (!options.overrides.empty()) {
+    RequireSceneFile(options.overrides);
+    settings.overrides =
+        std::filesystem::absolute(options.overrides).lexically_normal();
+  }
+  if (options.sides != 0) {
+    settings.sides = options.sides;
+  }
+  SolveOptionsOf(settings).Validate();
+  return settings;
+}
+
 }  // namespace enfilade

@@ -21,6 +21,24 @@ struct CommonOptions {
   bool verbose = false;
 };
 
+// What decides the solution of a scene, on the command line.
+struct SceneOptions {
+  std::string overrides;  // empty: none
+  int sides = 0;          // 0: as the scene says
+  SolveSettings settings;
+};
+
+// --error, --basis, --overrides, --default-luminaires, --photometric, --sides,
+// --strip-spaces.
+void AddSceneOptions(CLI::App& command, SceneOptions& options);
+
+// The settings for this scene file. Throws InputError if it or the overrides
+// are missing, UsageError for options out of range.
+SolveSettings SettingsOf(const std::string& scene, const SceneOptions& options);
+
+// Throws InputError if there is no such file.
+void RequireSceneFile(const std::filesystem::path& scene);
+
 // --memory, --threads, --report, --verbose.
 void AddCommonOptions(CLI::App& command, CommonOptions& options);
 

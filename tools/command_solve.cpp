@@ -21,10 +21,8 @@ struct SolveCommand {
   CommonOptions common;
   std::string scene;
   std::string store;
-  std::string overrides;
-  int sides = 0;  // 0: as the scene says
   bool basis_given = false;
-  SolveSettings settings;
+  SceneOptions options;
 
   void Run();
 };
@@ -133,28 +131,12 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
   return OpenStore(path, StoreAccess::kWrite);
 }
 
-void RequireSceneFile(const fs::path& scene) {
-  if (!fs::exists(scene)) {
-    throw InputError(
-        fmt::format("there is no scene file '{}'", scene.string()));
-  }
-}
-
 void SolveCommand::Run() {
   ApplyVerbosity(common);
-  RequireSceneFile(scene);
-  settings.scene = fs::absolute(scene).lexically_normal();
-  if (!overrides.empty()) {
-    RequireSceneFile(overrides);
-    settings.overrides = fs::absolute(overrides).lexically_normal();
+  if (options.settings.method.name != "wavelet" && !basis_given) {
+    options.settings.basis = "haar";
   }
-  if (sides != 0) {
-    settings.sides = sides;
-  }
-  if (settings.method.name != "wavelet" && !basis_given) {
-    settings.basis = "haar";
-  }
-  SolveOptionsOf(settings).Validate();
+  const SolveSettings settings = SettingsOf(scene, options);
   if (fs::exists(store)) {
     RefuseExistingStore(store, settings);
   }
@@ -202,32 +184,7 @@ void ResumeCommand::Run() {
   ReportSolve(store, summary, common, limits.Budget());
 }
 
-void AddSceneOptions(CLI::App& command, SolveCommand& options) {
-  command
-      .add_option("--overrides",
-                  options.overrides,
-                  "JSON file that sets reflectance and exitance by name "
-                  "(docs/overrides.md)")
-      ->type_name("FILE");
-  command.add_flag("--default-luminaires",
-                   options.settings.default_luminaires,
-                   "Lay emitting panels on the ceilings of a model without "
-                   "any light");
-  command.add_flag("--photometric",
-                   options.settings.photometric,
-                   "Ke and exitance are lm/m2, results lux");
-  command
-      .add_option("--sides",
-                  options.sides,
-                  "Sides of a face that reflect: 1 makes every back black")
-      ->check(CLI::IsMember({1, 2}).description(""))
-      ->type_name("1|2");
-  command.add_flag("--strip-spaces",
-                   options.settings.strip_spaces,
-                   "gbXML: forget the Spaces and find the cells");
-}
-
-void AddMethodOptions(CLI::App& command, SolveCommand& options) {
+void AddMethodOptions(CLI::App& command, SceneOptions& options) {
   MethodOptions& method = options.settings.method;
   command
       .add_option("--method",
@@ -276,22 +233,12 @@ void AddSolveCommand(CLI::App& app) {
       ->required()
       ->type_name("STORE");
   command
-      ->add_option("--error",
-                   options->settings.error,
-                   "Relative error of the solution to reach")
-      ->type_name("E")
-      ->capture_default_str();
-  command->add_option("--basis", options->settings.basis, "haar or m2")
-      ->check(CLI::IsMember({"haar", "m2"}).description(""))
-      ->type_name("BASIS")
-      ->capture_default_str();
-  command
       ->add_option(
-          "--seed", options->settings.seed, "Of the visibility samples")
+          "--seed", options->options.settings.seed, "Of the visibility samples")
       ->type_name("N")
       ->capture_default_str();
-  AddMethodOptions(*command, *options);
-  AddSceneOptions(*command, *options);
+  AddMethodOptions(*command, options->options);
+  AddSceneOptions(*command, options->options);
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade solve office.obj -o office.enf --error 0.05 --memory "

@@ -41,13 +41,15 @@ class PipelineRun {
   PipelineRun(const PipelineRun&) = delete;
   PipelineRun& operator=(const PipelineRun&) = delete;
 
+  // All stages before the solve.
+  void Prepare();
+  SolveSummary Solve();
+
+ private:
   void Import();
   void Partition();
   void Visibility();
   void TraceChunks();
-  SolveSummary Solve();
-
- private:
   // Runs `work` unless the store has reached `stage`; erases what an
   // interrupted attempt left of `kinds`, adds the time to `seconds`, commits.
   template <typename Work>
@@ -91,6 +93,13 @@ PipelineRun::PipelineRun(BlockStorage& store,
   record_.memory_cap_bytes = limits.memory_cap_bytes;
   record_.threads = limits.threads;
   record_.version = ENFILADE_VERSION;
+}
+
+void PipelineRun::Prepare() {
+  Import();
+  Partition();
+  Visibility();
+  TraceChunks();
 }
 
 void PipelineRun::Import() {
@@ -233,11 +242,16 @@ SolveSummary RunPipeline(BlockStorage& store,
                          MemoryBudget& budget,
                          Progress& progress) {
   PipelineRun run(store, settings, limits, budget, progress);
-  run.Import();
-  run.Partition();
-  run.Visibility();
-  run.TraceChunks();
+  run.Prepare();
   return run.Solve();
+}
+
+void PreparePipeline(BlockStorage& store,
+                     const SolveSettings& settings,
+                     const RunLimits& limits,
+                     MemoryBudget& budget,
+                     Progress& progress) {
+  PipelineRun(store, settings, limits, budget, progress).Prepare();
 }
 
 bool CheckSceneUnchanged(const BlockStorage& store,

@@ -28,6 +28,14 @@ SolveSummary RunPipeline(BlockStorage& store,
                          MemoryBudget& budget,
                          Progress& progress);
 
+// The stages before the solve only, with which the store can be solved or
+// looked at.
+void PreparePipeline(BlockStorage& store,
+                     const SolveSettings& settings,
+                     const RunLimits& limits,
+                     MemoryBudget& budget,
+                     Progress& progress);
+
 // Throws InputError if the scene's files are no longer those that the store
 // was made of. Files that cannot be found are no error once the scene is in
 // the store: then returns false.

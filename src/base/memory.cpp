@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 
@@ -68,6 +69,13 @@ uint64_t MemoryBudget::BudgetUnderCap(uint64_t cap_bytes) {
                     (kFixedBytes + kLeastBudgetBytes) >> 20));
   }
   return cap_bytes - kFixedBytes;
+}
+
+uint64_t MemoryBudget::CapForBudget(uint64_t budget_bytes) {
+  constexpr uint64_t kMiB = 1 << 20;
+  const uint64_t cap =
+      std::max(budget_bytes, kLeastBudgetBytes) + kFixedBytes + kMiB - 1;
+  return cap / kMiB * kMiB;
 }
 
 bool MemoryBudget::TryCharge(uint64_t bytes) {

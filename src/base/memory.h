@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -32,7 +33,15 @@ class MemoryBudget {
   // Throws DoesNotFitError, naming the least cap, if nothing would be left.
   static uint64_t BudgetUnderCap(uint64_t cap_bytes);
 
+  // The least cap, in whole MiB, that leaves a budget of so many bytes.
+  static uint64_t CapForBudget(uint64_t budget_bytes);
+
   [[nodiscard]] uint64_t LimitBytes() const { return limit_bytes_; }
+
+  // False where the limit stands for none.
+  [[nodiscard]] bool IsLimited() const {
+    return limit_bytes_ < std::numeric_limits<uint64_t>::max() / 2;
+  }
 
   [[nodiscard]] uint64_t UsedBytes() const { return used_bytes_.load(); }
 

@@ -25,7 +25,7 @@ namespace {
 enum class SceneFormat { kObj, kGbxml };
 
 // By extension, a trailing .gz aside.
-SceneFormat FormatOf(const std::filesystem::path& scene) {
+std::optional<SceneFormat> FormatByName(const std::filesystem::path& scene) {
   std::string name = scene.filename().string();
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
     return static_cast<char>(std::tolower(c));
@@ -38,6 +38,13 @@ SceneFormat FormatOf(const std::filesystem::path& scene) {
   }
   if (name.ends_with(".xml") || name.ends_with(".gbxml")) {
     return SceneFormat::kGbxml;
+  }
+  return std::nullopt;
+}
+
+SceneFormat FormatOf(const std::filesystem::path& scene) {
+  if (const auto format = FormatByName(scene)) {
+    return *format;
   }
   throw InputError(fmt::format(
       "{}: unknown kind of scene; known are .obj, .xml and .gbxml, each also "
@@ -134,6 +141,10 @@ void AddDefaultLuminaires(const std::filesystem::path& scene,
 }
 
 }  // namespace
+
+bool IsSceneName(const std::filesystem::path& path) {
+  return FormatByName(path).has_value();
+}
 
 uint64_t HashSceneFiles(const std::filesystem::path& scene,
                         const ImportOptions& options) {

@@ -27,6 +27,9 @@ struct ImportOptions {
   std::function<void(double fraction)> progress;  // may be empty
 };
 
+// Whether the name is that of a scene file, by its extension.
+bool IsSceneName(const std::filesystem::path& path);
+
 // Reads `scene` into `store`, which must hold no scene. Throws InputError with
 // file and line for anything wrong: no light at all, reflectance >= 1 or < 0,
 // NaN, missing or unknown files, indices out of range.

@@ -6,12 +6,18 @@
 #include <utility>
 
 namespace enfilade {
-namespace {
+uint64_t CellGeometry::SizeBytes() const {
+  return patches.size() * sizeof(PatchGeometry) + shaft->SizeBytes() +
+         portals->SizeBytes() + clusters->SizeBytes();
+}
 
-// Embree holds about this much per patch at the peak of a build (measured).
-constexpr uint64_t kOccluderBytesPerPatch = 400;
-
-}  // namespace
+uint64_t CellGeometry::BytesFor(size_t patches,
+                                size_t blockers,
+                                size_t portal_triangles) {
+  return patches * sizeof(PatchGeometry) + ShaftBlockers::BytesFor(blockers) +
+         ShaftBlockers::BytesFor(portal_triangles) +
+         ClusterTree::HeldBytesFor(patches);
+}
 
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene) {
   SurfaceTable table;
@@ -118,10 +124,7 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   geometry->portals = PortalsOf(cell);
   geometry->clusters = std::make_unique<ClusterTree>(
       geometry->patches, WholePatches(geometry->patches.size()));
-  const uint64_t bytes = geometry->patches.size() * sizeof(PatchGeometry) +
-                         geometry->shaft->SizeBytes() +
-                         geometry->portals->SizeBytes() +
-                         geometry->clusters->SizeBytes();
+  const uint64_t bytes = geometry->SizeBytes();
   MakeRoom(bytes, "the geometry of a cell");
   Insert(key, geometry, bytes);
   return geometry;
@@ -136,7 +139,7 @@ std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
   const CellPatches stored = LoadCellPatches(*store_, cell);
   trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
   // Embree charges the budget itself; this only makes the room.
-  const uint64_t estimate = stored.patches.size() * kOccluderBytesPerPatch;
+  const uint64_t estimate = BlockersBuildBytes(BlockerCount(stored));
   MakeRoom(estimate, "the blockers of a cell");
   budget_->Release(estimate);
   std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);

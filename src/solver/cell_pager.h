@@ -31,6 +31,13 @@ struct CellGeometry {
   std::unique_ptr<ShaftBlockers> shaft;    // its blockers
   std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
   std::unique_ptr<ClusterTree> clusters;   // of its patches
+
+  [[nodiscard]] uint64_t SizeBytes() const;
+
+  // About what a cell of these numbers will take.
+  static uint64_t BytesFor(size_t patches,
+                           size_t blockers,
+                           size_t portal_triangles);
 };
 
 // Builds the surface table of a scene.

@@ -180,6 +180,10 @@ uint64_t ClusterTree::BytesFor(size_t items) {
          12 * sizeof(Cluster);
 }
 
+uint64_t ClusterTree::HeldBytesFor(size_t items) {
+  return items * (sizeof(ClusterItem) + sizeof(Cluster)) + 12 * sizeof(Cluster);
+}
+
 std::vector<ClusterItem> WholePatches(size_t count) {
   std::vector<ClusterItem> items(count);
   for (size_t i = 0; i < count; ++i) {

@@ -59,6 +59,9 @@ class ClusterTree {
   // An upper bound of what a tree of so many items takes, while it is built.
   static uint64_t BytesFor(size_t items);
 
+  // About what a tree of so many items will hold.
+  static uint64_t HeldBytesFor(size_t items);
+
  private:
   struct Entry;
 

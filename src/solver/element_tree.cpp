@@ -250,8 +250,11 @@ uint64_t CellTree::StoredBytes(const BlockStorage& store,
   }
   ByteReader in(*structure);
   const uint64_t patch_count = in.GetVarint();
-  const uint64_t elements =
-      patch_count + kChildren * in.GetArray<uint32_t>().size();
+  return BytesFor(patch_count + kChildren * in.GetArray<uint32_t>().size(),
+                  shape);
+}
+
+uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
   // Three arrays of coefficients, gain and detail.
   const size_t floats = 3 * shape.Stride() + shape.NodeStride() + 1;
   return elements * (sizeof(Element) + floats * sizeof(float));

@@ -88,6 +88,9 @@ class CellTree {
                               CellId cell,
                               TreeShape shape);
 
+  // What a tree of so many elements takes.
+  static uint64_t BytesFor(size_t elements, TreeShape shape);
+
   // Writes the structure and, page by page, the coefficients.
   void Save(BlockStorage& store, CellId cell) const;
 

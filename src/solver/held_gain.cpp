@@ -71,6 +71,10 @@ HoldLevel Firmer(HoldLevel level) {
              : static_cast<HoldLevel>(static_cast<uint8_t>(level) + 1);
 }
 
+uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape) {
+  return elements * (2 + shape.NodeStride()) * sizeof(float);
+}
+
 uint64_t HeldSharesBytes(const CellTree& tree) {
   return tree.Size() * 2 * sizeof(float) + tree.Gain().SizeBytes();
 }

@@ -35,4 +35,7 @@ std::vector<float> HeldShares(const CellTree& tree,
 // What HeldShares takes while it works.
 uint64_t HeldSharesBytes(const CellTree& tree);
 
+// The same of a tree of so many elements.
+uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape);
+
 }  // namespace enfilade

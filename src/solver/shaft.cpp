@@ -135,6 +135,13 @@ bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
   return true;
 }
 
+uint64_t ShaftBlockers::BytesFor(size_t blockers) {
+  const size_t groups = (blockers + kGroupSize - 1) / kGroupSize;
+  const size_t supergroups = (groups + kSuperGroupSize - 1) / kSuperGroupSize;
+  return (groups + supergroups) * sizeof(Group) +
+         blockers * (sizeof(Box) + (4 + 1) * sizeof(Vec3f));
+}
+
 uint64_t ShaftBlockers::SizeBytes() const {
   return (groups_.size() + supergroups_.size()) * sizeof(Group) +
          boxes_.size() * sizeof(Box) +

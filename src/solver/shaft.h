@@ -38,6 +38,9 @@ class ShaftBlockers {
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
+  // What SizeBytes() of so many will be.
+  static uint64_t BytesFor(size_t blockers);
+
  private:
   struct Group {
     Box box;

@@ -4,6 +4,7 @@
 #include "partition/partition.h"
 #include "solver/basis.h"
 #include "solver/engine.h"
+#include "solver/least_memory.h"
 #include "solver/reference/reference_solve.h"
 #include "solver/solve_state.h"
 
@@ -66,6 +67,13 @@ SolveSummary Solve(BlockStorage& store,
   options.Validate();
   if (options.method.name != "wavelet") {
     return SolveByReference(store, options, budget);
+  }
+  SolveState state;
+  const bool done = LoadSolveState(store, &state) &&
+                    state.phase == SolvePhase::kDone &&
+                    options.error >= state.error;
+  if (!done && budget.IsLimited()) {
+    RequireLeastMemory(store, options, budget);
   }
   return Engine(store, options, budget).Run();
 }

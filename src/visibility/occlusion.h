@@ -52,6 +52,14 @@ class OcclusionDevice {
   std::unique_ptr<Impl> impl_;
 };
 
+// How many of a cell's patches are blockers: twins are one.
+size_t BlockerCount(const CellPatches& cell);
+
+// Upper bounds, measured, of what so many blockers hold, and of what they take
+// at the peak of their building.
+uint64_t BlockersHeldBytes(size_t blockers);
+uint64_t BlockersBuildBytes(size_t blockers);
+
 // Bytes that the blockers hold, Embree's share included.
 uint64_t BlockersBytes(const CellBlockers& blockers);
 

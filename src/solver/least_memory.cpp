@@ -1,0 +1,163 @@
+#include "solver/least_memory.h"
+
+#include "base/error.h"
+#include "partition/partition.h"
+#include "solver/cell_pager.h"
+#include "solver/cluster_tree.h"
+#include "solver/element_tree.h"
+#include "solver/held_gain.h"
+#include "visibility/visible_set.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+// Bytes of one cell.
+struct CellNeed {
+  uint64_t geometry = 0;
+  uint64_t tree = 0;
+  uint64_t balance = 0;   // working arrays of its equilibrium
+  uint64_t clusters = 0;  // of its receiving elements
+  uint64_t blockers = 0;
+  uint64_t build = 0;  // on top of the blockers, while they are built
+};
+
+class NeedFinder {
+ public:
+  NeedFinder(const BlockStorage& store, const SolveOptions& options)
+      : store_(&store),
+        basis_(BasisOrder(options.basis)),
+        shape_{&basis_, kRgbChannels},
+        partition_(LoadPartition(store)),
+        has_trees_(store.Count(BlockKind::kCellTree) > 0) {}
+
+  LeastMemory Find() {
+    MeasureCells();
+    for (size_t i = 0; i < needs_.size(); ++i) {
+      LookAt(CellId(i));
+    }
+    least_.budget_bytes += kSolveWorkspaceBytes;
+    least_.cap_bytes = MemoryBudget::CapForBudget(least_.budget_bytes);
+    return least_;
+  }
+
+ private:
+  void MeasureCells() {
+    std::vector<size_t> portal_triangles(partition_.cells.size());
+    for (const Portal& portal : partition_.portals) {
+      const size_t triangles = portal.vertices.size() - 2;
+      portal_triangles[portal.front.Index()] += triangles;
+      portal_triangles[portal.back.Index()] += triangles;
+    }
+    needs_.reserve(partition_.cells.size());
+    for (size_t i = 0; i < partition_.cells.size(); ++i) {
+      needs_.push_back(NeedOf(CellId(i), portal_triangles[i]));
+    }
+  }
+
+  CellNeed NeedOf(CellId cell, size_t portal_triangles) const {
+    const CellPatches stored = LoadCellPatches(*store_, cell);
+    const size_t patches = stored.patches.size();
+    const size_t blockers = BlockerCount(stored);
+    const size_t grown =
+        patches == 0
+            ? 0
+            : kTreeExtra + static_cast<size_t>(kTreeGrowth *
+                                               static_cast<double>(patches));
+    const uint64_t tree =
+        has_trees_ ? CellTree::StoredBytes(*store_, cell, shape_) : 0;
+    CellNeed need;
+    need.geometry = CellGeometry::BytesFor(patches, blockers, portal_triangles);
+    need.tree = std::max(CellTree::BytesFor(grown, shape_), tree);
+    need.balance = 2 * grown * shape_.Stride() * sizeof(float) +
+                   HeldSharesBytesFor(grown, shape_);
+    need.clusters = ClusterTree::BytesFor(patches);
+    need.blockers = BlockersHeldBytes(blockers);
+    need.build = BlockersBuildBytes(blockers) - need.blockers;
+    return need;
+  }
+
+  void LookAt(CellId receiver) {
+    const CellNeed& r = needs_[receiver.Index()];
+    const uint64_t own = r.geometry + r.tree;
+    Consider(own + r.balance, {receiver, {receiver}}, receiver);
+    Consider(own + r.blockers + std::max(r.build, r.clusters),
+             {receiver, {receiver}},
+             receiver);
+    for (const VisibleCell& v : LoadVisibleSet(*store_, receiver)) {
+      Consider(own + r.clusters + PairNeed(receiver, v), v, receiver);
+    }
+  }
+
+  // On top of what the receiver needs.
+  [[nodiscard]] uint64_t PairNeed(CellId receiver, const VisibleCell& v) const {
+    uint64_t bytes = 0;
+    uint64_t build = 0;
+    if (v.source != receiver) {
+      const CellNeed& s = needs_[v.source.Index()];
+      bytes += s.geometry + s.tree;
+    }
+    for (const CellId cell : v.between) {
+      const CellNeed& b = needs_[cell.Index()];
+      bytes += b.blockers;
+      build = std::max(build, b.build);
+      if (cell != receiver && cell != v.source) {
+        bytes += b.geometry;
+      }
+    }
+    return bytes + build;
+  }
+
+  void Consider(uint64_t bytes, const VisibleCell& pair, CellId receiver) {
+    if (bytes > least_.budget_bytes) {
+      least_.budget_bytes = bytes;
+      least_.receiver = receiver;
+      least_.source = pair.source;
+      least_.cells_between = pair.between.size();
+    }
+  }
+
+  const BlockStorage* store_;
+  Basis basis_;
+  TreeShape shape_;
+  Partition partition_;
+  bool has_trees_;
+  std::vector<CellNeed> needs_;  // by CellId
+  LeastMemory least_;
+};
+
+}  // namespace
+
+LeastMemory FindLeastMemory(const BlockStorage& store,
+                            const SolveOptions& options) {
+  return NeedFinder(store, options).Find();
+}
+
+void RequireLeastMemory(const BlockStorage& store,
+                        const SolveOptions& options,
+                        const MemoryBudget& budget) {
+  const LeastMemory least = FindLeastMemory(store, options);
+  if (least.budget_bytes <= budget.LimitBytes()) {
+    return;
+  }
+  std::string part = fmt::format("cell {}", least.receiver.value);
+  if (least.source != least.receiver) {
+    part = fmt::format("{} and cell {}", part, least.source.value);
+  }
+  if (least.cells_between > 2) {
+    part = fmt::format(
+        "{} with the blockers of {} cells between", part, least.cells_between);
+  }
+  throw DoesNotFitError(fmt::format(
+      "the solve needs at least {}M: so much must be in memory at once for {}; "
+      "run again, or go on with 'enfilade resume', with --memory {}M",
+      least.cap_bytes >> 20,
+      part,
+      least.cap_bytes >> 20));
+}
+
+}  // namespace enfilade

@@ -1,0 +1,54 @@
+// The least memory that a solve can do with, known before it begins: what its
+// largest subproblem must have in memory at once, whatever else is evicted.
+//
+//   subproblem                     in memory at once
+//   covers of a receiver           its geometry, tree, blockers
+//   refinement of a pair           geometry and tree of both, the receiver's
+//                                  clusters, geometry and blockers of every
+//                                  cell between them
+//   balance within a cell          its geometry, tree, working arrays
+//
+// Trees grow while elements are refined, by a factor that nobody knows
+// beforehand: kTreeGrowth and kTreeExtra are allowed for. A solve that refines
+// further than that may still meet its cap later, and then names a larger one.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "solver/solve.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+// Links on their way from refinement to the store: a pending chunk, the results
+// of a group, an encoded chunk. Charged as long as a solve runs.
+inline constexpr uint64_t kSolveWorkspaceBytes = 10ULL << 20;
+
+// What the tree of a cell may grow to: so many elements per patch, and some for
+// the large surfaces, however few (docs/decisions/least-memory.md).
+inline constexpr double kTreeGrowth = 1.25;
+inline constexpr size_t kTreeExtra = 8000;
+
+struct LeastMemory {
+  uint64_t budget_bytes = 0;  // work space included
+  uint64_t cap_bytes = 0;     // of the process, whole MiB
+  // The subproblem that needs it; equal where one cell is alone.
+  CellId receiver;
+  CellId source;
+  uint64_t cells_between = 0;  // both ends included
+};
+
+// Reads each cell's patches once and each visible set once; holds a few words
+// per cell. The store must have visible sets.
+LeastMemory FindLeastMemory(const BlockStorage& store,
+                            const SolveOptions& options);
+
+// Throws DoesNotFitError, which names the least cap, if the budget is less.
+void RequireLeastMemory(const BlockStorage& store,
+                        const SolveOptions& options,
+                        const MemoryBudget& budget);
+
+}  // namespace enfilade

@@ -1,0 +1,84 @@
+// `enfilade info SCENE`: the cost of a solve before it begins.
+
+#include <filesystem>
+#include <string>
+
+#include "tests/tools/run_program.h"
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace enfilade {
+namespace {
+
+class InfoOfScene : public testing::Test {
+ protected:
+  InfoOfScene() { WriteRoomScene(dir_ / "room.obj", 3); }
+
+  nlohmann::json Estimate(const std::string& error, const std::string& basis) {
+    const auto result = RunProgram({"info",
+                                    dir_ / "room.obj",
+                                    "--error",
+                                    error,
+                                    "--basis",
+                                    basis,
+                                    "--memory",
+                                    "64M",
+                                    "--report",
+                                    dir_ / "r.json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("least     --memory "), std::string::npos)
+        << result.out;
+    return nlohmann::json::parse(ReadFile(dir_ / "r.json"));
+  }
+
+  TemporaryFolder dir_;
+};
+
+TEST_F(InfoOfScene, HasTheKeysOfAStoreAndTheEstimate) {
+  const auto report = Estimate("0.1", "m2");
+  EXPECT_GT(report.at("cells").get<int>(), 0);
+  EXPECT_GT(report.at("patches").get<int>(), 0);
+  EXPECT_EQ(report.at("links"), 0) << "nothing was solved";
+  const auto& estimate = report.at("estimate");
+  for (const char* key :
+       {"links", "elements", "store_bytes", "solve_seconds", "factor"}) {
+    EXPECT_GT(estimate.at(key).get<double>(), 0) << key;
+  }
+}
+
+TEST_F(InfoOfScene, SmallerErrorsCostMore) {
+  const auto coarse = Estimate("0.2", "m2").at("estimate");
+  const auto fine = Estimate("0.05", "m2").at("estimate");
+  for (const char* key : {"links", "store_bytes", "solve_seconds"}) {
+    EXPECT_GT(fine.at(key).get<double>(), coarse.at(key).get<double>()) << key;
+  }
+}
+
+TEST_F(InfoOfScene, TheLeastCapIsEnough) {
+  const auto least = Estimate("0.3", "haar")
+                         .at("estimate")
+                         .at("least_cap_bytes")
+                         .get<uint64_t>();
+  const auto result = RunProgram({"solve",
+                                  dir_ / "room.obj",
+                                  "-o",
+                                  dir_ / "s.enf",
+                                  "--error",
+                                  "0.3",
+                                  "--basis",
+                                  "haar",
+                                  "--memory",
+                                  std::to_string(least >> 20) + "M"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(InfoOfScene, FaultsHaveTheirExitCodes) {
+  EXPECT_EQ(RunProgram({"info", dir_ / "none.obj"}).exit_code, 3);
+  EXPECT_EQ(RunProgram({"info", dir_ / "room.obj", "--error", "2"}).exit_code,
+            2);
+  EXPECT_EQ(RunProgram({"info", dir_ / "room.obj", "--audit", "10"}).exit_code,
+            2);
+}
+
+}  // namespace
+}  // namespace enfilade

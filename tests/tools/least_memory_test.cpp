@@ -1,0 +1,147 @@
+// The least cap, named before a solve begins.
+
+#include "solver/least_memory.h"
+
+#include "base/error.h"
+#include "partition/partition.h"
+#include "scene/import.h"
+#include "solver/cell_pager.h"
+#include "solver/engine.h"
+#include "solver/solve_state.h"
+#include "store/sqlite_store.h"
+#include "visibility/visible_set.h"
+
+#include <memory>
+#include <string>
+
+#include "tests/tools/run_program.h"
+#include "tools/scene_floorplan.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kRoomy = uint64_t{1} << 30;
+
+SolveOptions Coarse() {
+  SolveOptions options;
+  options.error = 0.7;
+  options.basis = "haar";
+  return options;
+}
+
+// A floor of a few rooms, ready to be solved.
+class LeastMemoryOfFloor : public testing::Test {
+ protected:
+  LeastMemoryOfFloor() : store_(CreateStoreInMemory()) {
+    ObjWriter writer(dir_ / "floor.obj");
+    WriteFloorplan({2, 1, 0.5, 1}, writer);
+    writer.Finish();
+    MemoryBudget budget(kRoomy);
+    ImportScene(dir_ / "floor.obj", {}, budget, *store_);
+    partition_ = BuildPartition(*store_, {}, budget);
+    BuildVisibleSets(partition_, {}, *store_);
+  }
+
+  TemporaryFolder dir_;
+  std::unique_ptr<BlockStorage> store_;
+  Partition partition_;
+};
+
+TEST_F(LeastMemoryOfFloor, WithSoMuchTheSolveEnds) {
+  const LeastMemory least = FindLeastMemory(*store_, Coarse());
+  MemoryBudget budget(least.budget_bytes);
+  EXPECT_TRUE(Solve(*store_, Coarse(), budget).converged);
+  EXPECT_LE(budget.PeakBytes(), least.budget_bytes);
+}
+
+TEST_F(LeastMemoryOfFloor, WithLessItDoesNotBegin) {
+  const LeastMemory least = FindLeastMemory(*store_, Coarse());
+  MemoryBudget budget(least.budget_bytes - 1);
+  try {
+    Solve(*store_, Coarse(), budget);
+    FAIL() << "no DoesNotFitError";
+  } catch (const DoesNotFitError& error) {
+    const std::string cap = std::to_string(least.cap_bytes >> 20);
+    EXPECT_NE(std::string(error.what()).find("at least " + cap + "M"),
+              std::string::npos)
+        << error.what();
+    EXPECT_NE(std::string(error.what()).find("--memory " + cap + "M"),
+              std::string::npos);
+  }
+  SolveState state;
+  EXPECT_FALSE(LoadSolveState(*store_, &state));
+  EXPECT_EQ(budget.UsedBytes(), 0U);
+}
+
+// The bound is no phantasy: beside the work space, an eighth of it is too
+// little even here, where most is allowed for the growth of trees.
+TEST_F(LeastMemoryOfFloor, FarLessIsTooLittle) {
+  const uint64_t least = FindLeastMemory(*store_, Coarse()).budget_bytes;
+  MemoryBudget budget(kSolveWorkspaceBytes +
+                      (least - kSolveWorkspaceBytes) / 8);
+  EXPECT_THROW(Engine(*store_, Coarse(), budget).Run(), DoesNotFitError);
+}
+
+TEST_F(LeastMemoryOfFloor, HigherBasesAndGrownTreesNeedMore) {
+  SolveOptions m2 = Coarse();
+  m2.basis = "m2";
+  const uint64_t least = FindLeastMemory(*store_, Coarse()).budget_bytes;
+  EXPECT_GT(FindLeastMemory(*store_, m2).budget_bytes, least);
+  MemoryBudget budget(kRoomy);
+  Solve(*store_, Coarse(), budget);
+  EXPECT_GE(FindLeastMemory(*store_, Coarse()).budget_bytes, least);
+}
+
+TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
+  const SceneInfo scene = LoadSceneInfo(*store_);
+  MemoryBudget budget(kRoomy);
+  const OcclusionDevice device(budget, scene.bounds.Center());
+  const Basis basis(1);
+  CellPager pager(
+      *store_, scene, partition_, {&basis, kRgbChannels}, device, budget);
+  uint64_t taken = 0;
+  uint64_t foreseen = 0;
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    taken += pager.Geometry(CellId(i))->SizeBytes();
+    const CellPatches stored = LoadCellPatches(*store_, CellId(i));
+    size_t triangles = 0;
+    for (const Portal& p : partition_.portals) {
+      triangles += p.front == CellId(i) || p.back == CellId(i)
+                       ? p.vertices.size() - 2
+                       : 0;
+    }
+    foreseen += CellGeometry::BytesFor(
+        stored.patches.size(), BlockerCount(stored), triangles);
+  }
+  EXPECT_GE(foreseen, taken);
+  EXPECT_LE(static_cast<double>(foreseen), 1.3 * static_cast<double>(taken));
+}
+
+TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
+  const TemporaryFolder dir;
+  ObjWriter writer(dir / "floor.obj");
+  WriteFloorplan({2, 1, 0.5, 1}, writer);
+  writer.Finish();
+  const auto refused = RunProgram({"solve",
+                                   dir / "floor.obj",
+                                   "-o",
+                                   dir / "s.enf",
+                                   "--memory",
+                                   "29M",
+                                   "--error",
+                                   "0.7",
+                                   "--basis",
+                                   "haar"});
+  ASSERT_EQ(refused.exit_code, 4) << refused.err;
+  const std::string before = "needs at least ";
+  const size_t at = refused.err.find(before);
+  ASSERT_NE(at, std::string::npos) << refused.err;
+  const std::string cap =
+      std::to_string(std::stoi(refused.err.substr(at + before.size()))) + "M";
+  const auto resumed = RunProgram({"resume", dir / "s.enf", "--memory", cap});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,79 @@
+#include "tools/cost_estimate.h"
+
+#include "partition/partition.h"
+#include "solver/least_memory.h"
+
+#include <cmath>
+
+#include "tools/progress.h"
+#include <fmt/format.h>
+
+namespace enfilade {
+
+namespace {
+
+// At this error, by M2; links grow with this power of its inverse.
+constexpr double kErrorOfLinks = 0.1;
+constexpr double kLinksPerPatch = 150;
+constexpr double kLinksPerError = 1.7;
+// Haar needs more links for the same error, and smaller ones.
+constexpr double kHaarLinks = 3;
+constexpr double kElementsPerLink = 0.2;
+// Of the whole store, elements included.
+constexpr double kM2BytesPerLink = 36;
+constexpr double kHaarBytesPerLink = 20;
+// Of one core.
+constexpr double kSecondsPerLink = 25e-6;
+
+}  // namespace
+
+CostEstimate EstimateCost(const BlockStorage& store,
+                          const SolveOptions& options,
+                          uint64_t threads) {
+  double patches = 0;
+  for (const CellInfo& cell : LoadPartition(store).cells) {
+    patches += cell.patches;
+  }
+  const bool haar = options.basis == "haar";
+  CostEstimate estimate;
+  estimate.links = kLinksPerPatch * patches *
+                   std::pow(kErrorOfLinks / options.error, kLinksPerError) *
+                   (haar ? kHaarLinks : 1);
+  estimate.elements = patches + kElementsPerLink * estimate.links;
+  estimate.store_bytes =
+      static_cast<double>(store.FileBytes()) +
+      estimate.links * (haar ? kHaarBytesPerLink : kM2BytesPerLink);
+  estimate.solve_seconds =
+      estimate.links * kSecondsPerLink / static_cast<double>(threads);
+  estimate.least_cap_bytes = FindLeastMemory(store, options).cap_bytes;
+  return estimate;
+}
+
+Json EstimateReport(const CostEstimate& estimate) {
+  return {{"links", std::round(estimate.links)},
+          {"elements", std::round(estimate.elements)},
+          {"store_bytes", std::round(estimate.store_bytes)},
+          {"solve_seconds", estimate.solve_seconds},
+          {"least_cap_bytes", estimate.least_cap_bytes},
+          {"factor", kEstimateFactor}};
+}
+
+std::string EstimateText(const CostEstimate& estimate,
+                         const SolveOptions& options) {
+  return fmt::format(
+      "estimate  about {:.2g} links, {:.2g} elements, store {}, {} for error "
+      "{} by {}\n"
+      "          (within a factor of {} either way; time of {})\n"
+      "least     --memory {}M\n",
+      estimate.links,
+      estimate.elements,
+      FormatBytes(estimate.store_bytes),
+      FormatDuration(estimate.solve_seconds),
+      options.error,
+      options.basis,
+      kEstimateFactor,
+      2 * kEstimateFactor,
+      estimate.least_cap_bytes >> 20);
+}
+
+}  // namespace enfilade
