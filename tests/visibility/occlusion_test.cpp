@@ -187,6 +187,25 @@ TEST(Occlusion, BuildChargesTheBudgetAndReleasesIt) {
   EXPECT_EQ(budget.UsedBytes(), before);
 }
 
+TEST(Occlusion, BlockersTakeNoMoreThanForeseenAndNotFarLess) {
+  for (const int boxes : {1, 10, 100, 1000, 5000}) {
+    const CellPatches cell = Furnished(boxes, 9);
+    MemoryBudget budget(kMuch);
+    const OcclusionDevice device(budget, {});
+    const uint64_t before = budget.UsedBytes();
+    const auto built = device.Build(cell);
+    const uint64_t held = budget.UsedBytes() - before;
+    const uint64_t peak = budget.PeakBytes() - before;
+    const size_t blockers = BlockerCount(cell);
+    EXPECT_LE(held, BlockersHeldBytes(blockers)) << boxes;
+    EXPECT_LE(peak, BlockersBuildBytes(blockers)) << boxes;
+    if (boxes >= 100) {
+      EXPECT_GE(2 * held, BlockersHeldBytes(blockers)) << boxes;
+      EXPECT_GE(2 * peak, BlockersBuildBytes(blockers)) << boxes;
+    }
+  }
+}
+
 TEST(Occlusion, BuildThatDoesNotFitThrowsAndLeavesTheDeviceUsable) {
   MemoryBudget budget(1 << 20);
   const OcclusionDevice device(budget, {});
