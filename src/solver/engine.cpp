@@ -6,6 +6,7 @@
 #include "solver/cover.h"
 #include "solver/gather.h"
 #include "solver/held_gain.h"
+#include "solver/least_memory.h"
 #include "solver/stopwatch.h"
 
 #include <algorithm>
@@ -56,10 +57,6 @@ constexpr size_t kMostGroupLinks = 128000;
 constexpr size_t kMostPartLinks = 16000;
 constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 
-// Links on their way from refinement to the store: a pending chunk, the results
-// of a group, an encoded chunk.
-constexpr uint64_t kWorkspaceBytes = 10ULL << 20;
-
 double PowerOf(const Rgb& exitance) {
   return (exitance[0] + exitance[1] + exitance[2]) / 3;
 }
@@ -79,7 +76,8 @@ Engine::Engine(BlockStorage& store,
       surfaces_(MakeSurfaceTable(scene_)),
       device_(budget, scene_.bounds.Center()),
       pager_(store, scene_, partition_, shape_, device_, budget),
-      workspace_(pager_.Reserve(kWorkspaceBytes, "the solver's work space")),
+      workspace_(
+          pager_.Reserve(kSolveWorkspaceBytes, "the solver's work space")),
       last_commit_(std::chrono::steady_clock::now()) {
   if (!LoadSolveState(store, &state_)) {
     Start();
@@ -219,11 +217,14 @@ bool Engine::IsExhausted() const {
   if (n < 3) {
     return false;
   }
+  // What a round changed says little of rough ones: the prediction must not
+  // have fallen either.
   const auto in_vain = [&](size_t i) {
     const RoundRecord& last = state_.rounds[i - 1];
     const RoundRecord& now = state_.rounds[i];
     return !last.relit && !now.relit && now.links > last.links &&
-           now.estimated_error > 0.97 * last.estimated_error;
+           now.estimated_error > 0.97 * last.estimated_error &&
+           now.predicted_error > 0.97 * last.predicted_error;
   };
   return in_vain(n - 1) && in_vain(n - 2);
 }
