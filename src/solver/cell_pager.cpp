@@ -7,14 +7,12 @@
 
 namespace enfilade {
 uint64_t CellGeometry::SizeBytes() const {
-  return patches.size() * sizeof(PatchGeometry) + shaft->SizeBytes() +
-         portals->SizeBytes() + clusters->SizeBytes();
+  return patches.size() * sizeof(PatchGeometry) + portals->SizeBytes() +
+         clusters->SizeBytes();
 }
 
-uint64_t CellGeometry::BytesFor(size_t patches,
-                                size_t blockers,
-                                size_t portal_triangles) {
-  return patches * sizeof(PatchGeometry) + ShaftBlockers::BytesFor(blockers) +
+uint64_t CellGeometry::BytesFor(size_t patches, size_t portal_triangles) {
+  return patches * sizeof(PatchGeometry) +
          ShaftBlockers::BytesFor(portal_triangles) +
          ClusterTree::HeldBytesFor(patches);
 }
@@ -112,15 +110,10 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
   auto geometry = std::make_shared<CellGeometry>();
   geometry->patches.reserve(stored.patches.size());
-  std::vector<PatchGeometry> blockers;
   for (const Patch& patch : stored.patches) {
     geometry->patches.push_back(MakePatchGeometry(
         patch, scene_->materials.at(patch.material.Index()), origin_));
-    if (!patch.is_twin) {
-      blockers.push_back(geometry->patches.back());
-    }
   }
-  geometry->shaft = std::make_unique<ShaftBlockers>(blockers);
   geometry->portals = PortalsOf(cell);
   geometry->clusters = std::make_unique<ClusterTree>(
       geometry->patches, WholePatches(geometry->patches.size()));
@@ -128,6 +121,34 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   MakeRoom(bytes, "the geometry of a cell");
   Insert(key, geometry, bytes);
   return geometry;
+}
+
+std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
+  const ItemKey key{ItemKind::kObstacles, cell.value};
+  if (const Item* item = Find(key)) {
+    return std::static_pointer_cast<const ShaftBlockers>(item->value);
+  }
+  const uint64_t read_before = store_->Stats().bytes_read;
+  const CellPatches stored = LoadCellPatches(*store_, cell);
+  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
+  // The patches too, while the obstacles are made of them.
+  const size_t count = BlockerCount(stored);
+  const uint64_t bytes = ShaftBlockers::BytesFor(count);
+  MemoryCharge work =
+      Reserve(bytes + count * sizeof(PatchGeometry), "the blockers of a cell");
+  std::vector<PatchGeometry> blockers;
+  blockers.reserve(count);
+  for (const Patch& patch : stored.patches) {
+    if (!patch.is_twin) {
+      blockers.push_back(MakePatchGeometry(
+          patch, scene_->materials.at(patch.material.Index()), origin_));
+    }
+  }
+  auto obstacles = std::make_shared<ShaftBlockers>(blockers);
+  work.Reset();
+  MakeRoom(obstacles->SizeBytes(), "the blockers of a cell");
+  Insert(key, obstacles, obstacles->SizeBytes());
+  return obstacles;
 }
 
 std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {

@@ -25,19 +25,16 @@
 
 namespace enfilade {
 
-// A cell's patches for kernels and shaft proofs.
+// A cell's patches for kernels.
 struct CellGeometry {
   std::vector<PatchGeometry> patches;
-  std::unique_ptr<ShaftBlockers> shaft;    // its blockers
   std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
   std::unique_ptr<ClusterTree> clusters;   // of its patches
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
   // About what a cell of these numbers will take.
-  static uint64_t BytesFor(size_t patches,
-                           size_t blockers,
-                           size_t portal_triangles);
+  static uint64_t BytesFor(size_t patches, size_t portal_triangles);
 };
 
 // Builds the surface table of a scene.
@@ -58,6 +55,10 @@ class CellPager {
   CellPager& operator=(const CellPager&) = delete;
 
   std::shared_ptr<const CellGeometry> Geometry(CellId cell);
+
+  // What stands in a cell, for shafts and for rays: all that is needed of cells
+  // between a receiver and a source.
+  std::shared_ptr<const ShaftBlockers> Obstacles(CellId cell);
   std::shared_ptr<const CellBlockers> Occluder(CellId cell);
 
   // The stored tree, or a new one with the emitted radiosity sent.
@@ -80,7 +81,7 @@ class CellPager {
   AccessTrace& Trace() { return trace_; }
 
  private:
-  enum class ItemKind : uint8_t { kGeometry, kOccluder, kTree };
+  enum class ItemKind : uint8_t { kGeometry, kObstacles, kOccluder, kTree };
   using ItemKey = std::pair<ItemKind, uint32_t>;
 
   struct Item {

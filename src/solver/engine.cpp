@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "solver/cover.h"
+#include "solver/error_control.h"
 #include "solver/gather.h"
 #include "solver/held_gain.h"
 #include "solver/least_memory.h"
@@ -17,19 +18,10 @@
 namespace enfilade {
 namespace {
 
-// The first round aims at this error, with about this many links per patch.
-constexpr double kFirstError = 0.4;
-constexpr double kFirstLinksPerPatch = 3;
 // tau_weak over tau: docs/decisions/0011-oracle.md.
 constexpr double kWeakShare = 0.5;
-// Estimated over predicted error, and the power of the number of links by which
-// error falls, both measured: docs/decisions/0012-error-estimate.md.
-constexpr double kPredictionFactor = 1.35;
-constexpr double kErrorPerLinks = 0.4;
 // Covers may leave edges of this many tau: they are few.
 constexpr double kCoverShare = 3;
-// Unsent radiosity that may stay, as a share of the error of the round.
-constexpr double kResidualShare = 0.01;
 // A cell counts as lit from this share of the mean radiosity on.
 constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostRounds = 16;
@@ -92,7 +84,7 @@ Engine::Engine(BlockStorage& store,
 SolveSummary Engine::Run() {
   if (state_.phase == SolvePhase::kDone && options_.error < state_.error) {
     state_.error = options_.error;
-    StartRound(NextTau());
+    StartRound(NextTau(state_));
   }
   while (state_.phase != SolvePhase::kDone) {
     if (state_.next_cell == state_.cells.size()) {
@@ -133,8 +125,7 @@ void Engine::Start() {
   }
   // A guess until the first round has measured it.
   state_.mean_reflected = 0.5 * emitted / std::max(area, 1e-12);
-  StartRound(std::max(kFirstError, options_.error) * state_.mean_reflected *
-             std::sqrt(area / (kFirstLinksPerPatch * patches + 1)));
+  StartRound(FirstTau(state_, area, patches));
 }
 
 void Engine::StartRound(double tau) {
@@ -170,93 +161,15 @@ void Engine::FinishSweep() {
 void Engine::FinishRound() {
   pager_.Trace().Measure(&state_.times.bytes_belady,
                          &state_.times.bytes_compulsory);
-  double reflected = 0;
-  double residual = 0;
-  double squared_error = 0;
-  double changed = 0;
-  RoundRecord record;
-  for (const CellRow& row : state_.cells) {
-    reflected += row.reflected;
-    residual += row.residual;
-    squared_error += row.squared_error;
-    changed += row.changed;
-    record.links += row.links;
-  }
-  state_.mean_reflected = std::max(reflected / area_, 1e-30);
-  state_.residual = residual / std::max(reflected, 1e-30);
-  record.tau = state_.tau;
-  record.predicted_error = Relative(squared_error);
-  record.observed_change = Relative(changed);
-  record.estimated_error = kPredictionFactor * record.predicted_error;
-  if (!state_.rounds.empty()) {
-    // What the round changed is about the error of the one before; error falls
-    // with the number of links.
-    const double growth =
-        static_cast<double>(record.links) /
-        static_cast<double>(std::max<uint64_t>(state_.rounds.back().links, 1));
-    record.estimated_error =
-        std::max(record.estimated_error,
-                 record.observed_change *
-                     std::pow(std::max(growth, 1.0), -kErrorPerLinks));
-  }
-  const bool met = !state_.relit && !state_.rounds.empty() &&
-                   record.estimated_error <= state_.error;
-  state_.rounds.push_back(record);
-  state_.converged = met;
-  if (met || IsExhausted() || state_.rounds.size() >= kMostRounds) {
+  state_.rounds.push_back(RecordRound(&state_, area_));
+  state_.converged = HasMetError(state_);
+  if (state_.converged || IsExhausted(state_) ||
+      state_.rounds.size() >= kMostRounds) {
     state_.phase = SolvePhase::kDone;
     return;
   }
   ++state_.round;
-  StartRound(NextTau());
-}
-
-// More links have not helped for two rounds: what is left cannot be refined.
-bool Engine::IsExhausted() const {
-  const size_t n = state_.rounds.size();
-  if (n < 3) {
-    return false;
-  }
-  // What a round changed says little of rough ones: the prediction must not
-  // have fallen either.
-  const auto in_vain = [&](size_t i) {
-    const RoundRecord& last = state_.rounds[i - 1];
-    const RoundRecord& now = state_.rounds[i];
-    return !last.relit && !now.relit && now.links > last.links &&
-           now.estimated_error > 0.97 * last.estimated_error &&
-           now.predicted_error > 0.97 * last.predicted_error;
-  };
-  return in_vain(n - 1) && in_vain(n - 2);
-}
-
-double Engine::NextTau() const {
-  // What the second round changes shows how rough the first one was, and after
-  // cells were lit late it shows light that had not come yet: neither is worth
-  // a long step.
-  const RoundRecord& last = state_.rounds.back();
-  const size_t rounds = state_.rounds.size();
-  const bool changed_by_light = rounds > 1 && state_.rounds[rounds - 2].relit;
-  const double estimated = rounds <= 2 || last.relit || changed_by_light
-                               ? kPredictionFactor * last.predicted_error
-                               : last.estimated_error;
-  // The error falls a little slower than the root of tau.
-  const double wanted = 0.92 * state_.error / std::max(estimated, 1e-30);
-  const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
-  // The first tau was a guess, and may have been too small.
-  const double most = rounds == 1 ? 3 : 0.6;
-  return state_.tau * std::clamp(std::pow(wanted, 2.2), least, most);
-}
-
-double Engine::Relative(double squared) const {
-  return std::sqrt(squared / area_) / state_.mean_reflected;
-}
-
-double Engine::ToleratedResidual(const CellRow& row) const {
-  const double error =
-      state_.rounds.empty()
-          ? kFirstError
-          : std::max(state_.error, 0.5 * state_.rounds.back().estimated_error);
-  return kResidualShare * error * state_.mean_reflected * row.area;
+  StartRound(NextTau(state_));
 }
 
 // ----------------------------------------------------------------- one cell
@@ -404,7 +317,7 @@ void Engine::HoldGains(Receiver* r) {
 void Engine::Equilibrate(Receiver* receiver) {
   const Receiver& r = *receiver;
   CellRow& row = state_.cells[r.id.Index()];
-  const double tolerance = ToleratedResidual(row);
+  const double tolerance = ToleratedResidual(state_, row);
   HoldGains(receiver);
   const MemoryCharge work = pager_.Reserve(2 * r.tree->Sent().SizeBytes(),
                                            "the working arrays of a cell");
@@ -418,9 +331,10 @@ void Engine::Equilibrate(Receiver* receiver) {
     if (end == CycleEnd::kShrank) {
       row.radius = std::min(iteration.LearntRadius(), row.most_radius);
     } else if (row.radius > kTolerantRadius) {
-      row.radius = std::max(kTolerantRadius, kCautious * row.radius);
-      row.most_radius = row.radius;
+      row.most_radius = std::max(kTolerantRadius, kCautious * row.radius);
+      row.radius = kTolerantRadius;
     } else {
+      row.most_radius = 1;
       row.hold = Firmer(row.hold);
       HoldGains(receiver);
     }
@@ -468,11 +382,11 @@ Blockers Engine::PinBlockers(const std::vector<CellId>& between,
                              std::vector<std::shared_ptr<const void>>* pins) {
   Blockers blockers;
   for (const CellId cell : between) {
-    const auto geometry = pager_.Geometry(cell);
+    const auto obstacles = pager_.Obstacles(cell);
     const auto occluder = pager_.Occluder(cell);
-    blockers.shafts.push_back(geometry->shaft.get());
+    blockers.shafts.push_back(obstacles.get());
     blockers.occluders.push_back(occluder.get());
-    pins->push_back(geometry);
+    pins->push_back(obstacles);
     pins->push_back(occluder);
   }
   return blockers;

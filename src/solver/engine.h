@@ -66,8 +66,6 @@ class Engine {
   void NextCell();
   void FinishSweep();
   void FinishRound();
-  [[nodiscard]] bool IsExhausted() const;
-  [[nodiscard]] double NextTau() const;
 
   Receiver Load(CellId cell);
   void FindReceivers(Receiver* r);
@@ -87,8 +85,6 @@ class Engine {
                        std::vector<std::shared_ptr<const void>>* pins);
   void CheckPoint();
   [[nodiscard]] bool IsLit(CellId cell) const;
-  [[nodiscard]] double ToleratedResidual(const CellRow& row) const;
-  [[nodiscard]] double Relative(double squared) const;
 
   BlockStorage* store_;
   SolveOptions options_;

@@ -22,8 +22,8 @@ struct CellNeed {
   uint64_t tree = 0;
   uint64_t balance = 0;   // working arrays of its equilibrium
   uint64_t clusters = 0;  // of its receiving elements
-  uint64_t blockers = 0;
-  uint64_t build = 0;  // on top of the blockers, while they are built
+  uint64_t blockers = 0;  // for shafts and rays
+  uint64_t build = 0;     // on top of the blockers, while they are built
 };
 
 class NeedFinder {
@@ -71,13 +71,15 @@ class NeedFinder {
     const uint64_t tree =
         has_trees_ ? CellTree::StoredBytes(*store_, cell, shape_) : 0;
     CellNeed need;
-    need.geometry = CellGeometry::BytesFor(patches, blockers, portal_triangles);
+    need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
     need.tree = std::max(CellTree::BytesFor(grown, shape_), tree);
     need.balance = 2 * grown * shape_.Stride() * sizeof(float) +
                    HeldSharesBytesFor(grown, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
-    need.blockers = BlockersHeldBytes(blockers);
-    need.build = BlockersBuildBytes(blockers) - need.blockers;
+    const uint64_t held = BlockersHeldBytes(blockers);
+    need.blockers = ShaftBlockers::BytesFor(blockers) + held;
+    need.build = std::max(BlockersBuildBytes(blockers) - held,
+                          blockers * sizeof(PatchGeometry));
     return need;
   }
 
@@ -105,9 +107,6 @@ class NeedFinder {
       const CellNeed& b = needs_[cell.Index()];
       bytes += b.blockers;
       build = std::max(build, b.build);
-      if (cell != receiver && cell != v.source) {
-        bytes += b.geometry;
-      }
     }
     return bytes + build;
   }

@@ -1,0 +1,111 @@
+#include "solver/error_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+// The first round aims at this error, with about this many links per patch.
+constexpr double kFirstError = 0.4;
+constexpr double kFirstLinksPerPatch = 3;
+// Estimated over predicted error, and the power of the number of links by which
+// error falls, both measured.
+constexpr double kPredictionFactor = 1.35;
+constexpr double kErrorPerLinks = 0.4;
+// The error falls a little slower than the root of tau.
+constexpr double kTauPerError = 2.2;
+constexpr double kMargin = 0.92;
+// Unsent radiosity that may stay, as a share of the error of the round.
+constexpr double kResidualShare = 0.01;
+
+}  // namespace
+
+double FirstTau(const SolveState& state, double area, double patches) {
+  return std::max(kFirstError, state.error) * state.mean_reflected *
+         std::sqrt(area / (kFirstLinksPerPatch * patches + 1));
+}
+
+RoundRecord RecordRound(SolveState* state, double area) {
+  double reflected = 0;
+  double residual = 0;
+  double squared_error = 0;
+  double changed = 0;
+  RoundRecord record;
+  for (const CellRow& row : state->cells) {
+    reflected += row.reflected;
+    residual += row.residual;
+    squared_error += row.squared_error;
+    changed += row.changed;
+    record.links += row.links;
+  }
+  state->mean_reflected = std::max(reflected / area, 1e-30);
+  state->residual = residual / std::max(reflected, 1e-30);
+  record.tau = state->tau;
+  record.relit = state->relit;
+  record.predicted_error =
+      std::sqrt(squared_error / area) / state->mean_reflected;
+  record.observed_change = std::sqrt(changed / area) / state->mean_reflected;
+  record.estimated_error = kPredictionFactor * record.predicted_error;
+  if (!state->rounds.empty()) {
+    // What the round changed is about the error of the one before; error falls
+    // with the number of links.
+    const double growth =
+        static_cast<double>(record.links) /
+        static_cast<double>(std::max<uint64_t>(state->rounds.back().links, 1));
+    record.estimated_error =
+        std::max(record.estimated_error,
+                 record.observed_change *
+                     std::pow(std::max(growth, 1.0), -kErrorPerLinks));
+  }
+  return record;
+}
+
+bool HasMetError(const SolveState& state) {
+  return state.rounds.size() > 1 && !state.rounds.back().relit &&
+         state.rounds.back().estimated_error <= state.error;
+}
+
+bool IsExhausted(const SolveState& state) {
+  const size_t n = state.rounds.size();
+  if (n < 3) {
+    return false;
+  }
+  // What a round changed says little of rough ones: the prediction must not
+  // have fallen either.
+  const auto in_vain = [&](size_t i) {
+    const RoundRecord& last = state.rounds[i - 1];
+    const RoundRecord& now = state.rounds[i];
+    return !last.relit && !now.relit && now.links > last.links &&
+           now.estimated_error > 0.97 * last.estimated_error &&
+           now.predicted_error > 0.97 * last.predicted_error;
+  };
+  return in_vain(n - 1) && in_vain(n - 2);
+}
+
+double NextTau(const SolveState& state) {
+  // What the second round changes shows how rough the first one was, and after
+  // cells were lit late it shows light that had not come yet: neither is worth
+  // a long step.
+  const RoundRecord& last = state.rounds.back();
+  const size_t rounds = state.rounds.size();
+  const bool changed_by_light = rounds > 1 && state.rounds[rounds - 2].relit;
+  const double estimated = rounds <= 2 || last.relit || changed_by_light
+                               ? kPredictionFactor * last.predicted_error
+                               : last.estimated_error;
+  const double wanted = kMargin * state.error / std::max(estimated, 1e-30);
+  const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
+  // The first tau was a guess, and may have been too small.
+  const double most = rounds == 1 ? 3 : 0.6;
+  return state.tau * std::clamp(std::pow(wanted, kTauPerError), least, most);
+}
+
+double ToleratedResidual(const SolveState& state, const CellRow& row) {
+  const double error =
+      state.rounds.empty()
+          ? kFirstError
+          : std::max(state.error, 0.5 * state.rounds.back().estimated_error);
+  return kResidualShare * error * state.mean_reflected * row.area;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,30 @@
+// The error of a solve after each of its rounds, and what the next round is to
+// try: docs/decisions/0012-error-estimate.md.
+
+#pragma once
+
+#include "solver/solve_state.h"
+
+namespace enfilade {
+
+// The tau of the first round, W/m, by what is known before it: `area` of all
+// reflecting patches in m2 and how many patches there are.
+double FirstTau(const SolveState& state, double area, double patches);
+
+// The round that has just ended, by the rows of the cells; sets the state's
+// mean reflected radiosity and residual. `area` as above.
+RoundRecord RecordRound(SolveState* state, double area);
+
+// The error that the last round is taken to have reached is small enough.
+bool HasMetError(const SolveState& state);
+
+// More links have not helped for two rounds: what is left cannot be refined.
+bool IsExhausted(const SolveState& state);
+
+// The tau of the next round, W/m.
+double NextTau(const SolveState& state);
+
+// The unsent radiosity that a cell may keep, integrated over it, W.
+double ToleratedResidual(const SolveState& state, const CellRow& row);
+
+}  // namespace enfilade

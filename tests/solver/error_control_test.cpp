@@ -1,0 +1,117 @@
+// When a solve goes on, and with which tau.
+
+#include "solver/error_control.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kArea = 10;  // m2
+
+SolveState StateOf(double error) {
+  SolveState state;
+  state.error = error;
+  state.tau = 1;
+  state.mean_reflected = 1;
+  state.cells.resize(2);
+  return state;
+}
+
+RoundRecord Round(double predicted, double estimated, uint64_t links) {
+  RoundRecord record;
+  record.tau = 1;
+  record.predicted_error = predicted;
+  record.estimated_error = estimated;
+  record.links = links;
+  return record;
+}
+
+TEST(ErrorControl, RoundsAreRelativeToTheMeanReflectedRadiosity) {
+  SolveState state = StateOf(0.1);
+  for (CellRow& row : state.cells) {
+    row.reflected = 20;       // W: 4 W/m2 on the average of 10 m2
+    row.squared_error = 0.8;  // root of the mean square: 0.4 W/m2
+    row.changed = 7.2;        // 1.2 W/m2
+    row.residual = 0.2;
+    row.links = 50;
+  }
+  const RoundRecord first = RecordRound(&state, kArea);
+  EXPECT_DOUBLE_EQ(state.mean_reflected, 4);
+  EXPECT_DOUBLE_EQ(state.residual, 0.01);
+  EXPECT_DOUBLE_EQ(first.predicted_error, 0.1);
+  EXPECT_DOUBLE_EQ(first.observed_change, 0.3);
+  EXPECT_EQ(first.links, 100U);
+  EXPECT_LT(first.estimated_error, 0.3) << "there is no round before it";
+  // After a round with as many links, what changed is the error.
+  state.rounds.push_back(first);
+  EXPECT_DOUBLE_EQ(RecordRound(&state, kArea).estimated_error, 0.3);
+}
+
+TEST(ErrorControl, OneRoundIsNeverEnough) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.01, 0.01, 10)};
+  EXPECT_FALSE(HasMetError(state));
+  state.rounds.push_back(Round(0.01, 0.01, 20));
+  EXPECT_TRUE(HasMetError(state));
+  state.rounds.back().estimated_error = 0.11;
+  EXPECT_FALSE(HasMetError(state));
+}
+
+TEST(ErrorControl, ARoundThatLitCellsLateDoesNotCount) {
+  SolveState state = StateOf(0.1);
+  state.relit = true;
+  EXPECT_TRUE(RecordRound(&state, kArea).relit);
+  state.rounds = {Round(0.01, 0.01, 10), Round(0.01, 0.01, 20)};
+  state.rounds.back().relit = true;
+  EXPECT_FALSE(HasMetError(state));
+}
+
+TEST(ErrorControl, GivesUpWhereMoreLinksHelpNeitherWay) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {
+      Round(0.5, 0.7, 10), Round(0.5, 0.7, 20), Round(0.5, 0.7, 40)};
+  EXPECT_TRUE(IsExhausted(state));
+  state.rounds[2].predicted_error = 0.3;
+  EXPECT_FALSE(IsExhausted(state)) << "the prediction falls";
+  state.rounds[2] = Round(0.5, 0.5, 40);
+  EXPECT_FALSE(IsExhausted(state)) << "the estimate falls";
+  state.rounds[2] = Round(0.5, 0.7, 20);
+  EXPECT_FALSE(IsExhausted(state)) << "there are no more links";
+}
+
+TEST(ErrorControl, TauFallsUntilTheErrorIsMet) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {
+      Round(0.2, 0.27, 10), Round(0.2, 0.27, 20), Round(0.2, 0.27, 40)};
+  const double larger = NextTau(state);
+  EXPECT_LT(larger, state.tau);
+  state.error = 0.05;
+  EXPECT_LT(NextTau(state), larger);
+  state.error = 0.5;  // not met for another reason: the step is small, but one
+  EXPECT_LT(NextTau(state), state.tau);
+}
+
+TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
+  SolveState state = StateOf(0.2);
+  state.rounds = {Round(0.01, 0.0135, 10)};
+  EXPECT_GT(NextTau(state), state.tau);
+  state.rounds.push_back(state.rounds[0]);
+  EXPECT_LT(NextTau(state), state.tau);
+}
+
+TEST(ErrorControl, UnsentRadiosityIsMeasuredByTheErrorAskedFor) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 0.07, 20)};
+  CellRow row;
+  row.area = 3;
+  const double at_01 = ToleratedResidual(state, row);
+  EXPECT_LT(at_01, 0.1 * state.mean_reflected * row.area);
+  state.error = 0.2;
+  EXPECT_DOUBLE_EQ(ToleratedResidual(state, row), 2 * at_01);
+}
+
+}  // namespace
+}  // namespace enfilade
