@@ -93,14 +93,12 @@ inline std::string ImportError(const std::filesystem::path& path,
 
 // The folder of real buildings, or nothing.
 inline std::filesystem::path DataFolder() {
-  const char* named = std::getenv("ENFILADE_DATA");
-  return named != nullptr ? std::filesystem::path(named)
-                          : std::filesystem::path(__FILE__)
-                                    .parent_path()
-                                    .parent_path()
-                                    .parent_path()
-                                    .parent_path() /
-                                "shared" / "data";
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets the environment.
+  if (const char* named = std::getenv("ENFILADE_DATA")) {
+    return named;
+  }
+  return std::filesystem::path(ENFILADE_SOURCE_DIR).parent_path() / "shared" /
+         "data";
 }
 
 }  // namespace enfilade
