@@ -95,8 +95,10 @@ double NextTau(const SolveState& state) {
                                : last.estimated_error;
   const double wanted = kMargin * state.error / std::max(estimated, 1e-30);
   const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
-  // The first tau was a guess, and may have been too small.
-  const double most = rounds == 1 ? 3 : 0.6;
+  // The first tau was a guess, and may have been too small; but where cells
+  // were lit late there were too few links to tell.
+  const double first_most = last.relit ? 1 : 3;
+  const double most = rounds == 1 ? first_most : 0.6;
   return state.tau * std::clamp(std::pow(wanted, kTauPerError), least, most);
 }
 

@@ -98,6 +98,9 @@ TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
   SolveState state = StateOf(0.2);
   state.rounds = {Round(0.01, 0.0135, 10)};
   EXPECT_GT(NextTau(state), state.tau);
+  state.rounds[0].relit = true;
+  EXPECT_EQ(NextTau(state), state.tau) << "its links do not tell";
+  state.rounds[0].relit = false;
   state.rounds.push_back(state.rounds[0]);
   EXPECT_LT(NextTau(state), state.tau);
 }
