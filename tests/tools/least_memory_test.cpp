@@ -103,7 +103,8 @@ TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
   uint64_t taken = 0;
   uint64_t foreseen = 0;
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
-    taken += pager.Geometry(CellId(i))->SizeBytes();
+    taken += pager.Geometry(CellId(i))->SizeBytes() +
+             pager.Obstacles(CellId(i))->SizeBytes();
     const CellPatches stored = LoadCellPatches(*store_, CellId(i));
     size_t triangles = 0;
     for (const Portal& p : partition_.portals) {
@@ -111,8 +112,8 @@ TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
                        ? p.vertices.size() - 2
                        : 0;
     }
-    foreseen += CellGeometry::BytesFor(
-        stored.patches.size(), BlockerCount(stored), triangles);
+    foreseen += CellGeometry::BytesFor(stored.patches.size(), triangles) +
+                ShaftBlockers::BytesFor(BlockerCount(stored));
   }
   EXPECT_GE(foreseen, taken);
   EXPECT_LE(static_cast<double>(foreseen), 1.3 * static_cast<double>(taken));
