@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <utility>
@@ -152,6 +153,26 @@ class Candidates {
   std::vector<Rect> rects_;
 };
 
+// The receivers of all patches of a cell so far. When there are too many all
+// searches end: what they found is of no use.
+struct Found {
+  std::atomic<size_t> receivers = 0;
+  size_t most = 0;
+
+  [[nodiscard]] bool TooMany() const { return receivers > most; }
+};
+
+// Where the receivers of one patch go.
+struct Sink {
+  Found* all = nullptr;
+  std::vector<ElementPath>* paths = nullptr;
+
+  void Add(ElementPath path) const {
+    paths->push_back(path);
+    ++all->receivers;
+  }
+};
+
 // Looks for covers on one patch.
 class Search {
  public:
@@ -160,33 +181,35 @@ class Search {
          float reflected,
          uint64_t key,
          std::span<const CellBlockers* const> occluders,
-         std::vector<ElementPath>* leaves)
+         const Sink& sink)
       : options_(&options),
         patch_(&patch),
         frame_(FrameOf(patch)),
         reflected_(reflected),
         key_(key),
         occluders_(occluders),
-        leaves_(leaves) {}
+        sink_(sink) {}
 
   void Visit(ElementPath path,
              ElementFrame frame,
              const std::vector<Rect>& candidates) {
+    if (sink_.all->TooMany()) {
+      return;
+    }
     const std::vector<Rect> here = Within(frame, candidates);
     const float diameter = DiameterOf(*patch_, frame);
     const float area = AreaOf(*patch_, frame);
     // No cover at all can hide more than this.
     const float most = 0.5F * reflected_ * std::sqrt(area);
     if (here.empty() || most <= static_cast<float>(options_->tau) ||
-        leaves_->size() > options_->most_receivers ||
         diameter <= options_->least_diameter || IsDeepest(path)) {
-      leaves_->push_back(path);
+      sink_.Add(path);
       return;
     }
     const float share = CoveredShare(path, frame, here);
     const float error = reflected_ * std::sqrt(share * (1 - share) * area);
     if (error <= static_cast<float>(options_->tau)) {
-      leaves_->push_back(path);
+      sink_.Add(path);
       return;
     }
     for (size_t c = 0; c < kChildren; ++c) {
@@ -300,38 +323,40 @@ class Search {
   float reflected_;
   uint64_t key_;
   std::span<const CellBlockers* const> occluders_;
-  std::vector<ElementPath>* leaves_;
+  Sink sink_;
   uint64_t rays_ = 0;
 };
 
-// False if there are too many receivers.
+// False, and nothing found, if there are too many receivers.
 bool FindWith(const CoverOptions& options,
               const CoverSide& cell,
               std::span<const float> reflected,
               Covers* covers) {
   const auto& patches = cell.patches;
   const CellBlockers* const occluders[] = {cell.occluders};
+  Found found;
+  found.most = options.most_receivers;
   std::vector<uint64_t> rays(patches.size());
   std::vector<std::vector<ElementPath>> leaves(patches.size());
   ParallelFor(patches.size(), [&](size_t i) {
-    if (patches[i].reflects) {
+    if (patches[i].reflects && !found.TooMany()) {
       Search search(options,
                     patches[i],
                     reflected[i],
                     MixKey(MixKey(options.seed, cell.id.value), i),
                     occluders,
-                    &leaves[i]);
+                    {&found, &leaves[i]});
       search.Visit(kRootPath, {}, Candidates(cell, i).Take());
       rays[i] = search.Rays();
     }
   });
+  if (found.TooMany()) {
+    return false;
+  }
   for (size_t i = 0; i < patches.size(); ++i) {
     covers->rays += rays[i];
     for (const ElementPath path : leaves[i]) {
       covers->receivers.push_back({static_cast<uint32_t>(i), path});
-    }
-    if (covers->receivers.size() > options.most_receivers) {
-      return false;
     }
   }
   return true;
@@ -349,7 +374,6 @@ Covers FindCovers(const CoverOptions& options,
   Covers covers;
   while (!FindWith(now, cell, reflected, &covers)) {
     now.tau *= kCoarser;
-    covers.receivers.clear();
   }
   return covers;
 }

@@ -162,6 +162,10 @@ void Engine::FinishRound() {
   pager_.Trace().Measure(&state_.times.bytes_belady,
                          &state_.times.bytes_compulsory);
   state_.rounds.push_back(RecordRound(&state_, area_));
+  ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
+                 "the light of round {} is not finite",
+                 state_.rounds.size());
+  last_commit_ = {};  // long ago: the end of a round is worth a commit
   state_.converged = HasMetError(state_);
   if (state_.converged || IsExhausted(state_) ||
       state_.rounds.size() >= kMostRounds) {
@@ -227,7 +231,7 @@ void Engine::RefineCell(CellId cell) {
       state_.cursor.work == WorkPart{}) {
     row.links = 0;
     row.squared_error = 0;
-    row.hold = HoldLevel::kFree;
+    row.hold = 0;
     row.most_radius = 1;
     r.tree->Gathered().SetZero();
     r.tree->Gain().SetZero();
@@ -335,7 +339,7 @@ void Engine::Equilibrate(Receiver* receiver) {
       row.radius = kTolerantRadius;
     } else {
       row.most_radius = 1;
-      row.hold = Firmer(row.hold);
+      row.hold = std::min<HoldLevel>(row.hold + 1, kMostHold);
       HoldGains(receiver);
     }
     CheckPoint();

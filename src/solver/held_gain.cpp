@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 
 namespace enfilade {
 namespace {
 
-// The largest product of reflectance and gain, from the second level on; the
-// last level's is (1 + rho) / 2.
-constexpr std::array<float, 2> kMostReflected = {1.5F, 1.2F};
+// The largest product of reflectance and gain at the first levels, and what
+// each level beyond the firm one leaves of it.
+constexpr std::array<float, kFirmHold - 1> kMostReflected = {1.5F, 1.2F};
+constexpr float kBeyondFirm = 0.7F;
 
 // The gain of each leaf, mean over it: pushed down from its ancestors.
 std::vector<float> GainsOfLeaves(const CellTree& tree,
@@ -42,9 +44,11 @@ std::vector<float> GainsOfLeaves(const CellTree& tree,
 }
 
 float MostReflected(HoldLevel level, float reflectance) {
-  const auto i = static_cast<size_t>(level) - 1;
-  return i < kMostReflected.size() ? kMostReflected[i]
-                                   : 0.5F * (1 + reflectance);
+  if (level < kFirmHold) {
+    return kMostReflected[level - 1];
+  }
+  return 0.5F * (1 + reflectance) *
+         std::pow(kBeyondFirm, static_cast<float>(level - kFirmHold));
 }
 
 }  // namespace
@@ -53,7 +57,7 @@ std::vector<float> HeldShares(const CellTree& tree,
                               std::span<const PatchGeometry> patches,
                               HoldLevel level) {
   std::vector<float> shares(tree.Size(), 1);
-  if (level == HoldLevel::kFree) {
+  if (level == 0) {
     return shares;
   }
   const std::vector<float> gains = GainsOfLeaves(tree, patches);
@@ -63,12 +67,6 @@ std::vector<float> HeldShares(const CellTree& tree,
     shares[i] = rho * gains[i] > most ? most / (rho * gains[i]) : 1.0F;
   }
   return shares;
-}
-
-HoldLevel Firmer(HoldLevel level) {
-  return level == HoldLevel::kFirm
-             ? level
-             : static_cast<HoldLevel>(static_cast<uint8_t>(level) + 1);
 }
 
 uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape) {

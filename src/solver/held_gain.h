@@ -20,14 +20,19 @@
 
 namespace enfilade {
 
-enum class HoldLevel : uint8_t { kFree = 0, kLoose = 1, kClose = 2, kFirm = 3 };
+// How firmly gains are held: the product of reflectance, gain (mean over the
+// leaf) and share kept is at most
+//
+//   0              anything
+//   1              1.5
+//   2              1.2
+//   kFirmHold      (1 + rho) / 2, with which the light of flat leaves settles
+//   each beyond    0.7 times as much, until all light does
+using HoldLevel = uint8_t;
+inline constexpr HoldLevel kFirmHold = 3;
+inline constexpr HoldLevel kMostHold = 20;
 
-// The next one, the last if there is none.
-HoldLevel Firmer(HoldLevel level);
-
-// Per element the factor of its irradiance if it is a leaf. The product of
-// reflectance, gain (mean over the leaf) and factor is at most 1.5 if loose,
-// 1.2 if close, (1 + rho) / 2 if firm, with which all light settles.
+// Per element the factor of its irradiance if it is a leaf.
 std::vector<float> HeldShares(const CellTree& tree,
                               std::span<const PatchGeometry> patches,
                               HoldLevel level);

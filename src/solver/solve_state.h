@@ -28,7 +28,7 @@ struct CellRow {
   double radius = 0.5;       // of the transport within it (semi_iteration.h)
   double most_radius = 1;    // that has not made light grow
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
-  HoldLevel hold = HoldLevel::kFree;
+  HoldLevel hold = 0;        // of its gains
   uint32_t elements = 0;
   uint64_t links = 0;
 };

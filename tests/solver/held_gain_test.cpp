@@ -15,21 +15,12 @@ using test::GeometryOf;
 using test::RandomPatches;
 
 constexpr double kReflectance = 0.9;
-constexpr HoldLevel kAllLevels[] = {
-    HoldLevel::kFree, HoldLevel::kLoose, HoldLevel::kClose, HoldLevel::kFirm};
+constexpr HoldLevel kAllLevels[] = {0, 1, 2, kFirmHold, kFirmHold + 2};
 constexpr float kRounding = 1e-5F;
 
 float MostReflected(HoldLevel level) {
-  switch (level) {
-    case HoldLevel::kLoose:
-      return 1.5F;
-    case HoldLevel::kClose:
-      return 1.2F;
-    case HoldLevel::kFirm:
-      return 0.95F;
-    default:
-      return 1e30F;
-  }
+  const float all[] = {1e30F, 1.5F, 1.2F, 0.95F, 0.95F * 0.7F, 0.95F * 0.49F};
+  return all[level];
 }
 
 class HeldGain : public ::testing::TestWithParam<size_t> {
@@ -72,19 +63,12 @@ TEST_P(HeldGain, OfALeafIsTheSumOverItsAncestors) {
   for (size_t i = 0; i < tree_.Size(); ++i) {
     SetGain(ElementId(i), 0.6F);
   }
-  const auto shares = HeldShares(tree_, patches_, HoldLevel::kFirm);
+  const auto shares = HeldShares(tree_, patches_, kFirmHold);
   EXPECT_NEAR(shares[leaf.Index()], 0.95 / (0.9 * 1.8), kRounding);
   EXPECT_EQ(shares[1], 1) << "a root without children claims 0.54";
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, HeldGain, ::testing::Values(1, 2));
-
-TEST(HoldLevels, EndWithTheFirmest) {
-  EXPECT_EQ(Firmer(HoldLevel::kFree), HoldLevel::kLoose);
-  EXPECT_EQ(Firmer(HoldLevel::kLoose), HoldLevel::kClose);
-  EXPECT_EQ(Firmer(HoldLevel::kClose), HoldLevel::kFirm);
-  EXPECT_EQ(Firmer(HoldLevel::kFirm), HoldLevel::kFirm);
-}
 
 }  // namespace
 }  // namespace enfilade
