@@ -35,7 +35,7 @@ constexpr double kCautious = 0.8;
 constexpr double kMostGrowth = 3;
 // Steps of the iteration within a cell between commits, and their most.
 constexpr int kCycleSteps = 8;
-constexpr int kMostCycles = 40;
+constexpr uint32_t kMostCycles = 40;
 // Parts of items of refinement that are worked on in parallel and applied in
 // order: as many as make some of these numbers of links, so that neither memory
 // nor threads waiting for the last one matter. By the links of the group
@@ -241,7 +241,7 @@ void Engine::RefineCell(CellId cell) {
   FindReceivers(&r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
-    state_.cursor = {state_.cursor.source + 1, {}, 0, state_.cursor.group};
+    state_.cursor = {state_.cursor.source + 1, {}, 0, state_.cursor.group, 0};
     CheckPoint();
   }
   r.receivers.reset();
@@ -326,7 +326,7 @@ void Engine::Equilibrate(Receiver* receiver) {
   const MemoryCharge work = pager_.Reserve(2 * r.tree->Sent().SizeBytes(),
                                            "the working arrays of a cell");
   LinkCache own(*store_, *budget_, {r.id, r.id}, pager_.Trace());
-  for (int cycle = 0; cycle < kMostCycles; ++cycle) {
+  while (state_.cursor.cycle < kMostCycles) {
     SemiIteration iteration(row.radius);
     const CycleEnd end = RunCycle(r, tolerance, &own, &iteration);
     if (end == CycleEnd::kSettled) {
@@ -342,6 +342,7 @@ void Engine::Equilibrate(Receiver* receiver) {
       row.hold = std::min<HoldLevel>(row.hold + 1, kMostHold);
       HoldGains(receiver);
     }
+    ++state_.cursor.cycle;
     CheckPoint();
   }
 }

@@ -63,6 +63,7 @@ struct PairCursor {
   WorkPart work;        // of the pair's refinement
   uint32_t chunk = 0;   // link chunks of the pair that are written
   uint32_t group = 16;  // parts that are refined together next
+  uint32_t cycle = 0;   // of the balance within the receiver
 };
 
 struct SolveState {

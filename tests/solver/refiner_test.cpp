@@ -359,20 +359,25 @@ std::vector<RawLink> Sorted(const std::vector<RawLinks>& parts) {
   return all;
 }
 
-TEST(Links, AreTheSameHoweverTheWorkIsCut) {
-  const Basis basis(2);
-  const std::vector<Patch> room = FurnishedRoom();
-  const BrightCell cell(0, basis, room);
-  const Scenery scenery(room);
-  RefineOptions options;
-  options.tau = 0.01;
-  options.tau_weak = 0.005;
-  const Refiner refiner(options, cell.Side(), cell.Side(), scenery.All());
-  const auto whole = RefineInParts(refiner, SIZE_MAX);
+// A furnished room that is linked to itself finely.
+class FinelyLinkedRoom : public ::testing::Test {
+ protected:
+  const Basis basis_{2};
+  const std::vector<Patch> room_ = FurnishedRoom();
+  const BrightCell cell_{0, basis_, room_};
+  const Scenery scenery_{room_};
+  const Refiner refiner_{{.tau = 0.01, .tau_weak = 0.005},
+                         cell_.Side(),
+                         cell_.Side(),
+                         scenery_.All()};
+};
+
+TEST_F(FinelyLinkedRoom, HasTheSameLinksHoweverTheWorkIsCut) {
+  const auto whole = RefineInParts(refiner_, SIZE_MAX);
   const auto expected = Sorted(whole);
   ASSERT_GT(expected.size(), 1000U);
   for (const size_t most : {size_t{500}, size_t{50}, size_t{5}}) {
-    const auto parts = RefineInParts(refiner, most);
+    const auto parts = RefineInParts(refiner_, most);
     EXPECT_GT(parts.size(), whole.size());
     const auto links = Sorted(parts);
     ASSERT_EQ(links.size(), expected.size()) << most;
@@ -384,16 +389,8 @@ TEST(Links, AreTheSameHoweverTheWorkIsCut) {
   }
 }
 
-TEST(Links, OfAPartStayBelowItsLimit) {
-  const Basis basis(2);
-  const std::vector<Patch> room = FurnishedRoom();
-  const BrightCell cell(0, basis, room);
-  const Scenery scenery(room);
-  RefineOptions options;
-  options.tau = 0.01;
-  options.tau_weak = 0.005;
-  const Refiner refiner(options, cell.Side(), cell.Side(), scenery.All());
-  for (const RawLinks& part : RefineInParts(refiner, 50)) {
+TEST_F(FinelyLinkedRoom, HasPartsBelowTheirLimit) {
+  for (const RawLinks& part : RefineInParts(refiner_, 50)) {
     EXPECT_LE(part.links.size(), 50U);
   }
 }
