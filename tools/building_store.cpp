@@ -22,8 +22,9 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
                                Sharing sharing)
     : store_(&store),
       budget_(&budget),
-      turns_(sharing == Sharing::kTurns &&
-             budget.FreeBytes() < kTurnsBelowBytes),
+      turns_(sharing == Sharing::kAlone ||
+             (sharing == Sharing::kTurns &&
+              budget.FreeBytes() < kTurnsBelowBytes)),
       work_budget_(WorkBytes(budget)),
       work_charge_(budget, work_budget_.LimitBytes(), "the work on outputs"),
       scene_(LoadSceneInfo(store)),
@@ -45,6 +46,11 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
   view_.irradiance = [this](std::span<const PatchPoint> points) {
     std::vector<Rgb> values;
     CallWithin([&] { values = OpenSolution().Irradiance(points); });
+    return values;
+  };
+  view_.display_radiosity = [this](std::span<const PatchPoint> points) {
+    std::vector<Rgb> values;
+    CallWithin([&] { values = OpenSolution().DisplayRadiosity(points); });
     return values;
   };
   // Refuses a store without one before any work is done.

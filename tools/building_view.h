@@ -25,9 +25,11 @@ struct BuildingView {
   std::function<CellPatches(CellId)> load_cell;
   // As RayTracer::Trace.
   std::function<void(std::span<const TraceRay>, std::span<TraceHit>)> trace;
-  // As Solution::Radiosity and Solution::Irradiance.
+  // As the members of Solution.
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> radiosity;
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> irradiance;
+  std::function<std::vector<Rgb>(std::span<const PatchPoint>)>
+      display_radiosity;
 };
 
 // The point of a patch with patch coordinates (a, b).

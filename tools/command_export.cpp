@@ -149,6 +149,20 @@ CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
   return CLI::CheckedTransformer(names, CLI::ignore_case).description("");
 }
 
+void AddMeshOption(CLI::App& command, ExportCommand& options) {
+  command
+      .add_option_function<MeshKind>(
+          "--mesh",
+          [&options](const MeshKind& kind) { options.options.mesh = kind; },
+          "leaves: the elements as solved; anchored: without T-vertices; "
+          "smooth: the same, values averaged at vertices. Smooth if not given, "
+          "but leaves in .vtu")
+      ->transform(OneOf<MeshKind>({{"leaves", MeshKind::kLeaves},
+                                   {"anchored", MeshKind::kAnchored},
+                                   {"smooth", MeshKind::kSmooth}}))
+      ->type_name("MESH");
+}
+
 void AddCameraOptions(CLI::App& command, ExportCommand& options) {
   command.add_option("--eye", options.eye, "Where the camera stands, metres")
       ->expected(3)
@@ -239,11 +253,13 @@ void AddExportCommand(CLI::App& app) {
                    "File to write: .ply .gltf .glb .vtu .csv .png .exr")
       ->required()
       ->type_name("OUT");
+  AddMeshOption(*command, *options);
   AddCameraOptions(*command, *options);
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade export office.enf office.png --eye 1,1,1.6 --target "
-             "5,4,1 --size 1280,720");
+             "5,4,1 --size 1280,720\n"
+             "  enfilade export office.enf office.ply --mesh leaves");
   command->callback([options] { options->Run(); });
 }
 

@@ -59,8 +59,13 @@ void ExportMesh(StoredBuilding& building,
                                 &summary.bytes);
     return;
   }
-  const ElementCensus census =
-      TakeCensus(source, PartOf(options.progress, 0, 0.4));
+  const MeshKind kind = options.mesh.value_or(
+      extension == ".vtu" ? MeshKind::kLeaves : MeshKind::kSmooth);
+  const MeshSource faces =
+      kind == MeshKind::kLeaves
+          ? LeavesOf(source)
+          : DisplayMeshOf(solution, {kind == MeshKind::kSmooth});
+  const MeshCensus census = TakeCensus(faces, PartOf(options.progress, 0, 0.4));
   MeshOptions mesh;
   mesh.exposure_stops = options.exposure_stops;
   mesh.progress = PartOf(options.progress, 0.4, 1);
@@ -69,8 +74,8 @@ void ExportMesh(StoredBuilding& building,
                      : extension == ".glb"  ? WriteGlb
                      : extension == ".gltf" ? WriteGltf
                                             : WriteVtu;
-  summary.elements = census.leaves;
-  summary.bytes = write(source, census, mesh, out);
+  summary.elements = census.faces;
+  summary.bytes = write(faces, census, mesh, out);
 }
 
 void ExportPicture(StoredBuilding& building,
@@ -85,6 +90,7 @@ void ExportPicture(StoredBuilding& building,
   render.width = options.width;
   render.height = options.height;
   render.samples = options.samples;
+  render.smooth = options.mesh != MeshKind::kLeaves;
   render.progress = options.progress;
   const Picture picture =
       RenderPicture(building.View(), camera, render, building.WorkBudget());
@@ -95,6 +101,21 @@ void ExportPicture(StoredBuilding& building,
   image.white_background = options.camera.view == CameraView::kPlan;
   summary.bytes = extension == ".png" ? WritePng(picture, image, out)
                                       : WriteExr(picture, out);
+}
+
+// That the format has what was asked for.
+void RequireFitting(const std::optional<MeshKind>& mesh,
+                    const std::string& extension,
+                    bool picture) {
+  if (extension == ".csv" && mesh) {
+    throw UsageError(
+        ".csv holds means over patches and has no mesh; leave --mesh out");
+  }
+  if (picture && mesh == MeshKind::kAnchored) {
+    throw UsageError(
+        "a picture shows --mesh leaves or smooth: anchored values are those of "
+        "the leaves");
+  }
 }
 
 }  // namespace
@@ -129,8 +150,10 @@ ExportSummary Export(const BlockStorage& store,
         out.string(),
         extension));
   }
+  RequireFitting(options.mesh, extension, picture);
   const auto start = std::chrono::steady_clock::now();
-  StoredBuilding building(store, budget, Sharing::kTurns);
+  StoredBuilding building(
+      store, budget, picture ? Sharing::kTurns : Sharing::kAlone);
   constexpr uint64_t kBufferBytes = 1 << 20;
   const MemoryCharge buffers(
       building.WorkBudget(), kBufferBytes, "the buffers of an export");

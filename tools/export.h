@@ -1,12 +1,15 @@
 // Export: a solution as a file that other programs read, by extension.
 //
-//   .ply        leaf elements with vertex colours and float radiosity
+//   .ply        a mesh with vertex colours and float radiosity
 //   .glb .gltf  the same for viewers; linear COLOR_0, unlit (.gltf embeds
 //               nothing: it writes OUT.bin beside itself)
-//   .vtu        leaf elements for ParaView: radiosity, irradiance, cell, patch
+//   .vtu        a mesh for ParaView: radiosity, irradiance, cell, patch
 //   .csv        one line per patch: corners, mean radiosity and irradiance
 //   .png        a picture, tone-mapped
 //   .exr        the same picture, linear
+//
+// The mesh is that of the leaves, or one for display (solver/display_mesh.h);
+// pictures show the same.
 //
 // Streams: memory does not grow with the solution. A file appears under its
 // name only when it is complete.
@@ -25,7 +28,18 @@
 
 namespace enfilade {
 
+// What is shown of a solution.
+enum class MeshKind {
+  kLeaves,    // the elements that were solved for, as they are
+  kAnchored,  // balanced, without T-vertices; every element its own values
+  kSmooth,    // the same, values averaged at vertices
+};
+
 struct ExportOptions {
+  // Smooth where it is looked at, leaves in .vtu if not given. Pictures know
+  // leaves and smooth, .csv means over patches only.
+  std::optional<MeshKind> mesh;
+
   // Pictures only (.png, .exr).
   CameraOptions camera;
   uint32_t width = 1280;  // pixels
@@ -43,7 +57,7 @@ struct ExportOptions {
 };
 
 struct ExportSummary {
-  uint64_t elements = 0;  // leaves or patches written; 0 for pictures
+  uint64_t elements = 0;  // faces or patches written; 0 for pictures
   uint64_t rays = 0;      // pictures only
   uint64_t bytes = 0;     // of the file(s)
   double seconds = 0;

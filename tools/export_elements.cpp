@@ -28,19 +28,97 @@ void ForEachElement(
   }
 }
 
-ElementCensus TakeCensus(const ElementSource& source,
-                         const ExportProgress& progress) {
-  ElementCensus census;
-  ForEachElement(source, progress, [&](CellId, const LeafElement& leaf) {
-    ++census.leaves;
-    ++(leaf.corners.size() == 4 ? census.quads : census.triangles);
-    const double weight = Length(AreaVector(leaf.corners)) /
-                          static_cast<double>(leaf.corners.size());
-    for (size_t i = 0; i < leaf.corners.size(); ++i) {
-      census.bounds.Include(leaf.corners[i]);
-      census.meter.Add(leaf.radiosity[i], weight);
+void ForEachFace(const MeshSource& source,
+                 const ExportProgress& progress,
+                 const MeshSink& sink) {
+  uint64_t first = 0;
+  for (size_t c = 0; c < source.cells; ++c) {
+    uint64_t count = 0;
+    MeshSink renumber;
+    renumber.vertex = [&](const MeshVertex& vertex) {
+      ++count;
+      sink.vertex(vertex);
+    };
+    renumber.face = [&](const MeshFace& face) {
+      MeshFace numbered = face;
+      for (uint64_t& vertex : numbered.vertices) {
+        vertex += first;
+      }
+      sink.face(numbered);
+    };
+    source.for_each(CellId(c), renumber);
+    first += count;
+    if (progress) {
+      progress(static_cast<double>(c + 1) / static_cast<double>(source.cells));
     }
-  });
+  }
+}
+
+MeshSource LeavesOf(const ElementSource& source) {
+  MeshSource mesh;
+  mesh.cells = source.cells;
+  mesh.for_each = [source](CellId cell, const MeshSink& sink) {
+    uint64_t next = 0;
+    source.for_each_leaf(cell, [&](const LeafElement& leaf) {
+      CheckCorners(leaf);
+      const double area_m2 = Length(AreaVector(leaf.corners)) /
+                             static_cast<double>(leaf.corners.size());
+      MeshFace face{cell, leaf.patch};
+      face.count = static_cast<uint8_t>(leaf.corners.size());
+      for (size_t i = 0; i < face.count; ++i) {
+        sink.vertex(
+            {leaf.corners[i], leaf.radiosity[i], leaf.irradiance[i], area_m2});
+        face.vertices.at(i) = next++;
+      }
+      sink.face(face);
+    });
+  };
+  return mesh;
+}
+
+MeshSource DisplayMeshOf(const Solution& solution,
+                         const DisplayOptions& options) {
+  MeshSource mesh;
+  mesh.cells = solution.CellCount();
+  mesh.for_each = [&solution, options](CellId cell, const MeshSink& sink) {
+    uint64_t first = 0;
+    const auto pass_on = [&](const DisplayMesh& piece, const Patch& patch) {
+      const std::vector<double> areas_m2 = piece.VertexAreas();
+      for (size_t v = 0; v < piece.VertexCount(); ++v) {
+        const Rgb irradiance = piece.Irradiance(v);
+        sink.vertex({piece.Position(v),
+                     solution.RadiosityOf(patch, irradiance),
+                     irradiance,
+                     areas_m2[v]});
+      }
+      piece.ForEachTriangle([&](const DisplayTriangle& triangle) {
+        MeshFace face{cell, triangle.patch, 3};
+        for (size_t k = 0; k < triangle.vertices.size(); ++k) {
+          face.vertices.at(k) = first + triangle.vertices.at(k);
+        }
+        sink.face(face);
+      });
+      first += piece.VertexCount();
+    };
+    solution.ForEachDisplayMesh(cell, options, pass_on);
+  };
+  return mesh;
+}
+
+MeshCensus TakeCensus(const MeshSource& source,
+                      const ExportProgress& progress) {
+  MeshCensus census;
+  MeshSink sink;
+  sink.vertex = [&](const MeshVertex& vertex) {
+    ++census.vertices;
+    census.bounds.Include(vertex.position);
+    census.meter.Add(vertex.radiosity, vertex.area_m2);
+  };
+  sink.face = [&](const MeshFace& face) {
+    ++census.faces;
+    ++(face.count == 4 ? census.quads : census.triangles);
+  };
+  ForEachFace(source, progress, sink);
   return census;
 }
 

@@ -29,12 +29,12 @@ constexpr uint32_t kBinaryChunk = 0x004E4942;
 constexpr uint64_t kGlbHeaderBytes = 12;
 constexpr uint64_t kChunkHeaderBytes = 8;
 
-uint64_t Indices(const ElementCensus& census) {
+uint64_t Indices(const MeshCensus& census) {
   return 6 * census.quads + 3 * census.triangles;
 }
 
-uint64_t BinaryBytes(const ElementCensus& census) {
-  return kVertexBytes * census.Vertices() + 4 * Indices(census);
+uint64_t BinaryBytes(const MeshCensus& census) {
+  return kVertexBytes * census.vertices + 4 * Indices(census);
 }
 
 Json Accessor(int view, uint64_t offset, int type, uint64_t count) {
@@ -45,13 +45,13 @@ Json Accessor(int view, uint64_t offset, int type, uint64_t count) {
           {"type", type == kUnsignedInt ? "SCALAR" : "VEC3"}};
 }
 
-Json Describe(const ElementCensus& census, bool z_up, const std::string& uri) {
+Json Describe(const MeshCensus& census, bool z_up, const std::string& uri) {
   const auto corner = [](Point3 p) {
     return Json::array({static_cast<float>(p.x),
                         static_cast<float>(p.y),
                         static_cast<float>(p.z)});
   };
-  Json positions = Accessor(0, 0, kFloat, census.Vertices());
+  Json positions = Accessor(0, 0, kFloat, census.vertices);
   positions["min"] = corner(census.bounds.low);
   positions["max"] = corner(census.bounds.high);
   Json buffer = {{"byteLength", BinaryBytes(census)}};
@@ -62,7 +62,7 @@ Json Describe(const ElementCensus& census, bool z_up, const std::string& uri) {
   if (z_up) {
     node["matrix"] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
   }
-  const uint64_t vertex_bytes = kVertexBytes * census.Vertices();
+  const uint64_t vertex_bytes = kVertexBytes * census.vertices;
   Json vertices = {{"buffer", 0},
                    {"byteOffset", 0},
                    {"byteLength", vertex_bytes},
@@ -92,44 +92,43 @@ Json Describe(const ElementCensus& census, bool z_up, const std::string& uri) {
           {"bufferViews", Json::array({vertices, indices})},
           {"accessors",
            Json::array({positions,
-                        Accessor(0, 12, kFloat, census.Vertices()),
+                        Accessor(0, 12, kFloat, census.vertices),
                         Accessor(1, 0, kUnsignedInt, Indices(census))})}};
 }
 
-void WriteBinary(const ElementSource& source,
-                 const ElementCensus& census,
+void WriteBinary(const MeshSource& source,
+                 const MeshCensus& census,
                  const MeshOptions& options,
                  OutputFile& file,
                  uint64_t offset) {
   const ToneMap tone(census.meter.Key(), options.exposure_stops);
   SectionWriter vertices(file, offset);
-  SectionWriter indices(file, offset + kVertexBytes * census.Vertices());
-  uint32_t first = 0;
-  ForEachElement(
-      source, options.progress, [&](CellId, const LeafElement& leaf) {
-        const auto corners = static_cast<uint32_t>(leaf.corners.size());
-        for (size_t i = 0; i < corners; ++i) {
-          for (size_t k = 0; k < 3; ++k) {
-            vertices.Put(static_cast<float>(leaf.corners[i][k]));
-          }
-          for (const double value : tone.Linear(leaf.radiosity[i])) {
-            vertices.Put(static_cast<float>(value));
-          }
-        }
-        for (uint32_t i = 2; i < corners; ++i) {
-          indices.Put(first);
-          indices.Put(first + i - 1);
-          indices.Put(first + i);
-        }
-        first += corners;
-      });
+  SectionWriter indices(file, offset + kVertexBytes * census.vertices);
+  MeshSink sink;
+  sink.vertex = [&](const MeshVertex& vertex) {
+    for (size_t k = 0; k < 3; ++k) {
+      vertices.Put(static_cast<float>(vertex.position[k]));
+    }
+    for (const double value : tone.Linear(vertex.radiosity)) {
+      vertices.Put(static_cast<float>(value));
+    }
+  };
+  sink.face = [&](const MeshFace& face) {
+    const std::span<const uint64_t> corners = face.Vertices();
+    for (size_t i = 2; i < corners.size(); ++i) {
+      for (const size_t k : {size_t{0}, i - 1, i}) {
+        indices.Put(static_cast<uint32_t>(corners[k]));
+      }
+    }
+  };
+  ForEachFace(source, options.progress, sink);
   vertices.Flush();
   indices.Flush();
 }
 
-void RequireFits(const ElementCensus& census) {
+void RequireFits(const MeshCensus& census) {
   constexpr uint64_t kHeadroom = 64 << 10;
-  if (census.leaves == 0) {
+  if (census.faces == 0) {
     throw UsageError("the solution has no elements to export");
   }
   if (BinaryBytes(census) + kHeadroom > kMostBytes) {
@@ -142,8 +141,8 @@ void RequireFits(const ElementCensus& census) {
 
 }  // namespace
 
-uint64_t WriteGlb(const ElementSource& source,
-                  const ElementCensus& census,
+uint64_t WriteGlb(const MeshSource& source,
+                  const MeshCensus& census,
                   const MeshOptions& options,
                   const std::filesystem::path& out) {
   RequireFits(census);
@@ -168,8 +167,8 @@ uint64_t WriteGlb(const ElementSource& source,
   return file.Size();
 }
 
-uint64_t WriteGltf(const ElementSource& source,
-                   const ElementCensus& census,
+uint64_t WriteGltf(const MeshSource& source,
+                   const MeshCensus& census,
                    const MeshOptions& options,
                    const std::filesystem::path& out) {
   RequireFits(census);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint64_t kVertexBytes = 39;  // 3 floats, 3 bytes, 6 floats
 
-std::string PlyHeader(const ElementCensus& census) {
+std::string PlyHeader(const MeshCensus& census) {
   return fmt::format(
       "ply\n"
       "format binary_little_endian 1.0\n"
@@ -28,21 +28,18 @@ std::string PlyHeader(const ElementCensus& census) {
       "element face {}\n"
       "property list uchar int vertex_indices\n"
       "end_header\n",
-      census.Vertices(),
-      census.leaves);
+      census.vertices,
+      census.faces);
 }
 
 void PutVertex(SectionWriter& out,
-               const LeafElement& leaf,
-               size_t corner,
+               const MeshVertex& vertex,
                const ToneMap& tone) {
-  const Point3 p = leaf.corners[corner];
   for (size_t i = 0; i < 3; ++i) {
-    out.Put(static_cast<float>(p[i]));
+    out.Put(static_cast<float>(vertex.position[i]));
   }
-  out.Put(tone.Encoded(leaf.radiosity[corner]));
-  for (const Rgb* values :
-       {&leaf.radiosity[corner], &leaf.irradiance[corner]}) {
+  out.Put(tone.Encoded(vertex.radiosity));
+  for (const Rgb* values : {&vertex.radiosity, &vertex.irradiance}) {
     for (const double value : *values) {
       out.Put(static_cast<float>(value));
     }
@@ -51,11 +48,11 @@ void PutVertex(SectionWriter& out,
 
 }  // namespace
 
-uint64_t WritePly(const ElementSource& source,
-                  const ElementCensus& census,
+uint64_t WritePly(const MeshSource& source,
+                  const MeshCensus& census,
                   const MeshOptions& options,
                   const std::filesystem::path& out) {
-  if (census.Vertices() > std::numeric_limits<int32_t>::max()) {
+  if (census.vertices > std::numeric_limits<int32_t>::max()) {
     throw UsageError(
         "the solution has more vertices than a PLY file can "
         "number; export it as .vtu");
@@ -65,17 +62,18 @@ uint64_t WritePly(const ElementSource& source,
   const std::string header = PlyHeader(census);
   SectionWriter vertices(file, 0);
   vertices.PutText(header);
-  SectionWriter faces(file, header.size() + kVertexBytes * census.Vertices());
-  int32_t next = 0;
-  ForEachElement(
-      source, options.progress, [&](CellId, const LeafElement& leaf) {
-        const auto corners = static_cast<uint8_t>(leaf.corners.size());
-        faces.Put(corners);
-        for (size_t i = 0; i < corners; ++i) {
-          PutVertex(vertices, leaf, i, tone);
-          faces.Put(next++);
-        }
-      });
+  SectionWriter faces(file, header.size() + kVertexBytes * census.vertices);
+  MeshSink sink;
+  sink.vertex = [&](const MeshVertex& vertex) {
+    PutVertex(vertices, vertex, tone);
+  };
+  sink.face = [&](const MeshFace& face) {
+    faces.Put(face.count);
+    for (const uint64_t vertex : face.Vertices()) {
+      faces.Put(static_cast<int32_t>(vertex));
+    }
+  };
+  ForEachFace(source, options.progress, sink);
   vertices.Flush();
   faces.Flush();
   file.Finish();

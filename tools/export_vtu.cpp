@@ -31,9 +31,10 @@ enum Section : size_t {
   kSections
 };
 
-std::vector<Array> Arrays(const ElementCensus& census) {
-  const uint64_t v = census.Vertices();
-  const uint64_t n = census.leaves;
+std::vector<Array> Arrays(const MeshCensus& census) {
+  const uint64_t v = census.vertices;
+  const uint64_t n = census.faces;
+  const uint64_t corners = 4 * census.quads + 3 * census.triangles;
   const auto array = [](const char* type, const char* name, int components) {
     return fmt::format(
         R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}" )"
@@ -43,7 +44,7 @@ std::vector<Array> Arrays(const ElementCensus& census) {
         components);
   };
   return {{array("Float32", "Points", 3), 12 * v},
-          {array("Int64", "connectivity", 1), 8 * v},
+          {array("Int64", "connectivity", 1), 8 * corners},
           {array("Int64", "offsets", 1), 8 * n},
           {array("UInt8", "types", 1), n},
           {array("Float32", "radiosity", 3), 12 * v},
@@ -52,7 +53,7 @@ std::vector<Array> Arrays(const ElementCensus& census) {
           {array("UInt32", "patch", 1), 4 * n}};
 }
 
-std::string Xml(const ElementCensus& census, const std::vector<Array>& arrays) {
+std::string Xml(const MeshCensus& census, const std::vector<Array>& arrays) {
   std::vector<std::string> elements;
   uint64_t offset = 0;
   for (const Array& array : arrays) {
@@ -72,8 +73,8 @@ std::string Xml(const ElementCensus& census, const std::vector<Array>& arrays) {
       "<CellData>\n{}{}</CellData>\n"
       "</Piece>\n</UnstructuredGrid>\n"
       "<AppendedData encoding=\"raw\">\n_",
-      census.Vertices(),
-      census.leaves,
+      census.vertices,
+      census.faces,
       elements[kPoints],
       elements[kConnectivity],
       elements[kOffsets],
@@ -96,20 +97,23 @@ class Sections {
     end_ = start;
   }
 
-  void Add(CellId cell, const LeafElement& leaf) {
-    const size_t corners = leaf.corners.size();
-    for (size_t i = 0; i < corners; ++i) {
-      for (size_t k = 0; k < 3; ++k) {
-        writers_[kPoints].Put(static_cast<float>(leaf.corners[i][k]));
-        writers_[kRadiosity].Put(static_cast<float>(leaf.radiosity[i][k]));
-        writers_[kIrradiance].Put(static_cast<float>(leaf.irradiance[i][k]));
-      }
-      writers_[kConnectivity].Put(vertices_++);
+  void Add(const MeshVertex& vertex) {
+    for (size_t k = 0; k < 3; ++k) {
+      writers_[kPoints].Put(static_cast<float>(vertex.position[k]));
+      writers_[kRadiosity].Put(static_cast<float>(vertex.radiosity[k]));
+      writers_[kIrradiance].Put(static_cast<float>(vertex.irradiance[k]));
     }
-    writers_[kOffsets].Put(vertices_);
-    writers_[kTypes].Put(corners == 4 ? kVtkQuad : kVtkTriangle);
-    writers_[kCell].Put(cell.value);
-    writers_[kPatch].Put(leaf.patch.value);
+  }
+
+  void Add(const MeshFace& face) {
+    for (const uint64_t vertex : face.Vertices()) {
+      writers_[kConnectivity].Put(static_cast<int64_t>(vertex));
+    }
+    corners_ += face.count;
+    writers_[kOffsets].Put(corners_);
+    writers_[kTypes].Put(face.count == 4 ? kVtkQuad : kVtkTriangle);
+    writers_[kCell].Put(face.cell.value);
+    writers_[kPatch].Put(face.patch.value);
   }
 
   void Flush() {
@@ -122,14 +126,14 @@ class Sections {
 
  private:
   std::vector<SectionWriter> writers_;
-  int64_t vertices_ = 0;
+  int64_t corners_ = 0;
   uint64_t end_ = 0;
 };
 
 }  // namespace
 
-uint64_t WriteVtu(const ElementSource& source,
-                  const ElementCensus& census,
+uint64_t WriteVtu(const MeshSource& source,
+                  const MeshCensus& census,
                   const MeshOptions& options,
                   const std::filesystem::path& out) {
   OutputFile file(out);
@@ -138,10 +142,10 @@ uint64_t WriteVtu(const ElementSource& source,
   head.PutText(Xml(census, arrays));
   head.Flush();
   Sections sections(file, arrays, head.Position());
-  ForEachElement(
-      source, options.progress, [&](CellId cell, const LeafElement& leaf) {
-        sections.Add(cell, leaf);
-      });
+  MeshSink sink;
+  sink.vertex = [&](const MeshVertex& vertex) { sections.Add(vertex); };
+  sink.face = [&](const MeshFace& face) { sections.Add(face); };
+  ForEachFace(source, options.progress, sink);
   sections.Flush();
   SectionWriter tail(file, sections.End());
   tail.PutText("\n</AppendedData>\n</VTKFile>\n");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <tuple>
 
 #include "tools/building_surfaces.h"
 #include <fmt/format.h>
@@ -17,16 +18,25 @@ constexpr uint64_t kSampleBytes = 384;  // of a sample in all arrays of a band
 constexpr size_t kLeastSamples = 4096;
 constexpr size_t kMostSamples = 131072;
 
-enum class Seen : uint32_t { kNothing, kBack, kFront };
+enum class Seen : uint8_t { kNothing, kBack, kFront };
 
-// What one sample of the picture sees.
+// A sample of a band that sees the front of a patch.
 struct SeenPoint {
-  Seen seen = Seen::kNothing;
-  uint32_t cell = 0;
+  uint32_t sample = 0;  // within the band
   uint32_t patch = 0;
   float a = 0;
   float b = 0;
 };
+
+// The seen points of a band that lie in one cell, in a row.
+struct Section {
+  uint32_t cell = 0;
+  uint32_t first_row = 0;  // of the band
+  uint64_t first = 0;
+  uint32_t count = 0;
+};
+
+using Value = std::array<float, kRgbChannels>;
 
 class Renderer {
  public:
@@ -43,13 +53,18 @@ class Renderer {
         charge_(budget,
                 band_rows_ * row_samples_ * kSampleBytes,
                 "the rays of a picture"),
+        section_charge_(budget, "the cells seen in a picture"),
         surfaces_(view, budget, budget.FreeBytes() / 16),
-        seen_(sizeof(SeenPoint)) {}
+        seen_(sizeof(Seen)),
+        points_(sizeof(SeenPoint)),
+        values_(sizeof(Value)) {}
 
   Picture Render() {
-    ForEachBand(0, [&](uint32_t first, uint32_t rows) { See(first, rows); });
+    ForEachBand(
+        0, 0.5, [&](uint32_t first, uint32_t rows) { See(first, rows); });
+    ShadeSections();
     Picture picture(options_.width, options_.height);
-    ForEachBand(0.5, [&](uint32_t first, uint32_t rows) {
+    ForEachBand(0.9, 1, [&](uint32_t first, uint32_t rows) {
       picture.SetRows(first, Shade(first, rows));
     });
     return picture;
@@ -66,12 +81,16 @@ class Renderer {
   }
 
   template <typename Body>
-  void ForEachBand(double done, const Body& body) const {
+  void ForEachBand(double begin, double end, const Body& body) const {
     for (uint32_t row = 0; row < options_.height; row += band_rows_) {
       body(row, std::min(band_rows_, options_.height - row));
-      if (options_.progress) {
-        options_.progress(done + 0.5 * row / options_.height);
-      }
+      Report(begin + (end - begin) * row / options_.height);
+    }
+  }
+
+  void Report(double done) const {
+    if (options_.progress) {
+      options_.progress(done);
     }
   }
 
@@ -104,56 +123,117 @@ class Renderer {
     view_.trace(rays, hits);
     std::vector<Surface> surfaces(rays.size());
     surfaces_.Read(rays, hits, surfaces);
-    std::vector<SeenPoint> seen(rays.size());
-    for (size_t i = 0; i < rays.size(); ++i) {
+    std::vector<Seen> seen(rays.size());
+    std::vector<uint32_t> fronts;
+    for (uint32_t i = 0; i < rays.size(); ++i) {
       if (hits[i].hit) {
-        seen[i] = {surfaces[i].front ? Seen::kFront : Seen::kBack,
-                   hits[i].cell.value,
-                   hits[i].patch.value,
-                   static_cast<float>(hits[i].a),
-                   static_cast<float>(hits[i].b)};
+        seen[i] = surfaces[i].front ? Seen::kFront : Seen::kBack;
+      }
+      if (seen[i] == Seen::kFront) {
+        fronts.push_back(i);
       }
     }
     seen_.Write(first_row * row_samples_, std::as_bytes(std::span(seen)));
+    std::stable_sort(fronts.begin(), fronts.end(), [&](uint32_t i, uint32_t j) {
+      return std::tie(hits[i].cell, hits[i].patch) <
+             std::tie(hits[j].cell, hits[j].patch);
+    });
+    KeepSections(first_row, fronts, hits);
+  }
+
+  // `fronts`: the samples of a band that see a front, cell by cell.
+  void KeepSections(uint32_t first_row,
+                    std::span<const uint32_t> fronts,
+                    std::span<const TraceHit> hits) {
+    std::vector<SeenPoint> points;
+    const uint64_t first = first_row * row_samples_;
+    for (const uint32_t i : fronts) {
+      const TraceHit& hit = hits[i];
+      const uint64_t at = first + points.size();
+      if (points.empty() || sections_.back().cell != hit.cell.value) {
+        section_charge_.GrowTo(3 * sizeof(Section) * (sections_.size() + 1));
+        sections_.push_back({hit.cell.value, first_row, at});
+      }
+      ++sections_.back().count;
+      points.push_back({i,
+                        hit.patch.value,
+                        static_cast<float>(hit.a),
+                        static_cast<float>(hit.b)});
+    }
+    points_.Write(first, std::as_bytes(std::span(points)));
+  }
+
+  // The radiosity of all seen points, cell by cell.
+  void ShadeSections() {
+    std::sort(sections_.begin(),
+              sections_.end(),
+              [](const Section& a, const Section& b) {
+                return std::tie(a.cell, a.first) < std::tie(b.cell, b.first);
+              });
+    for (size_t i = 0; i < sections_.size(); ++i) {
+      ShadeSection(sections_[i]);
+      Report(0.5 + 0.4 * static_cast<double>(i) /
+                       static_cast<double>(sections_.size()));
+    }
+  }
+
+  void ShadeSection(const Section& section) {
+    std::vector<SeenPoint> seen(section.count);
+    points_.Read(section.first, std::as_writable_bytes(std::span(seen)));
+    std::vector<PatchPoint> points;
+    points.reserve(seen.size());
+    for (const SeenPoint& s : seen) {
+      points.push_back({CellId(section.cell), PatchId(s.patch), s.a, s.b});
+    }
+    const std::vector<Rgb> radiosity = options_.smooth
+                                           ? view_.display_radiosity(points)
+                                           : view_.radiosity(points);
+    std::vector<Value> values(radiosity.size());
+    for (size_t i = 0; i < values.size(); ++i) {
+      for (size_t c = 0; c < kRgbChannels; ++c) {
+        values[i].at(c) = static_cast<float>(radiosity[i].at(c));
+      }
+    }
+    values_.Write(section.first, std::as_bytes(std::span(values)));
   }
 
   std::vector<Pixel> Shade(uint32_t first_row, uint32_t rows) const {
-    std::vector<SeenPoint> seen(rows * row_samples_);
-    seen_.Read(first_row * row_samples_,
-               std::as_writable_bytes(std::span(seen)));
-    std::vector<PatchPoint> points;
-    for (const SeenPoint& s : seen) {
-      if (s.seen == Seen::kFront) {
-        points.push_back({CellId(s.cell), PatchId(s.patch), s.a, s.b});
-      }
+    const uint64_t first = first_row * row_samples_;
+    std::vector<Seen> seen(rows * row_samples_);
+    seen_.Read(first, std::as_writable_bytes(std::span(seen)));
+    const auto fronts =
+        static_cast<size_t>(std::count(seen.begin(), seen.end(), Seen::kFront));
+    std::vector<SeenPoint> points(fronts);
+    points_.Read(first, std::as_writable_bytes(std::span(points)));
+    std::vector<Value> values(fronts);
+    values_.Read(first, std::as_writable_bytes(std::span(values)));
+    std::vector<Value> radiosity(seen.size());
+    for (size_t i = 0; i < fronts; ++i) {
+      radiosity[points[i].sample] = values[i];
     }
-    const std::vector<Rgb> radiosity = view_.radiosity(points);
     const size_t per_pixel =
         static_cast<size_t>(options_.samples) * options_.samples;
     std::vector<Pixel> pixels(seen.size() / per_pixel);
-    size_t next = 0;
     for (size_t i = 0; i < pixels.size(); ++i) {
-      pixels[i] = ShadePixel(
-          std::span(seen).subspan(i * per_pixel, per_pixel), radiosity, &next);
+      pixels[i] =
+          ShadePixel(std::span(seen).subspan(i * per_pixel, per_pixel),
+                     std::span(radiosity).subspan(i * per_pixel, per_pixel));
     }
     return pixels;
   }
 
-  // `next` counts the fronts shaded so far.
-  static Pixel ShadePixel(std::span<const SeenPoint> seen,
-                          const std::vector<Rgb>& radiosity,
-                          size_t* next) {
+  static Pixel ShadePixel(std::span<const Seen> seen,
+                          std::span<const Value> radiosity) {
     Rgb sum{};
     double fronts = 0;
     double backs = 0;
-    for (const SeenPoint& s : seen) {
-      if (s.seen == Seen::kFront) {
-        const Rgb& value = radiosity[(*next)++];
+    for (size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i] == Seen::kFront) {
         for (size_t c = 0; c < kRgbChannels; ++c) {
-          sum[c] += value[c];
+          sum[c] += static_cast<double>(radiosity[i].at(c));
         }
         ++fronts;
-      } else if (s.seen == Seen::kBack) {
+      } else if (seen[i] == Seen::kBack) {
         ++backs;
       }
     }
@@ -173,8 +253,12 @@ class Renderer {
   size_t row_samples_;
   uint32_t band_rows_;
   MemoryCharge charge_;
+  GrowingCharge section_charge_;
   SurfaceReader surfaces_;
-  Spool seen_;
+  std::vector<Section> sections_;
+  Spool seen_;    // of every sample, in the order of the rows
+  Spool points_;  // SeenPoint, band by band and within it section by section
+  Spool values_;  // their radiosity
 };
 
 }  // namespace

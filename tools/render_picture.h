@@ -67,11 +67,13 @@ struct RenderOptions {
   uint32_t width = 1280;
   uint32_t height = 720;
   uint32_t samples = 2;  // per pixel and direction
+  bool smooth = true;    // the display mesh; else the leaves as they are
   std::function<void(double fraction)> progress;
 };
 
 // Needs the view's tracer and radiosity; traces everything before it asks for
-// radiosity, so that the two need no memory at the same time.
+// radiosity, so that the two need no memory at the same time. Radiosity is
+// asked for cell by cell, each cell in a run of calls.
 Picture RenderPicture(const BuildingView& view,
                       const Camera& camera,
                       const RenderOptions& options,

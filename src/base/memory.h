@@ -113,4 +113,36 @@ class MemoryCharge {
   uint64_t bytes_ = 0;
 };
 
+// A charge that grows with what it stands for. The budget must outlive it.
+class GrowingCharge {
+ public:
+  GrowingCharge(MemoryBudget& budget, std::string_view what)
+      : budget_(&budget), what_(what) {}
+
+  ~GrowingCharge() { budget_->Release(bytes_); }
+
+  GrowingCharge(const GrowingCharge&) = delete;
+  GrowingCharge& operator=(const GrowingCharge&) = delete;
+
+  // Throws DoesNotFitError; unchanged then.
+  void GrowTo(uint64_t bytes) {
+    if (bytes > bytes_) {
+      budget_->Charge(bytes - bytes_, what_);
+      bytes_ = bytes;
+    }
+  }
+
+  void ShrinkTo(uint64_t bytes) {
+    if (bytes < bytes_) {
+      budget_->Release(bytes_ - bytes);
+      bytes_ = bytes;
+    }
+  }
+
+ private:
+  MemoryBudget* budget_;
+  std::string_view what_;
+  uint64_t bytes_ = 0;
+};
+
 }  // namespace enfilade

@@ -44,4 +44,21 @@ Corners CornersOf(const PatchGeometry& patch, ElementFrame frame) {
   return c;
 }
 
+size_t ChildAt(PatchShape shape, UnitPoint* p) {
+  size_t child = 0;
+  if (shape == PatchShape::kTriangle && p->a < 0.5 && p->b < 0.5 &&
+      p->a + p->b > 0.5) {
+    child = 3;
+  } else {
+    child = (p->a >= 0.5 ? 1U : 0U) + (p->b >= 0.5 ? 2U : 0U);
+    if (shape == PatchShape::kTriangle && child == 3) {
+      child = 1;  // only the rim's rounding gets here
+    }
+  }
+  const ChildFrame frame = FrameOfChild(shape, child);
+  p->a = (p->a - frame.a) / frame.scale;
+  p->b = (p->b - frame.b) / frame.scale;
+  return child;
+}
+
 }  // namespace enfilade

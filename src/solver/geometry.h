@@ -119,6 +119,10 @@ inline ElementFrame ChildOf(ElementFrame parent,
           parent.scale * static_cast<float>(frame.scale)};
 }
 
+// Which child a point of the unit shape lies in; `p` becomes its coordinates in
+// that child.
+size_t ChildAt(PatchShape shape, UnitPoint* p);
+
 inline Vec3f PointOn(const PatchGeometry& patch,
                      ElementFrame frame,
                      float s,

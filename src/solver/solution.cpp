@@ -4,11 +4,11 @@
 #include "base/hash.h"
 #include "partition/partition.h"
 #include "solver/basis.h"
+#include "solver/display_cell.h"
 #include "solver/element_tree.h"
 #include "solver/solve_state.h"
 
 #include <algorithm>
-#include <map>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -27,22 +27,13 @@ std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
   return geometry;
 }
 
-// Patch coordinates into those of an element's child; which child it is.
-size_t Descend(PatchShape shape, UnitPoint* p) {
-  size_t child = 0;
-  if (shape == PatchShape::kTriangle && p->a < 0.5 && p->b < 0.5 &&
-      p->a + p->b > 0.5) {
-    child = 3;
-  } else {
-    child = (p->a >= 0.5 ? 1U : 0U) + (p->b >= 0.5 ? 2U : 0U);
-    if (shape == PatchShape::kTriangle && child == 3) {
-      child = 1;  // only the rim's rounding gets here
-    }
-  }
-  const ChildFrame frame = FrameOfChild(shape, child);
-  p->a = (p->a - frame.a) / frame.scale;
-  p->b = (p->b - frame.b) / frame.scale;
-  return child;
+std::vector<size_t> OrderByCell(std::span<const PatchPoint> points) {
+  std::vector<size_t> order(points.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t i, size_t j) {
+    return points[i].cell < points[j].cell;
+  });
+  return order;
 }
 
 }  // namespace
@@ -75,16 +66,40 @@ struct Solution::Impl {
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const;
-  [[nodiscard]] Rgb RadiosityOf(const PatchGeometry& patch,
+  template <typename PatchLike>
+  [[nodiscard]] Rgb RadiosityOf(const PatchLike& patch,
                                 const Rgb& irradiance) const;
   [[nodiscard]] std::vector<Rgb> Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const;
+
+  // A cell and its display meshes.
+  struct ShownCell {
+    ShownCell(CellId cell, LoadedCell loaded_cell, MemoryBudget& budget)
+        : id(cell),
+          loaded(std::move(loaded_cell)),
+          display(*loaded.tree, loaded.stored.patches, budget) {}
+
+    CellId id;
+    LoadedCell loaded;
+    DisplayCell display;
+  };
+
+  // Requires `show_mutex`.
+  ShownCell& Show(CellId cell) {
+    if (!shown || shown->id != cell) {
+      shown.reset();
+      shown = std::make_unique<ShownCell>(cell, Load(cell), *budget);
+    }
+    return *shown;
+  }
 
   const BlockStorage* store;
   MemoryBudget* budget;
   SceneInfo scene;
   Basis basis;
   size_t cell_count = 0;
+  std::mutex show_mutex;
+  std::unique_ptr<ShownCell> shown;  // the last one
 };
 
 Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
@@ -107,11 +122,12 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
     if (first == 0) {
       return sum;
     }
-    e = ElementId(first + Descend(shape, &p));
+    e = ElementId(first + ChildAt(shape, &p));
   }
 }
 
-Rgb Solution::Impl::RadiosityOf(const PatchGeometry& patch,
+template <typename PatchLike>
+Rgb Solution::Impl::RadiosityOf(const PatchLike& patch,
                                 const Rgb& irradiance) const {
   const Material& m = scene.materials.at(patch.material.Index());
   Rgb b{};
@@ -124,11 +140,7 @@ Rgb Solution::Impl::RadiosityOf(const PatchGeometry& patch,
 
 std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const {
-  std::vector<size_t> order(points.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t i, size_t j) {
-    return points[i].cell < points[j].cell;
-  });
+  const std::vector<size_t> order = OrderByCell(points);
   std::vector<Rgb> values(points.size());
   for (size_t i = 0; i < order.size();) {
     const CellId id = points[order[i]].cell;
@@ -210,6 +222,37 @@ void Solution::ForEachLeaf(
           impl_->RadiosityOf(loaded.geometry[e.patch], leaf.irradiance.back()));
     }
     visit(leaf);
+  }
+}
+
+Rgb Solution::RadiosityOf(const Patch& patch, const Rgb& irradiance) const {
+  return impl_->RadiosityOf(patch, irradiance);
+}
+
+std::vector<Rgb> Solution::DisplayRadiosity(
+    std::span<const PatchPoint> points) const {
+  const std::lock_guard lock(impl_->show_mutex);
+  std::vector<Rgb> values(points.size());
+  for (const size_t i : OrderByCell(points)) {
+    const PatchPoint& p = points[i];
+    Impl::ShownCell& cell = impl_->Show(p.cell);
+    values[i] =
+        impl_->RadiosityOf(cell.loaded.stored.patches.at(p.patch.Index()),
+                           cell.display.IrradianceAt(p.patch, {p.a, p.b}));
+  }
+  return values;
+}
+
+void Solution::ForEachDisplayMesh(
+    CellId cell,
+    const DisplayOptions& options,
+    const std::function<void(const DisplayMesh&, const Patch&)>& visit) const {
+  const Impl::LoadedCell loaded = impl_->Load(cell);
+  const DisplayCell display(
+      *loaded.tree, loaded.stored.patches, *impl_->budget);
+  for (size_t g = 0; g < display.GroupCount(); ++g) {
+    visit(*display.Make(g, options),
+          loaded.stored.patches[display.FirstOf(g).Index()]);
   }
 }
 

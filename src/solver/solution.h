@@ -11,6 +11,7 @@
 #include "base/vec.h"
 #include "partition/patch.h"
 #include "scene/scene_store.h"
+#include "solver/display_mesh.h"
 
 #include <functional>
 #include <memory>
@@ -58,6 +59,22 @@ class Solution {
   // Visits the leaves of a cell in a fixed order.
   void ForEachLeaf(CellId cell,
                    const std::function<void(const LeafElement&)>& visit) const;
+
+  // The radiosity of a patch under so much irradiance.
+  [[nodiscard]] Rgb RadiosityOf(const Patch& patch,
+                                const Rgb& irradiance) const;
+
+  // As Radiosity, of the smooth meshes for display. The last cell asked for is
+  // kept with its meshes, so ask cell by cell.
+  [[nodiscard]] std::vector<Rgb> DisplayRadiosity(
+      std::span<const PatchPoint> points) const;
+
+  // Visits the meshes of a cell's groups of coplanar patches in a fixed order,
+  // each with a patch of its group.
+  void ForEachDisplayMesh(
+      CellId cell,
+      const DisplayOptions& options,
+      const std::function<void(const DisplayMesh&, const Patch&)>& visit) const;
 
   // Hash over the coefficients of all cells: equal for equal bits.
   [[nodiscard]] std::string Digest() const;

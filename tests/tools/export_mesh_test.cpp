@@ -11,18 +11,20 @@ namespace {
 
 class ExportMeshTest : public ExportFixture {
  protected:
-  ElementCensus Census() { return TakeCensus(source_, {}); }
+  MeshCensus Census() { return TakeCensus(Leaves(), {}); }
+
+  MeshSource Leaves() { return LeavesOf(source_); }
 };
 
 TEST_F(ExportMeshTest, CensusCountsElements) {
-  const ElementCensus census = Census();
-  EXPECT_EQ(census.leaves, 2U);
-  EXPECT_EQ(census.Vertices(), 7U);
+  const MeshCensus census = Census();
+  EXPECT_EQ(census.faces, 2U);
+  EXPECT_EQ(census.vertices, 7U);
   EXPECT_EQ(census.bounds.high, (Point3{2, 3, 5}));
 }
 
 TEST_F(ExportMeshTest, PlyHoldsVerticesAndFaces) {
-  const uint64_t bytes = WritePly(source_, Census(), {}, Path("a.ply"));
+  const uint64_t bytes = WritePly(Leaves(), Census(), {}, Path("a.ply"));
   const std::string ply = Content("a.ply");
   EXPECT_EQ(ply.size(), bytes);
   EXPECT_NE(ply.find("element vertex 7\n"), std::string::npos);
@@ -44,7 +46,7 @@ TEST_F(ExportMeshTest, PlyHoldsVerticesAndFaces) {
 }
 
 TEST_F(ExportMeshTest, GlbIsWellFormed) {
-  const uint64_t bytes = WriteGlb(source_, Census(), {}, Path("a.glb"));
+  const uint64_t bytes = WriteGlb(Leaves(), Census(), {}, Path("a.glb"));
   const std::string glb = Content("a.glb");
   ASSERT_EQ(glb.size(), bytes);
   EXPECT_EQ(glb.substr(0, 4), "glTF");
@@ -75,11 +77,11 @@ TEST_F(ExportMeshTest, GlbIsWellFormed) {
 TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
   MeshOptions options;
   options.z_up = false;
-  WriteGltf(source_, Census(), options, Path("y.gltf"));
+  WriteGltf(Leaves(), Census(), options, Path("y.gltf"));
   EXPECT_FALSE(
       nlohmann::json::parse(Content("y.gltf"))["nodes"][0].contains("matrix"));
   options.z_up = true;
-  WriteGltf(source_, Census(), options, Path("z.gltf"));
+  WriteGltf(Leaves(), Census(), options, Path("z.gltf"));
   const auto json = nlohmann::json::parse(Content("z.gltf"));
   const std::vector<double> m = json["nodes"][0]["matrix"];
   // Column-major: Z goes to Y, Y to -Z.
@@ -90,7 +92,7 @@ TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
 }
 
 TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {
-  WriteVtu(source_, Census(), {}, Path("a.vtu"));
+  WriteVtu(Leaves(), Census(), {}, Path("a.vtu"));
   const std::string vtu = Content("a.vtu");
   const size_t data = vtu.find("encoding=\"raw\">\n_") + 17;
   const auto array = [&](const std::string& name) {
@@ -145,15 +147,16 @@ TEST_F(ExportMeshTest, AFailedExportLeavesWhatWasThere) {
         }
         visit(cells_[0][0]);
       };
-  const ElementCensus census = Census();
+  const MeshCensus census = Census();
   source_.for_each_leaf = fail_in_cell_1;
-  EXPECT_THROW(WritePly(source_, census, {}, Path("a.ply")), DamagedStoreError);
+  EXPECT_THROW(WritePly(Leaves(), census, {}, Path("a.ply")),
+               DamagedStoreError);
   EXPECT_EQ(Content("a.ply"), "old");
   EXPECT_EQ(FilesInFolder(), 1U);
 }
 
 TEST_F(ExportMeshTest, AMissingFolderIsADiskError) {
-  EXPECT_THROW(WritePly(source_, Census(), {}, Path("no/a.ply")), DiskError);
+  EXPECT_THROW(WritePly(Leaves(), Census(), {}, Path("no/a.ply")), DiskError);
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ class FakeBuilding {
     view_.radiosity = [this](std::span<const PatchPoint> points) {
       return Evaluate(points, radiosity_);
     };
+    view_.display_radiosity = view_.radiosity;
     view_.irradiance = [this](std::span<const PatchPoint> points) {
       return Evaluate(points, irradiance_);
     };

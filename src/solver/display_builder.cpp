@@ -1,0 +1,418 @@
+#include "solver/display_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// A hair inside of the unit shape, where every basis is defined.
+UnitPoint Inside(PatchShape shape, UnitPoint p) {
+  constexpr double kHair = 1e-7;
+  const double most = 1 - kHair;
+  p = {std::clamp(p.a, kHair, most), std::clamp(p.b, kHair, most)};
+  if (shape == PatchShape::kTriangle && p.a + p.b > most) {
+    const double out = (p.a + p.b - most) / 2;
+    p = {std::max(p.a - out, 0.0), std::max(p.b - out, 0.0)};
+  }
+  return p;
+}
+
+double DistanceFromLine(PlanePoint p, const PlaneSegment& s) {
+  return std::abs(Cross(s.b - s.a, p - s.a)) / Length(s.b - s.a);
+}
+
+// Whether the middle of the edge a, b lies on the segment, and the edge along
+// it.
+bool Covers(const PlaneSegment& s,
+            PlanePoint a,
+            PlanePoint b,
+            double tolerance_m) {
+  if (DistanceFromLine(a, s) > tolerance_m ||
+      DistanceFromLine(b, s) > tolerance_m) {
+    return false;
+  }
+  const PlanePoint along = s.b - s.a;
+  const PlanePoint middle = PlanePoint{(a.x + b.x) / 2, (a.y + b.y) / 2} - s.a;
+  const double t = (middle.x * along.x + middle.y * along.y) /
+                   (along.x * along.x + along.y * along.y);
+  return t >= 0 && t <= 1;
+}
+
+// The segments of StandingSegments, to be found by place.
+class Barriers {
+ public:
+  Barriers(std::vector<PlaneSegment> segments, double tolerance_m)
+      : segments_(std::move(segments)),
+        tolerance_m_(tolerance_m),
+        index_(Boxes(segments_), 2 * tolerance_m) {}
+
+  [[nodiscard]] bool Parts(PlanePoint a, PlanePoint b) const {
+    const auto near = index_.Near({(a.x + b.x) / 2, (a.y + b.y) / 2});
+    return std::any_of(near.begin(), near.end(), [&](uint32_t i) {
+      return Covers(segments_[i], a, b, tolerance_m_);
+    });
+  }
+
+  [[nodiscard]] uint64_t SizeBytes() const {
+    return segments_.capacity() *
+               (sizeof(PlaneSegment) + sizeof(PlaneIndex::Box)) +
+           index_.SizeBytes();
+  }
+
+ private:
+  static std::vector<PlaneIndex::Box> Boxes(
+      std::span<const PlaneSegment> segments) {
+    std::vector<PlaneIndex::Box> boxes(segments.size());
+    for (size_t i = 0; i < segments.size(); ++i) {
+      boxes[i].Include(segments[i].a);
+      boxes[i].Include(segments[i].b);
+    }
+    return boxes;
+  }
+
+  std::vector<PlaneSegment> segments_;
+  double tolerance_m_;
+  PlaneIndex index_;
+};
+
+}  // namespace
+
+PointWelder::PointWelder(double tolerance_m)
+    : tolerance_m_(tolerance_m), slot_m_(16 * tolerance_m) {}
+
+uint64_t PointWelder::Key(double x, double y) const {
+  const auto column = static_cast<int64_t>(std::floor(x / slot_m_));
+  const auto row = static_cast<int64_t>(std::floor(y / slot_m_));
+  return static_cast<uint64_t>(column) << 32 ^
+         (static_cast<uint64_t>(row) & UINT32_MAX);
+}
+
+uint32_t PointWelder::Add(PlanePoint p) {
+  // All slots that the points within the tolerance may be in.
+  for (const double dx : {-tolerance_m_, tolerance_m_}) {
+    for (const double dy : {-tolerance_m_, tolerance_m_}) {
+      const auto slot = slots_.find(Key(p.x + dx, p.y + dy));
+      if (slot == slots_.end()) {
+        continue;
+      }
+      uint32_t i = slot->second;
+      while (Length(points_[i] - p) > tolerance_m_ && next_[i] != i) {
+        i = next_[i];
+      }
+      if (Length(points_[i] - p) <= tolerance_m_) {
+        return i;
+      }
+    }
+  }
+  const auto added = static_cast<uint32_t>(points_.size());
+  points_.push_back(p);
+  const auto [slot, is_new] = slots_.try_emplace(Key(p.x, p.y), added);
+  next_.push_back(slot->second);
+  slot->second = added;
+  return added;
+}
+
+void DisplayMeshBuilder::Build(std::span<const Patch> patches,
+                               std::span<const PatchId> group,
+                               const DisplayOptions& options) {
+  NumberLeaves();
+  WeldCorners();
+  FindHanging();
+  MakeRings();
+  TakeValues();
+  joined_.resize(mesh_.rings_.size());
+  std::iota(joined_.begin(), joined_.end(), 0U);
+  if (options.smooth) {
+    JoinLeaves(patches, group);
+  }
+  MakeVertices();
+  mesh_.charge_.ShrinkTo(0);
+  mesh_.charge_.GrowTo(mesh_.SizeBytes());
+}
+
+void DisplayMeshBuilder::NumberLeaves() {
+  mesh_.charge_.GrowTo(forest_.Size() * sizeof(uint32_t));
+  mesh_.leaf_of_element_.resize(forest_.Size());
+  size_t leaves = 0;
+  for (size_t e = 0; e < forest_.Size(); ++e) {
+    leaves += forest_.IsLeaf(e) ? 1U : 0U;
+  }
+  // A leaf has four corners, which are about as many vertices of the mesh as
+  // there are leaves; with hanging ones a ring has about five places.
+  constexpr uint64_t kPlaces = 6;
+  constexpr uint64_t kPlaceBytes =
+      2 * sizeof(Value) + sizeof(RingEdge) + 4 * sizeof(uint32_t);
+  constexpr uint64_t kLeafBytes =
+      sizeof(DisplayMesh::Leaf) + sizeof(corners_[0]) + sizeof(Value) +
+      2 * PointWelder::kPointBytes + kPlaces * kPlaceBytes;
+  mesh_.charge_.GrowTo(forest_.Size() * sizeof(uint32_t) + leaves * kLeafBytes);
+  mesh_.leaves_.reserve(leaves);
+  for (size_t e = 0; e < forest_.Size(); ++e) {
+    if (forest_.IsLeaf(e)) {
+      mesh_.leaf_of_element_[e] = static_cast<uint32_t>(mesh_.leaves_.size());
+      mesh_.leaves_.push_back({static_cast<uint32_t>(e)});
+    }
+  }
+}
+
+void DisplayMeshBuilder::WeldCorners() {
+  PointWelder welder(forest_.ToleranceM());
+  corners_.reserve(mesh_.leaves_.size());
+  for (const DisplayMesh::Leaf& leaf : mesh_.leaves_) {
+    std::array<uint32_t, 4>& corners = corners_.emplace_back();
+    for (size_t k = 0; k < forest_.CornerCount(leaf.element); ++k) {
+      const UnitPoint at =
+          DisplayForest::UnitCorner(forest_.ShapeOf(leaf.element), k);
+      corners.at(k) = welder.Add(forest_.PointOn(leaf.element, at));
+    }
+  }
+  welded_ = welder.Points();
+}
+
+void DisplayMeshBuilder::FindHanging() {
+  std::vector<uint32_t> touching;
+  for (uint32_t vertex = 0; vertex < welded_.size(); ++vertex) {
+    forest_.LeavesAt(welded_[vertex], &touching);
+    for (const uint32_t element : touching) {
+      AddHanging(mesh_.leaf_of_element_[element], vertex);
+    }
+  }
+  std::sort(
+      hanging_.begin(), hanging_.end(), [](const Hanging& a, const Hanging& b) {
+        return std::tie(a.leaf, a.edge, a.along, a.vertex) <
+               std::tie(b.leaf, b.edge, b.along, b.vertex);
+      });
+}
+
+// Of a vertex that lies on an edge of the leaf without being a corner.
+void DisplayMeshBuilder::AddHanging(uint32_t leaf, uint32_t vertex) {
+  const size_t count = forest_.CornerCount(mesh_.leaves_[leaf].element);
+  const auto corners = std::span(corners_[leaf]).first(count);
+  if (std::find(corners.begin(), corners.end(), vertex) != corners.end()) {
+    return;
+  }
+  const PlanePoint p = welded_[vertex];
+  for (size_t k = 0; k < count; ++k) {
+    const PlaneSegment edge{welded_[corners[k]],
+                            welded_[corners[(k + 1) % count]]};
+    const PlanePoint along = edge.b - edge.a;
+    const PlanePoint from = p - edge.a;
+    const double t = (from.x * along.x + from.y * along.y) /
+                     (along.x * along.x + along.y * along.y);
+    if (t > 0 && t < 1 &&
+        DistanceFromLine(p, edge) <= 2 * forest_.ToleranceM()) {
+      hanging_.push_back({leaf, static_cast<uint32_t>(k), t, vertex});
+      return;
+    }
+  }
+}
+
+void DisplayMeshBuilder::MakeRings() {
+  mesh_.rings_.reserve(corners_.size() * 4 + hanging_.size());
+  auto next = hanging_.begin();
+  for (uint32_t leaf = 0; leaf < corners_.size(); ++leaf) {
+    const size_t begin = mesh_.rings_.size();
+    mesh_.leaves_[leaf].ring = static_cast<uint32_t>(begin);
+    const uint32_t element = mesh_.leaves_[leaf].element;
+    for (uint32_t k = 0; k < forest_.CornerCount(element); ++k) {
+      PutCorner(corners_[leaf].at(k), begin);
+      for (; next != hanging_.end() && next->leaf == leaf && next->edge == k;
+           ++next) {
+        PutCorner(next->vertex, begin);
+      }
+    }
+    const bool plain = mesh_.rings_.size() - begin == 3;
+    mesh_.leaves_[leaf].centre = plain ? DisplayMesh::kNoCentre : 0;
+  }
+}
+
+void DisplayMeshBuilder::PutCorner(uint32_t vertex, size_t begin) {
+  const auto ring = std::span(mesh_.rings_).subspan(begin);
+  if (std::find(ring.begin(), ring.end(), vertex) == ring.end()) {
+    mesh_.rings_.push_back(vertex);
+  }
+}
+
+void DisplayMeshBuilder::TakeValues() {
+  own_.reserve(mesh_.rings_.size());
+  centres_.reserve(mesh_.leaves_.size());
+  weights_.reserve(mesh_.rings_.size());
+  for (size_t leaf = 0; leaf < mesh_.leaves_.size(); ++leaf) {
+    TakeLeafValues(leaf);
+    WeighLeaf(leaf);
+  }
+}
+
+// The leaf's irradiance at its vertices and centre.
+void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
+  const uint32_t element = mesh_.leaves_[leaf].element;
+  const PatchShape shape = forest_.ShapeOf(element);
+  const TreeShape& tree_shape = tree_.Shape();
+  const ShapeBasis& basis = tree_shape.basis->On(shape);
+  std::vector<uint32_t> path = {element};
+  while (forest_.At(path.back()).parent != path.back()) {
+    path.push_back(forest_.At(path.back()).parent);
+  }
+  std::vector<float> sum(tree_shape.Stride());
+  std::vector<float> pushed(tree_shape.Stride());
+  for (size_t i = path.size(); i-- > 0;) {
+    const DisplayElement& e = forest_.At(path[i]);
+    if (e.parent != path[i]) {
+      const size_t child = path[i] - forest_.At(e.parent).first_child;
+      PushTo(basis, tree_shape, child, sum, pushed);
+      std::swap(sum, pushed);
+    }
+    if (e.source) {
+      const std::span<const float> gathered = tree_.Gathered()[*e.source];
+      for (size_t k = 0; k < sum.size(); ++k) {
+        sum[k] += gathered[k];
+      }
+    }
+  }
+  const auto value_at = [&](UnitPoint p) {
+    const auto functions = basis.Evaluate(Inside(shape, p));
+    Value value{};
+    for (size_t c = 0; c < value.size(); ++c) {
+      double at_p = 0;
+      for (size_t q = 0; q < basis.NodeCount(); ++q) {
+        at_p += functions[q] *
+                static_cast<double>(sum[c * tree_shape.NodeStride() + q]);
+      }
+      value[c] = static_cast<float>(at_p);
+    }
+    return value;
+  };
+  for (const uint32_t vertex : mesh_.Ring(leaf)) {
+    own_.push_back(value_at(forest_.LocalOf(element, welded_[vertex])));
+  }
+  centres_.push_back(value_at(DisplayForest::UnitCentre(shape)));
+}
+
+void DisplayMeshBuilder::WeighLeaf(size_t leaf) {
+  const std::span<const uint32_t> ring = mesh_.Ring(leaf);
+  const size_t begin = weights_.size();
+  const size_t n = ring.size();
+  weights_.resize(begin + n);
+  if (mesh_.leaves_[leaf].centre == DisplayMesh::kNoCentre) {
+    const PlanePoint o = welded_[ring[0]];
+    const double area = Cross(welded_[ring[1]] - o, welded_[ring[2]] - o) / 2;
+    std::fill(weights_.begin() + static_cast<std::ptrdiff_t>(begin),
+              weights_.end(),
+              static_cast<float>(area));
+    return;
+  }
+  const uint32_t element = mesh_.leaves_[leaf].element;
+  const PlanePoint centre = forest_.PointOn(
+      element, DisplayForest::UnitCentre(forest_.ShapeOf(element)));
+  for (size_t i = 0; i < n; ++i) {
+    const size_t j = (i + 1) % n;
+    const auto area = static_cast<float>(
+        Cross(welded_[ring[i]] - centre, welded_[ring[j]] - centre) / 2);
+    weights_[begin + i] += area;
+    weights_[begin + j] += area;
+  }
+}
+
+void DisplayMeshBuilder::SortEdges() {
+  edges_.reserve(mesh_.rings_.size());
+  for (size_t leaf = 0; leaf < mesh_.leaves_.size(); ++leaf) {
+    const std::span<const uint32_t> ring = mesh_.Ring(leaf);
+    const uint32_t begin = mesh_.leaves_[leaf].ring;
+    for (uint32_t i = 0; i < ring.size(); ++i) {
+      const auto j = static_cast<uint32_t>((i + 1) % ring.size());
+      const uint64_t low = std::min(ring[i], ring[j]);
+      const uint64_t high = std::max(ring[i], ring[j]);
+      edges_.push_back({low << 32 | high, begin + i, begin + j});
+    }
+  }
+  std::sort(
+      edges_.begin(), edges_.end(), [](const RingEdge& a, const RingEdge& b) {
+        return std::tie(a.key, a.begin) < std::tie(b.key, b.begin);
+      });
+}
+
+void DisplayMeshBuilder::JoinLeaves(std::span<const Patch> patches,
+                                    std::span<const PatchId> group) {
+  if (mesh_.leaves_.size() < 2) {
+    return;
+  }
+  const double tolerance_m = 2 * forest_.ToleranceM();
+  const Barriers barriers(StandingSegments(patches, group), tolerance_m);
+  SortEdges();
+  for (size_t i = 0; i < edges_.size();) {
+    size_t end = i + 1;
+    while (end < edges_.size() && edges_[end].key == edges_[i].key) {
+      ++end;
+    }
+    const RingEdge& a = edges_[i];
+    const RingEdge& b = edges_[i + 1 < end ? i + 1 : i];
+    const uint32_t from = mesh_.rings_[a.begin];
+    // Two leaves, one on each side; more of them overlap.
+    if (end - i == 2 && from == mesh_.rings_[b.end] &&
+        !barriers.Parts(welded_[from], welded_[mesh_.rings_[a.end]])) {
+      Join(a.begin, b.end);
+      Join(a.end, b.begin);
+    }
+    i = end;
+  }
+  edges_ = {};
+}
+
+uint32_t DisplayMeshBuilder::ClassOf(uint32_t place) {
+  while (joined_[place] != place) {
+    joined_[place] = joined_[joined_[place]];
+    place = joined_[place];
+  }
+  return place;
+}
+
+void DisplayMeshBuilder::Join(uint32_t a, uint32_t b) {
+  a = ClassOf(a);
+  b = ClassOf(b);
+  joined_[std::max(a, b)] = std::min(a, b);
+}
+
+// One vertex for each class of joined places, and the centres.
+void DisplayMeshBuilder::MakeVertices() {
+  const auto places = static_cast<uint32_t>(mesh_.rings_.size());
+  std::vector<std::array<double, kRgbChannels + 1>> sums;
+  std::vector<uint32_t> vertex_of(places);
+  for (uint32_t i = 0; i < places; ++i) {
+    const uint32_t first = ClassOf(i);
+    if (first == i) {
+      vertex_of[i] = static_cast<uint32_t>(sums.size());
+      sums.emplace_back();
+      mesh_.points_.push_back(welded_[mesh_.rings_[i]]);
+    }
+    vertex_of[i] = vertex_of[first];
+    auto& sum = sums[vertex_of[i]];
+    const auto weight = static_cast<double>(weights_[i]);
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      sum.at(c) += weight * static_cast<double>(own_[i].at(c));
+    }
+    sum.back() += weight;
+  }
+  mesh_.rings_ = std::move(vertex_of);
+  mesh_.values_.resize(sums.size());
+  for (size_t v = 0; v < sums.size(); ++v) {
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      mesh_.values_[v].at(c) =
+          static_cast<float>(sums[v].at(c) / sums[v].back());
+    }
+  }
+  for (size_t leaf = 0; leaf < mesh_.leaves_.size(); ++leaf) {
+    DisplayMesh::Leaf& l = mesh_.leaves_[leaf];
+    if (l.centre != DisplayMesh::kNoCentre) {
+      l.centre = static_cast<uint32_t>(mesh_.points_.size());
+      mesh_.points_.push_back(forest_.PointOn(
+          l.element, DisplayForest::UnitCentre(forest_.ShapeOf(l.element))));
+      mesh_.values_.push_back(centres_[leaf]);
+    }
+  }
+}
+
+}  // namespace enfilade

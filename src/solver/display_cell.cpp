@@ -1,0 +1,56 @@
+#include "solver/display_cell.h"
+
+#include "base/error.h"
+
+namespace enfilade {
+namespace {
+
+// Of a patch in the groups, and while they are found.
+constexpr uint64_t kPatchBytes = 256;
+
+}  // namespace
+
+DisplayCell::DisplayCell(const CellTree& tree,
+                         std::span<const Patch> patches,
+                         MemoryBudget& budget)
+    : tree_(&tree),
+      patches_(patches),
+      budget_(&budget),
+      charge_(budget,
+              patches.size() * kPatchBytes,
+              "the groups of a cell's coplanar patches"),
+      groups_(CoplanarGroups(patches)),
+      group_of_(patches.size()),
+      kept_(groups_.size()) {
+  for (size_t g = 0; g < groups_.size(); ++g) {
+    for (const PatchId patch : groups_[g]) {
+      group_of_[patch.Index()] = static_cast<uint32_t>(g);
+    }
+  }
+}
+
+std::unique_ptr<DisplayMesh> DisplayCell::Make(
+    size_t group, const DisplayOptions& options) const {
+  return std::make_unique<DisplayMesh>(
+      *tree_, patches_, groups_[group], options, *budget_);
+}
+
+const DisplayMesh& DisplayCell::Keep(size_t group) {
+  if (!kept_[group]) {
+    try {
+      kept_[group] = Make(group, {});
+    } catch (const DoesNotFitError&) {
+      for (auto& mesh : kept_) {
+        mesh.reset();
+      }
+      kept_[group] = Make(group, {});
+    }
+  }
+  return *kept_[group];
+}
+
+Rgb DisplayCell::IrradianceAt(PatchId patch, UnitPoint p) {
+  return Keep(group_of_[patch.Index()]).IrradianceAt(patch, p);
+}
+
+}  // namespace enfilade
