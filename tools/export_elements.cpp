@@ -11,6 +11,34 @@ void CheckCorners(const LeafElement& leaf) {
                  leaf.corners.size());
 }
 
+void PassVertices(const Solution& solution,
+                  const DisplayMesh& mesh,
+                  const Patch& patch,
+                  const MeshSink& sink) {
+  const std::vector<double> areas_m2 = mesh.VertexAreas();
+  for (size_t v = 0; v < mesh.VertexCount(); ++v) {
+    const Rgb irradiance = mesh.Irradiance(v);
+    sink.vertex({mesh.Position(v),
+                 solution.RadiosityOf(patch, irradiance),
+                 irradiance,
+                 areas_m2[v]});
+  }
+}
+
+// The mesh's first vertex is number `first`.
+void PassFaces(CellId cell,
+               const DisplayMesh& mesh,
+               uint64_t first,
+               const MeshSink& sink) {
+  mesh.ForEachTriangle([&](const DisplayTriangle& triangle) {
+    MeshFace face{cell, triangle.patch, 3};
+    for (size_t k = 0; k < triangle.vertices.size(); ++k) {
+      face.vertices.at(k) = first + triangle.vertices.at(k);
+    }
+    sink.face(face);
+  });
+}
+
 }  // namespace
 
 void ForEachElement(
@@ -82,25 +110,12 @@ MeshSource DisplayMeshOf(const Solution& solution,
   mesh.cells = solution.CellCount();
   mesh.for_each = [&solution, options](CellId cell, const MeshSink& sink) {
     uint64_t first = 0;
-    const auto pass_on = [&](const DisplayMesh& piece, const Patch& patch) {
-      const std::vector<double> areas_m2 = piece.VertexAreas();
-      for (size_t v = 0; v < piece.VertexCount(); ++v) {
-        const Rgb irradiance = piece.Irradiance(v);
-        sink.vertex({piece.Position(v),
-                     solution.RadiosityOf(patch, irradiance),
-                     irradiance,
-                     areas_m2[v]});
-      }
-      piece.ForEachTriangle([&](const DisplayTriangle& triangle) {
-        MeshFace face{cell, triangle.patch, 3};
-        for (size_t k = 0; k < triangle.vertices.size(); ++k) {
-          face.vertices.at(k) = first + triangle.vertices.at(k);
-        }
-        sink.face(face);
-      });
-      first += piece.VertexCount();
-    };
-    solution.ForEachDisplayMesh(cell, options, pass_on);
+    solution.ForEachDisplayMesh(
+        cell, options, [&](const DisplayMesh& piece, const Patch& patch) {
+          PassVertices(solution, piece, patch, sink);
+          PassFaces(cell, piece, first, sink);
+          first += piece.VertexCount();
+        });
   };
   return mesh;
 }

@@ -10,8 +10,6 @@
 namespace enfilade {
 namespace {
 
-constexpr size_t kMostSlots = 1 << 16;
-
 // Planes whose keys are equal or neighbours are compared.
 constexpr double kNormalStep = 1e-3;
 constexpr double kOffsetStepM = 1e-3;
@@ -100,122 +98,56 @@ std::vector<Point3> CornersOf(const Patch& patch) {
   return {o, o + patch.u, o + patch.u + patch.v, o + patch.v};
 }
 
-std::vector<std::vector<PatchId>> CoplanarGroups(
-    std::span<const Patch> patches) {
-  std::vector<std::vector<PatchId>> groups;
+CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
+    : patches(cell_patches) {
   std::map<PlaneKey, std::vector<size_t>> known;
   constexpr unsigned kMasks = 16;
-  const auto find = [&](const Patch& patch) -> size_t {
-    for (unsigned mask = 0; mask < kMasks; ++mask) {
-      const auto at = known.find(KeyOf(patch, mask));
-      if (at == known.end()) {
-        continue;
-      }
-      for (const size_t g : at->second) {
-        const PlaneFrame frame(patches[groups[g].front().Index()]);
-        if (InPlane(frame, patch)) {
-          return g;
-        }
-      }
+  // The group of the same key, or a neighbouring one, that the patch fits in.
+  const auto find = [&](const Patch& patch, const PlaneKey& key) {
+    const auto at = known.find(key);
+    if (at == known.end()) {
+      return groups.size();
     }
-    return groups.size();
+    const auto fits =
+        std::find_if(at->second.begin(), at->second.end(), [&](size_t group) {
+          return InPlane(PlaneFrame(FirstOf(group)), patch);
+        });
+    return fits == at->second.end() ? groups.size() : *fits;
   };
+  boxes.reserve(patches.size());
   for (size_t i = 0; i < patches.size(); ++i) {
-    const size_t g = find(patches[i]);
-    if (g == groups.size()) {
-      groups.emplace_back();
-      known[KeyOf(patches[i], 0)].push_back(g);
+    boxes.push_back(BoundsOf(CornersOf(patches[i])));
+    size_t group = groups.size();
+    for (unsigned mask = 0; mask < kMasks && group == groups.size(); ++mask) {
+      group = find(patches[i], KeyOf(patches[i], mask));
     }
-    groups[g].emplace_back(i);
+    if (group == groups.size()) {
+      groups.emplace_back();
+      known[KeyOf(patches[i], 0)].push_back(group);
+    }
+    groups[group].emplace_back(i);
   }
-  return groups;
 }
 
-std::vector<PlaneSegment> StandingSegments(std::span<const Patch> patches,
-                                           std::span<const PatchId> group) {
-  const PlaneFrame frame(patches[group.front().Index()]);
+std::vector<PlaneSegment> StandingSegments(const CoplanarPatches& cell,
+                                           size_t group) {
+  const PlaneFrame frame(cell.FirstOf(group));
   Box3 bounds;
-  for (const PatchId id : group) {
-    bounds.Include(BoundsOf(CornersOf(patches[id.Index()])));
+  for (const PatchId id : cell.groups[group]) {
+    bounds.Include(cell.boxes[id.Index()]);
   }
   const Vec3 margin{kCrackM, kCrackM, kCrackM};
   bounds.low = bounds.low - margin;
   bounds.high = bounds.high + margin;
   std::vector<PlaneSegment> segments;
-  for (const Patch& patch : patches) {
+  for (size_t i = 0; i < cell.patches.size(); ++i) {
     PlaneSegment segment;
-    if (bounds.Overlaps(BoundsOf(CornersOf(patch))) &&
-        MeetsPlane(frame, patch, &segment)) {
+    if (bounds.Overlaps(cell.boxes[i]) &&
+        MeetsPlane(frame, cell.patches[i], &segment)) {
       segments.push_back(segment);
     }
   }
   return segments;
-}
-
-void PlaneIndex::Box::Include(PlanePoint p) {
-  low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-  high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-}
-
-PlaneIndex::PlaneIndex(std::span<const Box> boxes, double margin_m) {
-  std::vector<Box> wide(boxes.begin(), boxes.end());
-  for (Box& box : wide) {
-    box.Include({box.low.x - margin_m, box.low.y - margin_m});
-    box.Include({box.high.x + margin_m, box.high.y + margin_m});
-    bounds_.Include(box.low);
-    bounds_.Include(box.high);
-  }
-  if (boxes.empty()) {
-    bounds_ = {{0, 0}, {1, 1}};
-  }
-  // About as many slots as boxes, square ones.
-  const PlanePoint extent = bounds_.high - bounds_.low;
-  const auto slots =
-      static_cast<double>(std::clamp<size_t>(boxes.size(), 1, kMostSlots));
-  const double side = std::max(std::sqrt(extent.x * extent.y / slots),
-                               std::max(extent.x, extent.y) / slots);
-  columns_ = static_cast<size_t>(extent.x / side) + 1;
-  rows_ = static_cast<size_t>(extent.y / side) + 1;
-  starts_.resize(columns_ * rows_ + 1);
-  const auto for_each_slot = [&](const Box& box, const auto& body) {
-    const auto low = SlotOf(box.low);
-    const auto high = SlotOf(box.high);
-    for (size_t row = low[1]; row <= high[1]; ++row) {
-      for (size_t column = low[0]; column <= high[0]; ++column) {
-        body(row * columns_ + column);
-      }
-    }
-  };
-  for (const Box& box : wide) {
-    for_each_slot(box, [&](size_t slot) { ++starts_[slot + 1]; });
-  }
-  for (size_t i = 1; i < starts_.size(); ++i) {
-    starts_[i] += starts_[i - 1];
-  }
-  items_.resize(starts_.back());
-  std::vector<uint32_t> next(starts_.begin(), starts_.end() - 1);
-  for (size_t i = 0; i < wide.size(); ++i) {
-    for_each_slot(wide[i], [&](size_t slot) {
-      items_[next[slot]++] = static_cast<uint32_t>(i);
-    });
-  }
-}
-
-std::array<size_t, 2> PlaneIndex::SlotOf(PlanePoint p) const {
-  const auto slot = [](double x, double low, double high, size_t count) {
-    const double at = (x - low) / (high - low) * static_cast<double>(count);
-    return static_cast<size_t>(
-        std::clamp(at, 0.0, static_cast<double>(count - 1)));
-  };
-  return {slot(p.x, bounds_.low.x, bounds_.high.x, columns_),
-          slot(p.y, bounds_.low.y, bounds_.high.y, rows_)};
-}
-
-std::span<const uint32_t> PlaneIndex::Near(PlanePoint p) const {
-  const auto at = SlotOf(p);
-  const size_t slot = at[1] * columns_ + at[0];
-  return std::span(items_).subspan(starts_[slot],
-                                   starts_[slot + 1] - starts_[slot]);
 }
 
 }  // namespace enfilade

@@ -9,7 +9,6 @@
 #include "base/vec.h"
 #include "partition/patch.h"
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -59,50 +58,32 @@ struct PlaneFrame {
 // The corners of a patch, counter-clockwise seen from its front: 3 or 4.
 std::vector<Point3> CornersOf(const Patch& patch);
 
-// The patches of a cell in groups of equal plane and side (to kOnPlaneM over
-// their size), material, emission and reflection. Groups are in the order of
-// their first patch, and patches in theirs.
-std::vector<std::vector<PatchId>> CoplanarGroups(
-    std::span<const Patch> patches);
+// The patches of a cell in groups of equal plane and side (corners within
+// kOnPlaneM), material, emission and reflection.
+struct CoplanarPatches {
+  // Finds the groups. `cell_patches` are all of the cell and borrowed.
+  explicit CoplanarPatches(std::span<const Patch> cell_patches);
+
+  // What it takes of a patch, at most and while it is made.
+  static constexpr uint64_t kPatchBytes = 288;
+
+  [[nodiscard]] const Patch& FirstOf(size_t group) const {
+    return patches[groups[group].front().Index()];
+  }
+
+  std::span<const Patch> patches;
+  std::vector<Box3> boxes;  // indexed by PatchId
+  // In the order of their first patch; each in rising order.
+  std::vector<std::vector<PatchId>> groups;
+};
 
 struct PlaneSegment {
   PlanePoint a, b;
 };
 
-// Where other patches of the cell stand on the plane of `group` or cut it:
-// there light may change at once. `patches` are all of the cell.
-std::vector<PlaneSegment> StandingSegments(std::span<const Patch> patches,
-                                           std::span<const PatchId> group);
-
-// Finds things by the boxes around them, in the plane.
-class PlaneIndex {
- public:
-  struct Box {
-    PlanePoint low{1e300, 1e300};
-    PlanePoint high{-1e300, -1e300};
-
-    void Include(PlanePoint p);
-  };
-
-  // Boxes are indexed in their order; `margin_m` is added around each.
-  PlaneIndex(std::span<const Box> boxes, double margin_m);
-
-  // Indices in rising order; a superset of the boxes that contain `p`. Valid as
-  // long as the index.
-  [[nodiscard]] std::span<const uint32_t> Near(PlanePoint p) const;
-
-  [[nodiscard]] uint64_t SizeBytes() const {
-    return 4 * (starts_.capacity() + items_.capacity());
-  }
-
- private:
-  [[nodiscard]] std::array<size_t, 2> SlotOf(PlanePoint p) const;
-
-  Box bounds_;
-  size_t columns_ = 1;
-  size_t rows_ = 1;
-  std::vector<uint32_t> starts_;  // [row * columns + column], and the end
-  std::vector<uint32_t> items_;
-};
+// Where other patches of the cell stand on the plane of a group or cut it:
+// there light may change at once.
+std::vector<PlaneSegment> StandingSegments(const CoplanarPatches& cell,
+                                           size_t group);
 
 }  // namespace enfilade

@@ -1,5 +1,7 @@
 #include "solver/display_builder.h"
 
+#include "solver/plane_index.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -21,103 +23,10 @@ UnitPoint Inside(PatchShape shape, UnitPoint p) {
   return p;
 }
 
-double DistanceFromLine(PlanePoint p, const PlaneSegment& s) {
-  return std::abs(Cross(s.b - s.a, p - s.a)) / Length(s.b - s.a);
-}
-
-// Whether the middle of the edge a, b lies on the segment, and the edge along
-// it.
-bool Covers(const PlaneSegment& s,
-            PlanePoint a,
-            PlanePoint b,
-            double tolerance_m) {
-  if (DistanceFromLine(a, s) > tolerance_m ||
-      DistanceFromLine(b, s) > tolerance_m) {
-    return false;
-  }
-  const PlanePoint along = s.b - s.a;
-  const PlanePoint middle = PlanePoint{(a.x + b.x) / 2, (a.y + b.y) / 2} - s.a;
-  const double t = (middle.x * along.x + middle.y * along.y) /
-                   (along.x * along.x + along.y * along.y);
-  return t >= 0 && t <= 1;
-}
-
-// The segments of StandingSegments, to be found by place.
-class Barriers {
- public:
-  Barriers(std::vector<PlaneSegment> segments, double tolerance_m)
-      : segments_(std::move(segments)),
-        tolerance_m_(tolerance_m),
-        index_(Boxes(segments_), 2 * tolerance_m) {}
-
-  [[nodiscard]] bool Parts(PlanePoint a, PlanePoint b) const {
-    const auto near = index_.Near({(a.x + b.x) / 2, (a.y + b.y) / 2});
-    return std::any_of(near.begin(), near.end(), [&](uint32_t i) {
-      return Covers(segments_[i], a, b, tolerance_m_);
-    });
-  }
-
-  [[nodiscard]] uint64_t SizeBytes() const {
-    return segments_.capacity() *
-               (sizeof(PlaneSegment) + sizeof(PlaneIndex::Box)) +
-           index_.SizeBytes();
-  }
-
- private:
-  static std::vector<PlaneIndex::Box> Boxes(
-      std::span<const PlaneSegment> segments) {
-    std::vector<PlaneIndex::Box> boxes(segments.size());
-    for (size_t i = 0; i < segments.size(); ++i) {
-      boxes[i].Include(segments[i].a);
-      boxes[i].Include(segments[i].b);
-    }
-    return boxes;
-  }
-
-  std::vector<PlaneSegment> segments_;
-  double tolerance_m_;
-  PlaneIndex index_;
-};
-
 }  // namespace
 
-PointWelder::PointWelder(double tolerance_m)
-    : tolerance_m_(tolerance_m), slot_m_(16 * tolerance_m) {}
-
-uint64_t PointWelder::Key(double x, double y) const {
-  const auto column = static_cast<int64_t>(std::floor(x / slot_m_));
-  const auto row = static_cast<int64_t>(std::floor(y / slot_m_));
-  return static_cast<uint64_t>(column) << 32 ^
-         (static_cast<uint64_t>(row) & UINT32_MAX);
-}
-
-uint32_t PointWelder::Add(PlanePoint p) {
-  // All slots that the points within the tolerance may be in.
-  for (const double dx : {-tolerance_m_, tolerance_m_}) {
-    for (const double dy : {-tolerance_m_, tolerance_m_}) {
-      const auto slot = slots_.find(Key(p.x + dx, p.y + dy));
-      if (slot == slots_.end()) {
-        continue;
-      }
-      uint32_t i = slot->second;
-      while (Length(points_[i] - p) > tolerance_m_ && next_[i] != i) {
-        i = next_[i];
-      }
-      if (Length(points_[i] - p) <= tolerance_m_) {
-        return i;
-      }
-    }
-  }
-  const auto added = static_cast<uint32_t>(points_.size());
-  points_.push_back(p);
-  const auto [slot, is_new] = slots_.try_emplace(Key(p.x, p.y), added);
-  next_.push_back(slot->second);
-  slot->second = added;
-  return added;
-}
-
-void DisplayMeshBuilder::Build(std::span<const Patch> patches,
-                               std::span<const PatchId> group,
+void DisplayMeshBuilder::Build(const CoplanarPatches& cell,
+                               size_t group,
                                const DisplayOptions& options) {
   NumberLeaves();
   WeldCorners();
@@ -127,7 +36,7 @@ void DisplayMeshBuilder::Build(std::span<const Patch> patches,
   joined_.resize(mesh_.rings_.size());
   std::iota(joined_.begin(), joined_.end(), 0U);
   if (options.smooth) {
-    JoinLeaves(patches, group);
+    JoinLeaves(cell, group);
   }
   MakeVertices();
   mesh_.charge_.ShrinkTo(0);
@@ -141,8 +50,8 @@ void DisplayMeshBuilder::NumberLeaves() {
   for (size_t e = 0; e < forest_.Size(); ++e) {
     leaves += forest_.IsLeaf(e) ? 1U : 0U;
   }
-  // A leaf has four corners, which are about as many vertices of the mesh as
-  // there are leaves; with hanging ones a ring has about five places.
+  // By Euler's formula a mesh of faces whose vertices meet three or more edges
+  // has fewer than two vertices and six places in rings to a face.
   constexpr uint64_t kPlaces = 6;
   constexpr uint64_t kPlaceBytes =
       2 * sizeof(Value) + sizeof(RingEdge) + 4 * sizeof(uint32_t);
@@ -335,13 +244,12 @@ void DisplayMeshBuilder::SortEdges() {
       });
 }
 
-void DisplayMeshBuilder::JoinLeaves(std::span<const Patch> patches,
-                                    std::span<const PatchId> group) {
+void DisplayMeshBuilder::JoinLeaves(const CoplanarPatches& cell, size_t group) {
   if (mesh_.leaves_.size() < 2) {
     return;
   }
   const double tolerance_m = 2 * forest_.ToleranceM();
-  const Barriers barriers(StandingSegments(patches, group), tolerance_m);
+  const SegmentIndex barriers(StandingSegments(cell, group), tolerance_m);
   SortEdges();
   for (size_t i = 0; i < edges_.size();) {
     size_t end = i + 1;
@@ -353,7 +261,7 @@ void DisplayMeshBuilder::JoinLeaves(std::span<const Patch> patches,
     const uint32_t from = mesh_.rings_[a.begin];
     // Two leaves, one on each side; more of them overlap.
     if (end - i == 2 && from == mesh_.rings_[b.end] &&
-        !barriers.Parts(welded_[from], welded_[mesh_.rings_[a.end]])) {
+        !barriers.Covers(welded_[from], welded_[mesh_.rings_[a.end]])) {
       Join(a.begin, b.end);
       Join(a.end, b.begin);
     }

@@ -7,44 +7,17 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
-#include <unordered_map>
 #include <vector>
 
 namespace enfilade {
-
-// Gives points that are closer than a tolerance one number.
-class PointWelder {
- public:
-  explicit PointWelder(double tolerance_m);
-
-  // The point's number: that of an earlier one, or the next.
-  uint32_t Add(PlanePoint p);
-
-  [[nodiscard]] const std::vector<PlanePoint>& Points() const {
-    return points_;
-  }
-
-  // Of a point, in all.
-  static constexpr uint64_t kPointBytes = 96;
-
- private:
-  [[nodiscard]] uint64_t Key(double x, double y) const;
-
-  double tolerance_m_;
-  double slot_m_;
-  std::vector<PlanePoint> points_;
-  std::vector<uint32_t> next_;  // point of the same slot; itself: none
-  std::unordered_map<uint64_t, uint32_t> slots_;
-};
 
 class DisplayMeshBuilder {
  public:
   DisplayMeshBuilder(DisplayMesh& mesh, const CellTree& tree)
       : mesh_(mesh), forest_(mesh.forest_), tree_(tree) {}
 
-  void Build(std::span<const Patch> patches,
-             std::span<const PatchId> group,
+  void Build(const CoplanarPatches& cell,
+             size_t group,
              const DisplayOptions& options);
 
  private:
@@ -74,8 +47,7 @@ class DisplayMeshBuilder {
   void TakeValues();
   void TakeLeafValues(size_t leaf);
   void WeighLeaf(size_t leaf);
-  void JoinLeaves(std::span<const Patch> patches,
-                  std::span<const PatchId> group);
+  void JoinLeaves(const CoplanarPatches& cell, size_t group);
   void SortEdges();
   [[nodiscard]] uint32_t ClassOf(uint32_t place);
   void Join(uint32_t a, uint32_t b);

@@ -3,27 +3,19 @@
 #include "base/error.h"
 
 namespace enfilade {
-namespace {
-
-// Of a patch in the groups, and while they are found.
-constexpr uint64_t kPatchBytes = 256;
-
-}  // namespace
-
 DisplayCell::DisplayCell(const CellTree& tree,
                          std::span<const Patch> patches,
                          MemoryBudget& budget)
     : tree_(&tree),
-      patches_(patches),
       budget_(&budget),
       charge_(budget,
-              patches.size() * kPatchBytes,
+              patches.size() * CoplanarPatches::kPatchBytes,
               "the groups of a cell's coplanar patches"),
-      groups_(CoplanarGroups(patches)),
+      cell_(patches),
       group_of_(patches.size()),
-      kept_(groups_.size()) {
-  for (size_t g = 0; g < groups_.size(); ++g) {
-    for (const PatchId patch : groups_[g]) {
+      kept_(cell_.groups.size()) {
+  for (size_t g = 0; g < cell_.groups.size(); ++g) {
+    for (const PatchId patch : cell_.groups[g]) {
       group_of_[patch.Index()] = static_cast<uint32_t>(g);
     }
   }
@@ -31,8 +23,7 @@ DisplayCell::DisplayCell(const CellTree& tree,
 
 std::unique_ptr<DisplayMesh> DisplayCell::Make(
     size_t group, const DisplayOptions& options) const {
-  return std::make_unique<DisplayMesh>(
-      *tree_, patches_, groups_[group], options, *budget_);
+  return std::make_unique<DisplayMesh>(*tree_, cell_, group, options, *budget_);
 }
 
 const DisplayMesh& DisplayCell::Keep(size_t group) {

@@ -22,11 +22,11 @@ class DisplayCell {
               MemoryBudget& budget);
 
   // Groups of coplanar patches.
-  [[nodiscard]] size_t GroupCount() const { return groups_.size(); }
+  [[nodiscard]] size_t GroupCount() const { return cell_.groups.size(); }
 
   // The first patch of a group, which stands for all of them but for its place.
-  [[nodiscard]] PatchId FirstOf(size_t group) const {
-    return groups_[group].front();
+  [[nodiscard]] const Patch& FirstOf(size_t group) const {
+    return cell_.FirstOf(group);
   }
 
   // Not kept.
@@ -41,10 +41,9 @@ class DisplayCell {
   const DisplayMesh& Keep(size_t group);
 
   const CellTree* tree_;
-  std::span<const Patch> patches_;
   MemoryBudget* budget_;
   MemoryCharge charge_;
-  std::vector<std::vector<PatchId>> groups_;
+  CoplanarPatches cell_;
   std::vector<uint32_t> group_of_;                  // indexed by PatchId
   std::vector<std::unique_ptr<DisplayMesh>> kept_;  // indexed by group
 };

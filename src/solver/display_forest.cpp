@@ -23,14 +23,14 @@ double Least(const ElementFrame& frame, double root_m) {
 }  // namespace
 
 DisplayForest::DisplayForest(const CellTree& tree,
-                             std::span<const Patch> patches,
-                             std::span<const PatchId> group,
+                             const CoplanarPatches& cell,
+                             size_t group,
                              MemoryBudget& budget)
-    : frame_(patches[group.front().Index()]),
+    : frame_(cell.FirstOf(group)),
       charge_(budget, "the display mesh of coplanar patches") {
   std::vector<PlaneIndex::Box> boxes;
-  for (const PatchId id : group) {
-    const Patch& patch = patches[id.Index()];
+  for (const PatchId id : cell.groups[group]) {
+    const Patch& patch = cell.patches[id.Index()];
     AddRoot(patch, id);
     PlaneIndex::Box& box = boxes.emplace_back();
     for (const Point3 p : CornersOf(patch)) {
@@ -111,32 +111,36 @@ void DisplayForest::Balance() {
     }
   }
   std::vector<uint32_t> touching;
-  // Splits what is too large beside leaf e; true if it did.
-  const auto split_larger = [&](size_t e) {
-    bool split = false;
-    const double most_m = kEdgeRatio * EdgeOf(e);
-    for (size_t k = 0; k < CornerCount(e); ++k) {
-      LeavesAt(PointOn(e, UnitCorner(ShapeOf(e), k)), &touching);
-      for (const uint32_t other : touching) {
-        if (EdgeOf(other) > most_m &&
-            std::abs(elements_[other].frame.scale) > kLeastScale) {
-          Split(other);
-          split = true;
-          for (uint32_t c = 0; c < kChildren; ++c) {
-            work.push_back(elements_[other].first_child + c);
-          }
-        }
-      }
-    }
-    return split;
-  };
   while (!work.empty()) {
     const uint32_t e = work.back();
-    work.pop_back();
-    while (IsLeaf(e) && split_larger(e)) {
+    const size_t others = work.size();
+    const double most_m = kEdgeRatio * EdgeOf(e);
+    for (size_t k = 0; IsLeaf(e) && k < CornerCount(e); ++k) {
+      LeavesAt(PointOn(e, UnitCorner(ShapeOf(e), k)), &touching);
+      for (const uint32_t other : touching) {
+        SplitIfLarger(other, most_m, &work);
+      }
+    }
+    // Looked at again when its neighbours have been split.
+    if (work.size() == others) {
+      work.pop_back();
     }
   }
   SetTolerance();
+}
+
+// Splits a leaf with an edge longer than that; adds the children to `work`.
+void DisplayForest::SplitIfLarger(size_t e,
+                                  double most_m,
+                                  std::vector<uint32_t>* work) {
+  if (EdgeOf(e) <= most_m ||
+      std::abs(elements_[e].frame.scale) <= kLeastScale) {
+    return;
+  }
+  Split(e);
+  for (uint32_t c = 0; c < kChildren; ++c) {
+    work->push_back(elements_[e].first_child + c);
+  }
 }
 
 void DisplayForest::SplitLeaves() {
@@ -199,26 +203,30 @@ bool DisplayForest::Contains(size_t e, PlanePoint p, double margin_m) const {
 void DisplayForest::LeavesAt(PlanePoint p,
                              std::vector<uint32_t>* leaves) const {
   leaves->clear();
-  const double margin_m = 2 * tolerance_m_;
   for (const uint32_t root : index_.front().Near(p)) {
-    if (!Contains(root, p, margin_m)) {
+    if (Contains(root, p, 2 * tolerance_m_)) {
+      DescendTo(p, root, leaves);
+    }
+  }
+}
+
+void DisplayForest::DescendTo(PlanePoint p,
+                              size_t root,
+                              std::vector<uint32_t>* leaves) const {
+  // What is behind `done` is still to be looked into.
+  size_t done = leaves->size();
+  leaves->push_back(static_cast<uint32_t>(root));
+  while (done < leaves->size()) {
+    const uint32_t first = elements_[(*leaves)[done]].first_child;
+    if (first == 0) {
+      ++done;
       continue;
     }
-    // What is behind `done` is still to be looked into.
-    size_t done = leaves->size();
-    leaves->push_back(root);
-    while (done < leaves->size()) {
-      const DisplayElement& e = elements_[(*leaves)[done]];
-      if (e.first_child == 0) {
-        ++done;
-        continue;
-      }
-      (*leaves)[done] = leaves->back();
-      leaves->pop_back();
-      for (uint32_t c = 0; c < kChildren; ++c) {
-        if (Contains(e.first_child + c, p, margin_m)) {
-          leaves->push_back(e.first_child + c);
-        }
+    (*leaves)[done] = leaves->back();
+    leaves->pop_back();
+    for (uint32_t c = first; c < first + kChildren; ++c) {
+      if (Contains(c, p, 2 * tolerance_m_)) {
+        leaves->push_back(c);
       }
     }
   }

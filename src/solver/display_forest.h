@@ -13,10 +13,10 @@
 #include "solver/coplanar.h"
 #include "solver/element_tree.h"
 #include "solver/geometry.h"
+#include "solver/plane_index.h"
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -33,10 +33,10 @@ struct DisplayElement {
 
 class DisplayForest {
  public:
-  // The trees as the solution has them. `group` is one of CoplanarGroups.
+  // The trees of a group as the solution has them.
   DisplayForest(const CellTree& tree,
-                std::span<const Patch> patches,
-                std::span<const PatchId> group,
+                const CoplanarPatches& cell,
+                size_t group,
                 MemoryBudget& budget);
 
   // Splits leaves until the forest is balanced.
@@ -113,6 +113,10 @@ class DisplayForest {
   void AddRoot(const Patch& patch, PatchId id);
   void CopyTree(const CellTree& tree);
   void Split(size_t e);
+  void SplitIfLarger(size_t e, double most_m, std::vector<uint32_t>* work);
+  void DescendTo(PlanePoint p,
+                 size_t root,
+                 std::vector<uint32_t>* leaves) const;
   void SetTolerance();
   [[nodiscard]] bool Contains(size_t e, PlanePoint p, double margin_m) const;
 

@@ -8,11 +8,11 @@
 namespace enfilade {
 
 DisplayMesh::DisplayMesh(const CellTree& tree,
-                         std::span<const Patch> patches,
-                         std::span<const PatchId> group,
+                         const CoplanarPatches& cell,
+                         size_t group,
                          const DisplayOptions& options,
                          MemoryBudget& budget)
-    : forest_(tree, patches, group, budget),
+    : forest_(tree, cell, group, budget),
       charge_(budget, "the display mesh of coplanar patches") {
   // A mesh is linear within its triangles: curved bases get smaller ones.
   constexpr size_t kLinearOrder = 2;
@@ -20,7 +20,7 @@ DisplayMesh::DisplayMesh(const CellTree& tree,
   if (tree.Shape().basis->order > kLinearOrder) {
     forest_.SplitLeaves();
   }
-  DisplayMeshBuilder(*this, tree).Build(patches, group, options);
+  DisplayMeshBuilder(*this, tree).Build(cell, group, options);
 }
 
 Point3 DisplayMesh::Position(size_t vertex) const {

@@ -19,8 +19,8 @@
 //     = sum_t A_t/3 sum_v f_t(v)
 //
 // Values are averaged over leaves that are joined by edges around the vertex,
-// in one group of CoplanarGroups, of one cell. An edge on which another patch
-// of the cell stands (StandingSegments) joins nothing.
+// in one group of CoplanarPatches, so of one cell. An edge on which another
+// patch of the cell stands (StandingSegments) joins nothing.
 
 #pragma once
 
@@ -51,11 +51,11 @@ struct DisplayOptions {
 // The mesh of one group of coplanar patches.
 class DisplayMesh {
  public:
-  // `tree`: of the cell whose patches are `patches`. What the mesh takes is
-  // charged while it is built and held; throws DoesNotFitError.
+  // `tree`: of the cell. What the mesh takes is charged while it is built and
+  // held; throws DoesNotFitError.
   DisplayMesh(const CellTree& tree,
-              std::span<const Patch> patches,
-              std::span<const PatchId> group,
+              const CoplanarPatches& cell,
+              size_t group,
               const DisplayOptions& options,
               MemoryBudget& budget);
 

@@ -251,8 +251,7 @@ void Solution::ForEachDisplayMesh(
   const DisplayCell display(
       *loaded.tree, loaded.stored.patches, *impl_->budget);
   for (size_t g = 0; g < display.GroupCount(); ++g) {
-    visit(*display.Make(g, options),
-          loaded.stored.patches[display.FirstOf(g).Index()]);
+    visit(*display.Make(g, options), display.FirstOf(g));
   }
 }
 
