@@ -11,8 +11,10 @@ namespace {
 constexpr uint64_t kTurnsBelowBytes = 192ULL << 20;
 constexpr uint64_t kMostWorkBytes = 256ULL << 20;
 
-uint64_t WorkBytes(const MemoryBudget& budget) {
-  return std::min(budget.FreeBytes() / 10 * 3, kMostWorkBytes);
+// What is set aside for the outputs: little where they only stream.
+uint64_t WorkBytes(const MemoryBudget& budget, Sharing sharing) {
+  const uint64_t tenths = sharing == Sharing::kAlone ? 1 : 3;
+  return std::min(budget.FreeBytes() / 10 * tenths, kMostWorkBytes);
 }
 
 }  // namespace
@@ -25,7 +27,7 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
       turns_(sharing == Sharing::kAlone ||
              (sharing == Sharing::kTurns &&
               budget.FreeBytes() < kTurnsBelowBytes)),
-      work_budget_(WorkBytes(budget)),
+      work_budget_(WorkBytes(budget, sharing)),
       work_charge_(budget, work_budget_.LimitBytes(), "the work on outputs"),
       scene_(LoadSceneInfo(store)),
       partition_(LoadPartition(store)) {

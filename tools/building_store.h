@@ -16,7 +16,7 @@ namespace enfilade {
 enum class Sharing {
   kShares,  // both stay open, each on a share of what is free
   kTurns,   // when memory is short, opening one closes the other
-  kAlone,   // opening one always closes the other
+  kAlone,   // opening one always closes the other, and outputs only stream
 };
 
 // The tracer and the solution are opened when first used. Shares that turn out

@@ -152,9 +152,10 @@ ExportSummary Export(const BlockStorage& store,
   }
   RequireFitting(options.mesh, extension, picture);
   const auto start = std::chrono::steady_clock::now();
+  const bool streams = mesh && extension != ".csv";
   StoredBuilding building(
-      store, budget, picture ? Sharing::kTurns : Sharing::kAlone);
-  constexpr uint64_t kBufferBytes = 1 << 20;
+      store, budget, streams ? Sharing::kAlone : Sharing::kTurns);
+  constexpr uint64_t kBufferBytes = 640 << 10;
   const MemoryCharge buffers(
       building.WorkBudget(), kBufferBytes, "the buffers of an export");
   ExportSummary summary;

@@ -44,21 +44,18 @@ void DisplayMeshBuilder::Build(const CoplanarPatches& cell,
 }
 
 void DisplayMeshBuilder::NumberLeaves() {
-  mesh_.charge_.GrowTo(forest_.Size() * sizeof(uint32_t));
-  mesh_.leaf_of_element_.resize(forest_.Size());
   size_t leaves = 0;
   for (size_t e = 0; e < forest_.Size(); ++e) {
     leaves += forest_.IsLeaf(e) ? 1U : 0U;
   }
   // By Euler's formula a mesh of faces whose vertices meet three or more edges
-  // has fewer than two vertices and six places in rings to a face.
-  constexpr uint64_t kPlaces = 6;
-  constexpr uint64_t kPlaceBytes =
-      2 * sizeof(Value) + sizeof(RingEdge) + 4 * sizeof(uint32_t);
+  // has fewer than two vertices to a face.
+  constexpr uint64_t kVertexBytes =
+      PointWelder::kPointBytes + sizeof(PlanePoint) + 2 * sizeof(Hanging);
   constexpr uint64_t kLeafBytes =
-      sizeof(DisplayMesh::Leaf) + sizeof(corners_[0]) + sizeof(Value) +
-      2 * PointWelder::kPointBytes + kPlaces * kPlaceBytes;
+      sizeof(DisplayMesh::Leaf) + sizeof(corners_[0]) + 2 * kVertexBytes;
   mesh_.charge_.GrowTo(forest_.Size() * sizeof(uint32_t) + leaves * kLeafBytes);
+  mesh_.leaf_of_element_.resize(forest_.Size());
   mesh_.leaves_.reserve(leaves);
   for (size_t e = 0; e < forest_.Size(); ++e) {
     if (forest_.IsLeaf(e)) {
@@ -137,6 +134,20 @@ void DisplayMeshBuilder::MakeRings() {
     const bool plain = mesh_.rings_.size() - begin == 3;
     mesh_.leaves_[leaf].centre = plain ? DisplayMesh::kNoCentre : 0;
   }
+  corners_ = {};
+  hanging_ = {};
+  constexpr uint64_t kPlaceBytes =
+      sizeof(Value) + sizeof(float) + sizeof(uint32_t) + sizeof(RingEdge);
+  Recharge(mesh_.rings_.size() * kPlaceBytes);
+}
+
+// Charges what the mesh has by now, the points and centres, and `more`.
+void DisplayMeshBuilder::Recharge(uint64_t more) {
+  const uint64_t bytes = mesh_.SizeBytes() +
+                         welded_.size() * sizeof(PlanePoint) +
+                         mesh_.leaves_.size() * sizeof(Value) + more;
+  mesh_.charge_.ShrinkTo(bytes);
+  mesh_.charge_.GrowTo(bytes);
 }
 
 void DisplayMeshBuilder::PutCorner(uint32_t vertex, size_t begin) {
@@ -286,8 +297,20 @@ void DisplayMeshBuilder::Join(uint32_t a, uint32_t b) {
 
 // One vertex for each class of joined places, and the centres.
 void DisplayMeshBuilder::MakeVertices() {
+  using Sum = std::array<double, kRgbChannels + 1>;
   const auto places = static_cast<uint32_t>(mesh_.rings_.size());
-  std::vector<std::array<double, kRgbChannels + 1>> sums;
+  size_t classes = 0;
+  for (uint32_t i = 0; i < places; ++i) {
+    classes += ClassOf(i) == i ? 1U : 0U;
+  }
+  const size_t vertices = classes + centres_.size();
+  Recharge(places * (sizeof(Value) + sizeof(float) + 2 * sizeof(uint32_t)) +
+           classes * sizeof(Sum) +
+           vertices * (sizeof(PlanePoint) + sizeof(Value)));
+  mesh_.points_.reserve(vertices);
+  mesh_.values_.reserve(vertices);
+  std::vector<Sum> sums;
+  sums.reserve(classes);
   std::vector<uint32_t> vertex_of(places);
   for (uint32_t i = 0; i < places; ++i) {
     const uint32_t first = ClassOf(i);
@@ -312,6 +335,10 @@ void DisplayMeshBuilder::MakeVertices() {
           static_cast<float>(sums[v].at(c) / sums[v].back());
     }
   }
+  AddCentres();
+}
+
+void DisplayMeshBuilder::AddCentres() {
   for (size_t leaf = 0; leaf < mesh_.leaves_.size(); ++leaf) {
     DisplayMesh::Leaf& l = mesh_.leaves_[leaf];
     if (l.centre != DisplayMesh::kNoCentre) {

@@ -52,6 +52,8 @@ class DisplayMeshBuilder {
   [[nodiscard]] uint32_t ClassOf(uint32_t place);
   void Join(uint32_t a, uint32_t b);
   void MakeVertices();
+  void AddCentres();
+  void Recharge(uint64_t more);
 
   DisplayMesh& mesh_;
   const DisplayForest& forest_;

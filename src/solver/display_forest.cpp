@@ -39,7 +39,7 @@ DisplayForest::DisplayForest(const CellTree& tree,
   }
   index_.emplace_back(boxes, 4 * kCrackM);
   CopyTree(tree);
-  SetTolerance();
+  EndPass();
 }
 
 void DisplayForest::AddRoot(const Patch& patch, PatchId id) {
@@ -93,7 +93,15 @@ void DisplayForest::Split(size_t e) {
   }
 }
 
-void DisplayForest::SetTolerance() {
+// After the last split of a pass: the tolerance, and the charge of what is
+// left.
+void DisplayForest::EndPass() {
+  elements_.shrink_to_fit();
+  const uint64_t bytes = elements_.capacity() * sizeof(DisplayElement) +
+                         index_.front().SizeBytes() +
+                         roots_.capacity() * sizeof(Root);
+  charge_.ShrinkTo(bytes);
+  charge_.GrowTo(bytes);
   double least_m = kHeightsPerTolerance * kCrackM;
   for (const DisplayElement& e : elements_) {
     if (e.first_child == 0) {
@@ -126,7 +134,7 @@ void DisplayForest::Balance() {
       work.pop_back();
     }
   }
-  SetTolerance();
+  EndPass();
 }
 
 // Splits a leaf with an edge longer than that; adds the children to `work`.
@@ -150,7 +158,7 @@ void DisplayForest::SplitLeaves() {
       Split(e);
     }
   }
-  SetTolerance();
+  EndPass();
 }
 
 UnitPoint DisplayForest::UnitCorner(PatchShape shape, size_t k) {

@@ -117,7 +117,7 @@ class DisplayForest {
   void DescendTo(PlanePoint p,
                  size_t root,
                  std::vector<uint32_t>* leaves) const;
-  void SetTolerance();
+  void EndPass();
   [[nodiscard]] bool Contains(size_t e, PlanePoint p, double margin_m) const;
 
   PlaneFrame frame_;

@@ -248,12 +248,11 @@ TEST_P(DisplayMeshTest, HasNoTVertices) {
                     .is_valid());
   });
   for (const auto edge : half_edges.edges()) {
-    const auto half = half_edges.halfedge_handle(edge, 0);
-    const auto place = [&](HalfEdgeMesh::VertexHandle v) {
+    const auto place = [&](const HalfEdgeMesh::VertexHandle& v) {
       return Flat(mesh.Position(static_cast<size_t>(v.idx())));
     };
-    const PlanePoint a = place(half_edges.from_vertex_handle(half));
-    const PlanePoint b = place(half_edges.to_vertex_handle(half));
+    const PlanePoint a = place(edge.v0());
+    const PlanePoint b = place(edge.v1());
     EXPECT_EQ(half_edges.is_boundary(edge),
               OnOutline({(a.x + b.x) / 2, (a.y + b.y) / 2}));
   }
