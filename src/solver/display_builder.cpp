@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -94,7 +95,8 @@ void DisplayMeshBuilder::FindHanging() {
       });
 }
 
-// Of a vertex that lies on an edge of the leaf without being a corner.
+// Of a vertex that lies on an edge of the leaf without being a corner: the
+// nearest edge, since towards a sharp corner two are near.
 void DisplayMeshBuilder::AddHanging(uint32_t leaf, uint32_t vertex) {
   const size_t count = forest_.CornerCount(mesh_.leaves_[leaf].element);
   const auto corners = std::span(corners_[leaf]).first(count);
@@ -102,6 +104,8 @@ void DisplayMeshBuilder::AddHanging(uint32_t leaf, uint32_t vertex) {
     return;
   }
   const PlanePoint p = welded_[vertex];
+  double nearest_m = 2 * forest_.ToleranceM();
+  std::optional<Hanging> hanging;
   for (size_t k = 0; k < count; ++k) {
     const PlaneSegment edge{welded_[corners[k]],
                             welded_[corners[(k + 1) % count]]};
@@ -109,11 +113,14 @@ void DisplayMeshBuilder::AddHanging(uint32_t leaf, uint32_t vertex) {
     const PlanePoint from = p - edge.a;
     const double t = (from.x * along.x + from.y * along.y) /
                      (along.x * along.x + along.y * along.y);
-    if (t > 0 && t < 1 &&
-        DistanceFromLine(p, edge) <= 2 * forest_.ToleranceM()) {
-      hanging_.push_back({leaf, static_cast<uint32_t>(k), t, vertex});
-      return;
+    const double distance_m = DistanceFromLine(p, edge);
+    if (t > 0 && t < 1 && distance_m <= nearest_m) {
+      nearest_m = distance_m;
+      hanging = Hanging{leaf, static_cast<uint32_t>(k), t, vertex};
     }
+  }
+  if (hanging) {
+    hanging_.push_back(*hanging);
   }
 }
 
@@ -212,26 +219,29 @@ void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   centres_.push_back(value_at(DisplayForest::UnitCentre(shape)));
 }
 
+// Areas that come out empty by rounding count as next to nothing, so that a
+// mean stays within what it is of.
 void DisplayMeshBuilder::WeighLeaf(size_t leaf) {
+  constexpr double kLeastWeight = 1e-30;
   const std::span<const uint32_t> ring = mesh_.Ring(leaf);
   const size_t begin = weights_.size();
   const size_t n = ring.size();
-  weights_.resize(begin + n);
+  const auto area_m2 = [&](PlanePoint a, PlanePoint b, PlanePoint c) {
+    return static_cast<float>(std::max(Cross(b - a, c - a) / 2, kLeastWeight));
+  };
   if (mesh_.leaves_[leaf].centre == DisplayMesh::kNoCentre) {
-    const PlanePoint o = welded_[ring[0]];
-    const double area = Cross(welded_[ring[1]] - o, welded_[ring[2]] - o) / 2;
-    std::fill(weights_.begin() + static_cast<std::ptrdiff_t>(begin),
-              weights_.end(),
-              static_cast<float>(area));
+    weights_.resize(
+        begin + n,
+        area_m2(welded_[ring[0]], welded_[ring[1]], welded_[ring[2]]));
     return;
   }
+  weights_.resize(begin + n);
   const uint32_t element = mesh_.leaves_[leaf].element;
   const PlanePoint centre = forest_.PointOn(
       element, DisplayForest::UnitCentre(forest_.ShapeOf(element)));
   for (size_t i = 0; i < n; ++i) {
     const size_t j = (i + 1) % n;
-    const auto area = static_cast<float>(
-        Cross(welded_[ring[i]] - centre, welded_[ring[j]] - centre) / 2);
+    const float area = area_m2(centre, welded_[ring[i]], welded_[ring[j]]);
     weights_[begin + i] += area;
     weights_[begin + j] += area;
   }
