@@ -162,6 +162,22 @@ class StageProgress {
   const PartitionOptions* options_;
 };
 
+void NoteOverlaps(const OverlapCounts& overlaps,
+                  std::vector<std::string>& notes) {
+  if (overlaps.dropped > 0) {
+    notes.push_back(fmt::format(
+        "{} patches were there twice, whole or in part: {:.3g} m2 were dropped",
+        overlaps.dropped,
+        overlaps.area_m2));
+  }
+  if (overlaps.moved > 0) {
+    notes.push_back(fmt::format(
+        "{} patches lay in larger ones and were put {} mm before them",
+        overlaps.moved,
+        1e3 * kApartM));
+  }
+}
+
 }  // namespace
 
 Partition BuildPartition(BlockStorage& store,
@@ -198,8 +214,9 @@ Partition BuildPartition(BlockStorage& store,
   SaveRegions(joined.cell_of_leaf, MakeOpenings(built, borders), store);
   progress.Reach(0.7);
   SaveTree(built.tree, joined.cell_of_leaf, store);
-  WritePatches(
+  const OverlapCounts overlaps = WritePatches(
       info, built.tree, joined.cell_of_leaf, budget, store, partition.cells);
+  NoteOverlaps(overlaps, partition.notes);
   partition.notes.push_back(
       fmt::format("split into {} convex regions, joined into {} cells with {} "
                   "portals",

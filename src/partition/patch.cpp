@@ -8,12 +8,13 @@ constexpr uint8_t kTriangleBit = 1;
 constexpr uint8_t kEmitsBit = 2;
 constexpr uint8_t kReflectsBit = 4;
 constexpr uint8_t kTwinBit = 8;
+constexpr uint8_t kBackBit = 16;
 
 uint8_t FlagsOf(const Patch& p) {
   return static_cast<uint8_t>(
       (p.shape == PatchShape::kTriangle ? kTriangleBit : 0) |
       (p.emits ? kEmitsBit : 0) | (p.reflects ? kReflectsBit : 0) |
-      (p.is_twin ? kTwinBit : 0));
+      (p.is_twin ? kTwinBit : 0) | (p.is_back ? kBackBit : 0));
 }
 
 void SetFlags(uint8_t flags, Patch& p) {
@@ -22,6 +23,7 @@ void SetFlags(uint8_t flags, Patch& p) {
   p.emits = (flags & kEmitsBit) != 0;
   p.reflects = (flags & kReflectsBit) != 0;
   p.is_twin = (flags & kTwinBit) != 0;
+  p.is_back = (flags & kBackBit) != 0;
 }
 
 }  // namespace

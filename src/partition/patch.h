@@ -31,6 +31,8 @@ struct Patch {
   // The other side of a patch of the same cell with a smaller id: the two are
   // one blocker to rays.
   bool is_twin = false;
+  // On the back of its face.
+  bool is_back = false;
 };
 
 inline double PatchArea(const Patch& p) {

@@ -32,6 +32,10 @@ class CellPatchSink {
     return PatchId(counts_[cell.Index()]++);
   }
 
+  [[nodiscard]] size_t Count(CellId cell) const {
+    return counts_[cell.Index()];
+  }
+
   // All patches of a cell, in the order of their ids.
   std::vector<Patch> Take(CellId cell) {
     std::vector<Patch> patches;
@@ -130,6 +134,7 @@ class FaceCutter {
         std::swap(patch.u, patch.v);
         patch.emits = false;
         patch.is_twin = true;
+        patch.is_back = true;
         sink_->Add(piece.cell, patch);
       }
     }
@@ -144,7 +149,9 @@ class FaceCutter {
                         face.material,
                         id,
                         false,
-                        MaterialOf(face).sides == 2};
+                        MaterialOf(face).sides == 2,
+                        false,
+                        true};
       sink_->Add(piece.cell, patch);
     }
   }
@@ -157,18 +164,26 @@ class FaceCutter {
 
 }  // namespace
 
-void WritePatches(const SceneInfo& info,
-                  const BspTree& tree,
-                  const std::vector<CellId>& cell_of_leaf,
-                  MemoryBudget& budget,
-                  BlockStorage& store,
-                  std::vector<CellInfo>& cells) {
+OverlapCounts WritePatches(const SceneInfo& info,
+                           const BspTree& tree,
+                           const std::vector<CellId>& cell_of_leaf,
+                           MemoryBudget& budget,
+                           BlockStorage& store,
+                           std::vector<CellInfo>& cells) {
   CellPatchSink sink(cells.size(), budget, store);
   FaceCutter cutter(info, tree, cell_of_leaf, sink);
   ForEachFace(store,
               [&cutter](FaceId id, const Face& face) { cutter.Add(id, face); });
+  OverlapCounts overlaps;
   for (uint32_t i = 0; i < cells.size(); ++i) {
+    const MemoryCharge charge(budget,
+                              SeparateOverlapsBytes(sink.Count(CellId(i))),
+                              "surfaces of a cell that lie in one another");
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
+    const OverlapCounts in_cell = SeparateOverlaps(content.patches);
+    overlaps.dropped += in_cell.dropped;
+    overlaps.area_m2 += in_cell.area_m2;
+    overlaps.moved += in_cell.moved;
     cells[i].patches = static_cast<uint32_t>(content.patches.size());
     for (const Patch& patch : content.patches) {
       cells[i].area_m2 += PatchArea(patch);
@@ -176,6 +191,7 @@ void WritePatches(const SceneInfo& info,
     store.Put({BlockKind::kCellPatches, i}, EncodeCellPatches(content));
   }
   store.EraseAll(BlockKind::kScratch);
+  return overlaps;
 }
 
 }  // namespace enfilade

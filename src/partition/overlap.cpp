@@ -1,0 +1,321 @@
+#include "partition/overlap.h"
+
+#include "partition/patch_cutter.h"
+#include "partition/polygon.h"
+#include "scene/box_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Two patches face the same way: two degrees, beyond which the distances of
+// their corners decide anyway.
+constexpr double kLeastFacing = 0.9994;
+// Overlaps narrower than this, or smaller than that, are rounding.
+constexpr double kNarrowM = 1e-4;
+constexpr double kSmallM2 = 1e-7;
+// Parts smaller than this share of a patch do not count.
+constexpr double kSmallShare = 0.02;
+// Surfaces in one another that are put apart; deeper heaps are one.
+constexpr int kMostLayers = 6;
+// Box, tree, rank and face area of a patch, and its share of pairs and pieces.
+constexpr uint64_t kBytesPerPatch = 300;
+
+Polygon PolygonOf(const Patch& p) {
+  if (p.shape == PatchShape::kTriangle) {
+    return {p.origin, p.origin + p.u, p.origin + p.v};
+  }
+  return {p.origin, p.origin + p.u, p.origin + p.u + p.v, p.origin + p.v};
+}
+
+bool LiesIn(const Polygon& polygon, const Plane& plane) {
+  return Classify(polygon, plane, kCoincidentM) == PlaneSide::kOn;
+}
+
+// The area of `polygon` over `other` (both face along `normal`), a little less
+// at its rim; 0 where that is rounding.
+double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal) {
+  Polygon rest = polygon;
+  for (size_t i = 0; i < other.size() && !rest.empty(); ++i) {
+    const Point3 a = other[i];
+    const Vec3 in = Normalize(Cross(normal, other[(i + 1) % other.size()] - a));
+    const Plane side{in, Dot(in, a - Point3{}) + kNarrowM};
+    rest = ClipToFront(rest, side, kRoundingM);
+  }
+  const double area = rest.size() >= 3 ? PolygonArea(rest) : 0;
+  return area > kSmallM2 ? area : 0;
+}
+
+// A part of a patch, and before how many others it is put.
+struct Piece {
+  Polygon polygon;
+  int layer = 0;
+};
+
+double AreaOf(const std::vector<Polygon>& polygons) {
+  return std::accumulate(
+      polygons.begin(), polygons.end(), 0.0, [](double sum, const Polygon& p) {
+        return sum + PolygonArea(p);
+      });
+}
+
+double AreaOf(const std::vector<Piece>& pieces) {
+  return std::accumulate(
+      pieces.begin(), pieces.end(), 0.0, [](double sum, const Piece& p) {
+        return sum + PolygonArea(p.polygon);
+      });
+}
+
+class OverlapSeparator {
+ public:
+  explicit OverlapSeparator(std::vector<Patch>& patches) : patches_(patches) {}
+
+  OverlapCounts Run() {
+    FindPairs();
+    if (pairs_.empty()) {
+      return {};
+    }
+    Rank();
+    SortPairs();
+    for (size_t first = 0; first < pairs_.size();) {
+      size_t last = first;
+      while (last < pairs_.size() &&
+             pairs_[last].front == pairs_[first].front) {
+        ++last;
+      }
+      Settle(std::span(pairs_).subspan(first, last - first));
+      first = last;
+    }
+    Replace();
+    return counts_;
+  }
+
+ private:
+  // The one of higher rank is in front, or is cut.
+  struct Pair {
+    uint32_t front = 0;
+    uint32_t behind = 0;
+    double area = 0;  // of the overlap, m2
+  };
+
+  void FindPairs() {
+    std::vector<Box3> boxes;
+    boxes.reserve(patches_.size());
+    for (const Patch& p : patches_) {
+      boxes.push_back(Grown(BoundsOf(PolygonOf(p)), kCoincidentM));
+    }
+    const BoxTree tree(boxes);
+    for (uint32_t i = 0; i < patches_.size(); ++i) {
+      const Polygon own = PolygonOf(patches_[i]);
+      const Plane plane = PlaneOf(own);
+      tree.ForOverlaps(boxes[i], [&](uint32_t k) {
+        const double area = k < i ? CoincidentArea(own, plane, patches_[k]) : 0;
+        if (area > 0) {
+          pairs_.push_back({i, k, area});
+        }
+      });
+    }
+  }
+
+  static double CoincidentArea(const Polygon& own,
+                               const Plane& plane,
+                               const Patch& patch) {
+    if (Dot(PatchNormal(patch), plane.normal) < kLeastFacing) {
+      return 0;
+    }
+    const Polygon other = PolygonOf(patch);
+    return LiesIn(other, plane) || LiesIn(own, PlaneOf(other))
+               ? OverlapArea(own, other, plane.normal)
+               : 0;
+  }
+
+  // From back to front: what does not emit before what does, then large faces
+  // (by their area on this side) before small ones.
+  void Rank() {
+    std::unordered_map<uint64_t, double> area_of_side;
+    const auto side = [](const Patch& p) {
+      return uint64_t{p.face.value} << 1 | (p.is_back ? 1U : 0U);
+    };
+    for (const Patch& p : patches_) {
+      area_of_side[side(p)] += PatchArea(p);
+    }
+    const auto key = [&](uint32_t i) {
+      const Patch& p = patches_[i];
+      return std::tuple(p.emits, -area_of_side[side(p)], p.face.value, i);
+    };
+    std::vector<uint32_t> order(patches_.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+      return key(a) < key(b);
+    });
+    rank_.resize(order.size());
+    for (uint32_t i = 0; i < order.size(); ++i) {
+      rank_[order[i]] = i;
+    }
+  }
+
+  void SortPairs() {
+    for (Pair& pair : pairs_) {
+      if (rank_[pair.front] < rank_[pair.behind]) {
+        std::swap(pair.front, pair.behind);
+      }
+    }
+    std::sort(pairs_.begin(), pairs_.end(), [&](const Pair& a, const Pair& b) {
+      return std::pair(rank_[a.front], rank_[a.behind]) <
+             std::pair(rank_[b.front], rank_[b.behind]);
+    });
+  }
+
+  [[nodiscard]] bool IsSame(const Pair& pair) const {
+    const Patch& front = patches_[pair.front];
+    const Patch& behind = patches_[pair.behind];
+    if (front.emits != behind.emits) {
+      return false;
+    }
+    return (front.material == behind.material &&
+            front.is_back == behind.is_back) ||
+           pair.area >= (1 - kSmallShare) * PatchArea(behind);
+  }
+
+  // Decides on one patch by all that it lies in, which are decided.
+  void Settle(std::span<const Pair> pairs) {
+    const uint32_t own = pairs.front().front;
+    const Vec3 normal = PatchNormal(patches_[own]);
+    std::vector<Polygon> same;
+    std::vector<Polygon> others;
+    int layer = 0;
+    for (const Pair& pair : pairs) {
+      for (const Piece& piece : PiecesOf(pair.behind)) {
+        if (IsSame(pair)) {
+          same.push_back(piece.polygon);
+        } else {
+          others.push_back(piece.polygon);
+          layer = std::max(layer, std::min(piece.layer + 1, kMostLayers));
+        }
+      }
+    }
+    const std::vector<Polygon> before{PolygonOf(patches_[own])};
+    std::vector<Piece> after;
+    for (Polygon& left : WithoutThose(before, same, normal)) {
+      AppendPieces(std::move(left), others, normal, layer, &after);
+    }
+    const double gone = AreaOf(before) - AreaOf(after);
+    if (gone > kSmallM2) {
+      ++counts_.dropped;
+      counts_.area_m2 += gone;
+    }
+    const bool moved = std::any_of(
+        after.begin(), after.end(), [](const Piece& p) { return p.layer > 0; });
+    counts_.moved += moved ? 1 : 0;
+    if (moved || gone > kSmallM2) {
+      pieces_[own] = std::move(after);
+    }
+  }
+
+  static std::vector<Polygon> WithoutThose(const std::vector<Polygon>& polygons,
+                                           const std::vector<Polygon>& covers,
+                                           Vec3 normal) {
+    std::vector<Polygon> left;
+    for (const Polygon& polygon : polygons) {
+      std::vector<const Polygon*> over;
+      for (const Polygon& cover : covers) {
+        if (OverlapArea(polygon, cover, normal) > 0) {
+          over.push_back(&cover);
+        }
+      }
+      for (Polygon& rest : Subtract(polygon, normal, over)) {
+        left.push_back(std::move(rest));
+      }
+    }
+    return left;
+  }
+
+  // What lies in others is put before them; what sticks out, if it is worth a
+  // piece, stays.
+  static void AppendPieces(Polygon polygon,
+                           const std::vector<Polygon>& others,
+                           Vec3 normal,
+                           int layer,
+                           std::vector<Piece>* pieces) {
+    const std::vector<Polygon> out = WithoutThose({polygon}, others, normal);
+    if (AreaOf(out) <= kSmallShare * PolygonArea(polygon)) {
+      pieces->push_back({std::move(polygon), layer});
+      return;
+    }
+    for (Polygon& in : WithoutThose({std::move(polygon)}, out, normal)) {
+      pieces->push_back({std::move(in), layer});
+    }
+    for (const Polygon& rest : out) {
+      pieces->push_back({rest, 0});
+    }
+  }
+
+  [[nodiscard]] std::vector<Piece> PiecesOf(uint32_t i) const {
+    const auto it = pieces_.find(i);
+    return it != pieces_.end() ? it->second
+                               : std::vector<Piece>{{PolygonOf(patches_[i])}};
+  }
+
+  void Replace() {
+    // Its two sides are no longer in one place: each blocks rays for itself.
+    std::unordered_set<uint32_t> touched_faces;
+    for (const auto& [i, pieces] : pieces_) {
+      touched_faces.insert(patches_[i].face.value);
+    }
+    std::vector<Patch> kept;
+    for (uint32_t i = 0; i < patches_.size(); ++i) {
+      Patch patch = patches_[i];
+      patch.is_twin =
+          patch.is_twin && !touched_faces.contains(patch.face.value);
+      const auto it = pieces_.find(i);
+      if (it == pieces_.end()) {
+        kept.push_back(patch);
+      } else {
+        AppendPatches(patch, it->second, &kept);
+      }
+    }
+    patches_ = std::move(kept);
+  }
+
+  static void AppendPatches(Patch patch,
+                            const std::vector<Piece>& pieces,
+                            std::vector<Patch>* kept) {
+    const Vec3 normal = PatchNormal(patch);
+    for (const Piece& piece : pieces) {
+      for (const PatchPiece& cut : CutIntoPatches(piece.polygon)) {
+        patch.origin = cut.origin + normal * (piece.layer * kApartM);
+        patch.u = cut.u;
+        patch.v = cut.v;
+        patch.shape = cut.shape;
+        kept->push_back(patch);
+      }
+    }
+  }
+
+  std::vector<Patch>& patches_;
+  std::vector<Pair> pairs_;
+  std::vector<uint32_t> rank_;  // by patch, from back to front
+  // Of the patches that were touched: what is left of them, and where.
+  std::unordered_map<uint32_t, std::vector<Piece>> pieces_;
+  OverlapCounts counts_;
+};
+
+}  // namespace
+
+OverlapCounts SeparateOverlaps(std::vector<Patch>& patches) {
+  return OverlapSeparator(patches).Run();
+}
+
+uint64_t SeparateOverlapsBytes(size_t patches) {
+  return patches * kBytesPerPatch;
+}
+
+}  // namespace enfilade

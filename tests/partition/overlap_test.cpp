@@ -1,0 +1,283 @@
+// Of patches that lie in one another and face the same way, one is kept.
+
+#include "partition/overlap.h"
+
+#include "base/photometry.h"
+#include "base/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "tests/partition/test_scenes.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using testing::Built;
+using testing::SceneBuilder;
+
+Patch Rectangle(uint32_t face, Point3 origin, Vec3 u, Vec3 v) {
+  Patch p;
+  p.origin = origin;
+  p.u = u;
+  p.v = v;
+  p.face = FaceId(face);
+  p.material = MaterialId(face);
+  return p;
+}
+
+Patch Turned(Patch p) {
+  std::swap(p.u, p.v);
+  p.is_back = !p.is_back;
+  return p;
+}
+
+// Coordinates of a point in the plane of a patch, in its edges.
+std::pair<double, double> Within(const Patch& patch, Point3 p) {
+  const Vec3 d = p - patch.origin;
+  const double uu = Dot(patch.u, patch.u);
+  const double uv = Dot(patch.u, patch.v);
+  const double vv = Dot(patch.v, patch.v);
+  const double det = uu * vv - uv * uv;
+  const double du = Dot(d, patch.u);
+  const double dv = Dot(d, patch.v);
+  return {(vv * du - uv * dv) / det, (uu * dv - uv * du) / det};
+}
+
+bool Covers(const Patch& patch, Point3 p, Vec3 facing) {
+  if (Dot(PatchNormal(patch), facing) < 0.99 ||
+      std::abs(Dot(p - patch.origin, PatchNormal(patch))) > 10 * kApartM) {
+    return false;
+  }
+  const auto [s, t] = Within(patch, p);
+  const bool inside = s >= 0 && t >= 0;
+  return inside &&
+         (patch.shape == PatchShape::kTriangle ? s + t <= 1 : s <= 1 && t <= 1);
+}
+
+// Whether the point is so near to the rim of a patch that rounding decides.
+bool IsNearRim(const Patch& patch, Point3 p) {
+  const auto [s, t] = Within(patch, p);
+  const double size = std::min(Length(patch.u), Length(patch.v));
+  const double margin = 1e-3 / size;
+  const auto near = [&](double x) { return std::abs(x) < margin; };
+  return near(s) || near(t) ||
+         (patch.shape == PatchShape::kTriangle ? near(1 - s - t)
+                                               : near(1 - s) || near(1 - t));
+}
+
+std::vector<const Patch*> Covering(const std::vector<Patch>& patches,
+                                   Point3 p,
+                                   Vec3 facing) {
+  std::vector<const Patch*> found;
+  for (const Patch& patch : patches) {
+    if (Covers(patch, p, facing)) {
+      found.push_back(&patch);
+    }
+  }
+  return found;
+}
+
+constexpr Vec3 kUp{0, 0, 1};
+
+// How far a patch was put out of the plane z = 0.
+double Height(const Patch& patch) {
+  return Dot(patch.origin - Point3{}, kUp);
+}
+
+// The one that is seen from far along `facing`.
+const Patch* Seen(const std::vector<const Patch*>& covering, Vec3 facing) {
+  const auto height = [&](const Patch* p) {
+    return Dot(p->origin - Point3{}, facing);
+  };
+  const auto it = std::max_element(
+      covering.begin(), covering.end(), [&](const Patch* a, const Patch* b) {
+        return height(a) < height(b);
+      });
+  return it == covering.end() ? nullptr : *it;
+}
+
+TEST(Overlap, WhatDoesNotOverlapIsUntouched) {
+  // A floor of tiles, a ceiling a millimetre above, and the floor's backs.
+  std::vector<Patch> patches;
+  for (uint32_t i = 0; i < 5; ++i) {
+    const double x = i;
+    patches.push_back(Rectangle(i, {x, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+    patches.push_back(Turned(patches.back()));
+    patches.push_back(Rectangle(i + 5, {x, 0, 1e-3}, {1, 0, 0}, {0, 1, 0}));
+  }
+  const std::vector<Patch> before = patches;
+  const OverlapCounts counts = SeparateOverlaps(patches);
+  EXPECT_EQ(counts.dropped + counts.moved, 0U);
+  ASSERT_EQ(patches.size(), before.size());
+  for (size_t i = 0; i < patches.size(); ++i) {
+    EXPECT_EQ(patches[i].origin, before[i].origin);
+    EXPECT_EQ(patches[i].face, before[i].face);
+  }
+}
+
+TEST(Overlap, WhatIsThereTwiceIsKeptOnce) {
+  std::vector<Patch> patches = {
+      Rectangle(1, {0, 0, 0}, {2, 0, 0}, {0, 3, 0}),
+      Rectangle(2, {0, 0, 1e-5}, {2, 0, 0}, {0, 3, 0})};
+  const OverlapCounts counts = SeparateOverlaps(patches);
+  EXPECT_EQ(counts.dropped, 1U);
+  EXPECT_NEAR(counts.area_m2, 6, 1e-9);
+  ASSERT_EQ(patches.size(), 1U);
+  EXPECT_EQ(patches[0].face, FaceId(1U));
+}
+
+TEST(Overlap, WallsOfOneMaterialAreCutToFit) {
+  std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
+                                Rectangle(2, {3, 0, 0}, {2, 0, 0}, {0, 3, 0})};
+  patches[1].material = patches[0].material;
+  const OverlapCounts counts = SeparateOverlaps(patches);
+  EXPECT_NEAR(counts.area_m2, 3, 1e-9);
+  EXPECT_EQ(counts.moved, 0U);
+  double area = 0;
+  for (const Patch& p : patches) {
+    area += PatchArea(p);
+    EXPECT_EQ(Height(p), 0);
+  }
+  EXPECT_NEAR(area, 15, 1e-9);
+}
+
+// A picture on the wall, and a cupboard whose back lies in it: seen from its
+// inside, or the light of the wall would be in the cupboard.
+TEST(Overlap, TheSmallerIsSeen) {
+  const Patch wall = Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0});
+  for (const bool is_back : {false, true}) {
+    Patch small = Rectangle(2, {1, 1, 0}, {1, 0, 0}, {0, 1, 0});
+    small.is_back = is_back;
+    std::vector<Patch> patches = {small, wall};
+    const OverlapCounts counts = SeparateOverlaps(patches);
+    EXPECT_EQ(counts.moved, 1U);
+    ASSERT_EQ(patches.size(), 2U);
+    EXPECT_NEAR(Height(patches[0]), kApartM, 1e-12);
+    EXPECT_EQ(Height(patches[1]), 0);
+  }
+}
+
+TEST(Overlap, OnlyWhatLiesInAnotherIsMoved) {
+  // A board that sticks out over the edge of a wall by half.
+  std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
+                                Rectangle(2, {3, 1, 0}, {2, 0, 0}, {0, 1, 0})};
+  SeparateOverlaps(patches);
+  const auto inside = Covering(patches, {3.4, 1.6, 0}, kUp);
+  ASSERT_EQ(inside.size(), 2U);
+  EXPECT_EQ(Seen(inside, kUp)->face, FaceId(2U));
+  const auto outside = Covering(patches, {4.4, 1.6, 0}, kUp);
+  ASSERT_EQ(outside.size(), 1U);
+  EXPECT_EQ(Height(*outside[0]), 0);
+}
+
+TEST(Overlap, WhatEmitsIsSeenHoweverLarge) {
+  for (const double size : {0.5, 2.0, 8.0}) {
+    Patch lamp = Rectangle(2, {0, 0, 0}, {size, 0, 0}, {0, size, 0});
+    lamp.emits = true;
+    std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {2, 0, 0}, {0, 2, 0}),
+                                  lamp};
+    SeparateOverlaps(patches);
+    const auto at = Covering(patches, {0.3, 0.2, 0}, kUp);
+    ASSERT_FALSE(at.empty());
+    EXPECT_TRUE(Seen(at, kUp)->emits) << size;
+  }
+}
+
+TEST(Overlap, SidesThatCameApartBlockRaysEach) {
+  const Patch wall = Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0});
+  const Patch front = Rectangle(2, {1, 1, 0}, {1, 0, 0}, {0, 1, 0});
+  Patch back = Turned(front);
+  back.is_twin = true;
+  std::vector<Patch> patches = {wall, front, back};
+  SeparateOverlaps(patches);
+  ASSERT_EQ(patches.size(), 3U);
+  EXPECT_FALSE(patches[2].is_twin);
+}
+
+// The rule itself, on heaps of rectangles and triangles in one tilted plane:
+// no point is lost, and what is seen is what should be.
+TEST(Overlap, OneIsSeenAtEveryPoint) {
+  const Vec3 a = Normalize(Vec3{1, 0.3, 0.2});
+  const Vec3 b = Normalize(Cross(Normalize(Vec3{-0.2, 0.1, 1}), a));
+  const Vec3 normal = Cross(a, b);
+  int looked = 0;
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    Random random(seed);
+    const auto next = [&](double low, double high) {
+      return low + (high - low) * random.Next();
+    };
+    std::vector<Patch> before;
+    for (uint32_t i = 0; i < 5; ++i) {
+      const double turn = next(0, kPi);
+      const Vec3 u = a * std::cos(turn) + b * std::sin(turn);
+      const Vec3 v = Cross(normal, u);
+      Patch p = Rectangle(i,
+                          Point3{} + a * next(0, 2) + b * next(0, 2),
+                          u * next(0.2, 1.5),
+                          v * next(0.2, 1.5) + u * next(-0.2, 0.2));
+      p.material = MaterialId(random.NextBelow(3));
+      p.shape = random.Next() < 0.5 ? PatchShape::kTriangle
+                                    : PatchShape::kParallelogram;
+      p.emits = random.Next() < 0.1;
+      p.is_back = !p.emits && random.Next() < 0.4;
+      before.push_back(p);
+      if (random.Next() < 0.5) {
+        before.push_back(Turned(p));
+        before.back().emits = false;
+      }
+    }
+    std::vector<Patch> after = before;
+    SeparateOverlaps(after);
+    for (int k = 0; k < 400; ++k) {
+      const Point3 p = Point3{} + a * next(-1, 3.5) + b * next(-1, 3.5);
+      if (std::any_of(before.begin(), before.end(), [&](const Patch& patch) {
+            return IsNearRim(patch, p);
+          })) {
+        continue;
+      }
+      for (const Vec3 facing : {normal, -normal}) {
+        const auto was = Covering(before, p, facing);
+        const auto is = Covering(after, p, facing);
+        ASSERT_EQ(is.empty(), was.empty()) << "seed " << seed;
+        if (was.empty()) {
+          continue;
+        }
+        ++looked;
+        const Patch* const seen = Seen(is, facing);
+        EXPECT_EQ(seen->emits,
+                  std::any_of(was.begin(),
+                              was.end(),
+                              [](const Patch* w) { return w->emits; }))
+            << "seed " << seed;
+        for (const Patch* other : is) {
+          EXPECT_TRUE(other == seen ||
+                      Dot(seen->origin - other->origin, facing) > kCoincidentM)
+              << "seed " << seed;
+        }
+      }
+    }
+  }
+  EXPECT_GT(looked, 1000);
+}
+
+// Through the whole partition: two boxes that share a wall, each written with
+// all of its six sides.
+TEST(Overlap, BoxesThatTouchKeepOneWallPerSide) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {2, 2, 2}});
+  scene.AddBox({{2, 0, 0}, {4, 2, 2}});
+  const Built built(scene);
+  const auto walls_at = [&](Point3 inside, Vec3 facing) {
+    const CellPatches cell = LoadCellPatches(*built.store, built.At(inside));
+    return Covering(cell.patches, {2, 0.7, 0.9}, facing).size();
+  };
+  EXPECT_EQ(walls_at({1, 1, 1}, {-1, 0, 0}), 1U);
+  EXPECT_EQ(walls_at({3, 1, 1}, {1, 0, 0}), 1U);
+}
+
+}  // namespace
+}  // namespace enfilade
