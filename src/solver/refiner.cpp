@@ -615,25 +615,17 @@ void Refiner::AddWeak(const Receiver& r,
       static_cast<double>(probability)) {
     return;
   }
-  const Vec3f x = RandomPoint(r.end, &random);
-  const Vec3f y = RandomPoint(s.end, &random);
-  float form_factor = 0;
-  if (IsNear(r.end, s.end)) {
-    for (const float k : NearRow(x, r.end.patch->normal, s.end)) {
-      form_factor += k;
-    }
-  } else {
-    form_factor = s.end.area * PointKernel({x, y}, r.end, s.end);
-  }
-  if (!(form_factor > 0)) {
+  const SampledTransfer sample =
+      SampleTransfer(r.end, s.end, IsNear(r.end, s.end), &random);
+  if (!(sample.form_factor > 0)) {
     return;
   }
-  const float coefficient = form_factor / probability;
+  const float coefficient = sample.form_factor / probability;
   task->pending[task->packet.count] = {
       LinkBetween(r, s),
       coefficient,
       r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability)};
-  AddSegment({x, y}, &task->packet);
+  AddSegment(sample.ray, &task->packet);
   if (task->packet.count == task->pending.size()) {
     FlushWeak(task);
   }

@@ -2,19 +2,35 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <span>
 
 namespace enfilade {
 namespace {
+
+// Points keep away from the rim by this much, m, but not by more than this
+// share of the element: where surfaces touch, a ray from their common edge
+// would start beyond what it should meet.
+constexpr float kRimM = 1e-3F;
+constexpr float kMostRimShare = 0.02F;
+
+float RimShare(const TransferEnd& end) {
+  return std::min(kMostRimShare, kRimM * end.diameter / end.area);
+}
 
 // A random point in the part of an element that node g stands for: a quarter
 // of a parallelogram, the third of a triangle nearest to a corner.
 Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
   float s = static_cast<float>(random->Next());
   float t = static_cast<float>(random->Next());
+  const float rim = RimShare(end);
   if (end.node_count == 4) {
     s = 0.5F * (s + static_cast<float>(g & 1));
     t = 0.5F * (t + static_cast<float>(g >> 1));
-    return PointOn(*end.patch, end.frame, s, t);
+    return PointOn(*end.patch,
+                   end.frame,
+                   rim + (1 - 2 * rim) * s,
+                   rim + (1 - 2 * rim) * t);
   }
   if (s + t > 1) {
     s = 1 - s;
@@ -25,7 +41,10 @@ Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
   const size_t largest = static_cast<size_t>(
       std::max_element(corner.begin(), corner.end()) - corner.begin());
   std::swap(corner[largest], corner[g]);
-  return PointOn(*end.patch, end.frame, corner[1], corner[2]);
+  return PointOn(*end.patch,
+                 end.frame,
+                 rim + (1 - 3 * rim) * corner[1],
+                 rim + (1 - 3 * rim) * corner[2]);
 }
 
 // The kernel varies much over the two elements.
@@ -33,7 +52,24 @@ bool AreClose(const TransferEnd& r, const TransferEnd& s) {
   return Length(s.center - r.center) < 2.0F * std::max(r.diameter, s.diameter);
 }
 
-// One of a few candidates, drawn by the kernel.
+// An index, drawn by the weights; their sum is not zero.
+size_t DrawByWeight(std::span<const float> weights, Random* random) {
+  const float sum = std::accumulate(weights.begin(), weights.end(), 0.0F);
+  float rest = sum * static_cast<float>(random->Next());
+  size_t i = 0;
+  while (i + 1 < weights.size() && rest >= weights[i]) {
+    rest -= weights[i++];
+  }
+  return i;
+}
+
+Vec3f NodeOf(const TransferEnd& end, size_t g) {
+  return {end.x[g], end.y[g], end.z[g]};
+}
+
+// One of a few candidates, drawn by the kernel. Where light goes from none of
+// them to its other point, as between ends of which a part lies behind the
+// other, the nodes themselves.
 PointPair PairByKernel(const TransferEnd& r,
                        size_t g,
                        const TransferEnd& s,
@@ -41,19 +77,142 @@ PointPair PairByKernel(const TransferEnd& r,
                        Random* random) {
   constexpr size_t kCandidates = 4;
   std::array<PointPair, kCandidates> candidates;
-  std::array<float, kCandidates> sums{};
+  std::array<float, kCandidates> kernels{};
   float sum = 0;
   for (size_t i = 0; i < kCandidates; ++i) {
     candidates[i] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
-    sum += PointKernel(candidates[i], r, s) + 1e-20F;
-    sums[i] = sum;
+    kernels[i] = PointKernel(candidates[i], r, s);
+    sum += kernels[i];
   }
-  const float pick = sum * static_cast<float>(random->Next());
-  size_t i = 0;
-  while (i + 1 < kCandidates && sums[i] < pick) {
-    ++i;
+  return sum > 0 ? candidates[DrawByWeight(kernels, random)]
+                 : PointPair{NodeOf(r, g), NodeOf(s, q)};
+}
+
+// The form factor of a point of `end` to all of `other`.
+float PointFormFactor(Vec3f p,
+                      const TransferEnd& end,
+                      const TransferEnd& other) {
+  if (Dot(p - other.center, other.patch->normal) <= 0) {
+    return 0;
   }
-  return candidates[i];
+  const Corners corners = CornersOf(*other.patch, other.frame);
+  return PointToPolygon(p, end.patch->normal, corners.View());
+}
+
+// The part of an element that is above the horizon of a point, as a fan.
+class SeenPart {
+ public:
+  SeenPart(const TransferEnd& end, Vec3f p, Vec3f normal)
+      : rim_(RimShare(end)) {
+    const Corners corners = CornersOf(*end.patch, end.frame);
+    const auto view = corners.View();
+    for (size_t i = 0; i < view.size(); ++i) {
+      const Vec3f a = view[i];
+      const Vec3f b = view[(i + 1) % view.size()];
+      const float above_a = Dot(a - p, normal);
+      const float above_b = Dot(b - p, normal);
+      if (above_a > 0) {
+        Append(a);
+      }
+      if ((above_a > 0) != (above_b > 0)) {
+        Append(a + (b - a) * (above_a / (above_a - above_b)));
+      }
+    }
+    for (size_t i = 0; i + 2 < count_; ++i) {
+      areas_[i] = Length(
+          Cross(points_[i + 1] - points_[0], points_[i + 2] - points_[0]));
+    }
+  }
+
+  [[nodiscard]] bool IsEmpty() const { return count_ < 3; }
+
+  // A random point, off the rim.
+  Vec3f Draw(Random* random) const {
+    const size_t i = DrawByWeight(std::span(areas_).first(count_ - 2), random);
+    auto s = static_cast<float>(random->Next());
+    auto t = static_cast<float>(random->Next());
+    if (s + t > 1) {
+      s = 1 - s;
+      t = 1 - t;
+    }
+    const Vec3f drawn = points_[0] + (points_[i + 1] - points_[0]) * s +
+                        (points_[i + 2] - points_[0]) * t;
+    return drawn +
+           (center_ * (1.0F / static_cast<float>(count_)) - drawn) * (2 * rim_);
+  }
+
+ private:
+  static constexpr size_t kMostCorners = 5;
+
+  void Append(Vec3f p) {
+    points_[count_++] = p;
+    center_ = center_ + p;
+  }
+
+  float rim_;
+  size_t count_ = 0;
+  std::array<Vec3f, kMostCorners> points_;
+  std::array<float, kMostCorners> areas_{};
+  Vec3f center_;  // the sum of the points
+};
+
+// Points of the smaller end, each with its form factor to the larger one.
+SampledTransfer SampleNear(const TransferEnd& r,
+                           const TransferEnd& s,
+                           Random* random) {
+  const bool from_receiver = r.area <= s.area;
+  const TransferEnd& small = from_receiver ? r : s;
+  const TransferEnd& large = from_receiver ? s : r;
+  std::array<Vec3f, kTransferNodes> points;
+  std::array<float, kTransferNodes> factors{};
+  float sum = 0;
+  for (size_t k = 0; k < small.node_count; ++k) {
+    points[k] = PointNearNode(small, k, random);
+    factors[k] = PointFormFactor(points[k], small, large);
+    sum += factors[k];
+  }
+  SampledTransfer sample;
+  if (!(sum > 0)) {
+    return sample;
+  }
+  sample.form_factor = sum / static_cast<float>(small.node_count) *
+                       (from_receiver ? 1.0F : s.area / r.area);
+  const Vec3f p =
+      points[DrawByWeight(std::span(factors).first(small.node_count), random)];
+  const SeenPart seen(large, p, small.patch->normal);
+  if (seen.IsEmpty()) {
+    return {};
+  }
+  std::array<PointPair, kTransferNodes> pairs;
+  std::array<float, kTransferNodes> kernels{};
+  for (size_t k = 0; k < kTransferNodes; ++k) {
+    const Vec3f other = seen.Draw(random);
+    pairs[k] = from_receiver ? PointPair{p, other} : PointPair{other, p};
+    kernels[k] = PointKernel(pairs[k], r, s) + 1e-20F;
+  }
+  sample.ray = pairs[DrawByWeight(kernels, random)];
+  return sample;
+}
+
+// Pairs of points, one near each node of the receiver.
+SampledTransfer SampleFar(const TransferEnd& r,
+                          const TransferEnd& s,
+                          Random* random) {
+  std::array<PointPair, kTransferNodes> pairs;
+  std::array<float, kTransferNodes> kernels{};
+  float sum = 0;
+  const size_t turn = random->NextBelow(static_cast<uint32_t>(s.node_count));
+  for (size_t g = 0; g < r.node_count; ++g) {
+    const size_t q = (g + turn) % s.node_count;
+    pairs[g] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
+    kernels[g] = PointKernel(pairs[g], r, s);
+    sum += kernels[g];
+  }
+  if (!(sum > 0)) {
+    return {};
+  }
+  return {s.area * sum / static_cast<float>(r.node_count),
+          pairs[DrawByWeight(std::span(kernels).first(r.node_count), random)]};
 }
 
 }  // namespace
@@ -68,11 +227,22 @@ PointPair RandomPair(const TransferEnd& receiver,
                      const TransferEnd& source,
                      size_t q,
                      Random* random) {
-  if (AreClose(receiver, source)) {
-    return PairByKernel(receiver, g, source, q, random);
+  if (!AreClose(receiver, source)) {
+    const Vec3f x = PointNearNode(receiver, g, random);
+    const PointPair pair = {x, PointNearNode(source, q, random)};
+    if (PointKernel(pair, receiver, source) > 0) {
+      return pair;
+    }
   }
-  const Vec3f x = PointNearNode(receiver, g, random);
-  return {x, PointNearNode(source, q, random)};
+  return PairByKernel(receiver, g, source, q, random);
+}
+
+SampledTransfer SampleTransfer(const TransferEnd& receiver,
+                               const TransferEnd& source,
+                               bool near,
+                               Random* random) {
+  return near ? SampleNear(receiver, source, random)
+              : SampleFar(receiver, source, random);
 }
 
 float PointKernel(PointPair points,

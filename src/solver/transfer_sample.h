@@ -35,6 +35,21 @@ float PointKernel(PointPair points,
                   const TransferEnd& receiver,
                   const TransferEnd& source);
 
+// A guess at the mean form factor of the receiver to the source without
+// occlusion, unbiased, and one pair of points drawn by the kernel to ask
+// whether light gets through.
+struct SampledTransfer {
+  float form_factor = 0;
+  PointPair ray;
+};
+
+// From a point near each node: of both ends where they are far apart, and where
+// they are near of the smaller one, with its exact form factor to the other.
+SampledTransfer SampleTransfer(const TransferEnd& receiver,
+                               const TransferEnd& source,
+                               bool near,
+                               Random* random);
+
 void AddSegment(PointPair points, SegmentPacket* packet);
 
 }  // namespace enfilade

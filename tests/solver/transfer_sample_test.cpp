@@ -1,0 +1,185 @@
+// Sampled transfers: right on the average, and their rays carry light.
+
+#include "solver/transfer_sample.h"
+
+#include <cmath>
+#include <functional>
+
+#include "tests/solver/test_cells.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::GeometryOf;
+using test::RandomPatches;
+using test::RandomPointOn;
+using test::Rectangle;
+
+// Two patches as the ends of a transfer.
+class Ends {
+ public:
+  explicit Ends(const std::vector<Patch>& patches)
+      : geometry_(GeometryOf(patches)) {}
+
+  [[nodiscard]] TransferEnd Receiver() const { return End(0); }
+
+  [[nodiscard]] TransferEnd Source() const { return End(1); }
+
+ private:
+  [[nodiscard]] TransferEnd End(size_t i) const {
+    return MakeTransferEnd(geometry_[i], {});
+  }
+
+  std::vector<PatchGeometry> geometry_;
+};
+
+struct Moments {
+  double mean = 0;
+  double deviation = 0;  // of one value
+  double standard_error = 0;
+};
+
+Moments Measure(size_t count, const std::function<double()>& next) {
+  double sum = 0;
+  double square = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const double value = next();
+    sum += value;
+    square += value * value;
+  }
+  const double n = static_cast<double>(count);
+  const double variance = square / n - sum * sum / (n * n);
+  return {sum / n, std::sqrt(variance), std::sqrt(variance / n)};
+}
+
+const Patch kFloor = Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+
+Patch Wall() {
+  return Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1});
+}
+
+Patch CeilingAt(double height) {
+  return Rectangle({0, 0, height}, {0, 1, 0}, {1, 0, 0});
+}
+
+void ExpectMean(const std::vector<Patch>& patches,
+                bool near,
+                double form_factor) {
+  const Ends ends(patches);
+  Random random(11);
+  const Moments seen = Measure(20000, [&] {
+    return static_cast<double>(
+        SampleTransfer(ends.Receiver(), ends.Source(), near, &random)
+            .form_factor);
+  });
+  // Points keep a thousandth off the rim, where factors differ by at most 1.
+  EXPECT_NEAR(seen.mean, form_factor, 4 * seen.standard_error + 4e-3);
+}
+
+TEST(SampledTransfer, IsRightOnTheAverage) {
+  // The closed forms of scenes/parallel.md and scenes/perpendicular.md.
+  ExpectMean({kFloor, CeilingAt(1)}, true, 0.199825);
+  ExpectMean({kFloor, CeilingAt(1)}, false, 0.199825);
+  ExpectMean({kFloor, CeilingAt(0.1)}, true, 0.826995);
+  ExpectMean({kFloor, Wall()}, true, 0.200044);
+}
+
+// A thousandth of the floor, and the floor as that thousandth sees it.
+TEST(SampledTransfer, TakesPointsOfTheSmallerEnd) {
+  const double side = std::sqrt(1e-3);
+  const Patch tile = Rectangle({0.5, 0.5, 0.1}, {0, side, 0}, {side, 0, 0});
+  for (const bool tile_receives : {false, true}) {
+    const Ends ends(tile_receives ? std::vector<Patch>{tile, kFloor}
+                                  : std::vector<Patch>{kFloor, tile});
+    Random random(5);
+    const Moments seen = Measure(2000, [&] {
+      return static_cast<double>(
+          SampleTransfer(ends.Receiver(), ends.Source(), true, &random)
+              .form_factor);
+    });
+    EXPECT_LT(seen.deviation, 0.02 * seen.mean);
+  }
+}
+
+TEST(SampledTransfer, VariesAtMostHalfAsMuchAsOnePoint) {
+  const Ends ends({kFloor, Wall()});
+  const TransferEnd r = ends.Receiver();
+  const Corners wall = CornersOf(*ends.Source().patch, {});
+  Random random(7);
+  const Moments one = Measure(20000, [&] {
+    return static_cast<double>(PointToPolygon(
+        RandomPointOn(*r.patch, {}, random), r.patch->normal, wall.View()));
+  });
+  const Moments all = Measure(20000, [&] {
+    return static_cast<double>(
+        SampleTransfer(r, ends.Source(), true, &random).form_factor);
+  });
+  EXPECT_LT(all.deviation, 0.5 * one.deviation);
+}
+
+// Ends that cut through each other's planes included: a ray that starts or
+// ends behind one of them would find light that never arrives.
+TEST(SampledTransfer, ItsRayGoesFromFrontToFront) {
+  int rays = 0;
+  for (uint64_t seed = 1; seed <= 3000; ++seed) {
+    const Ends ends(RandomPatches(seed, 2, 0.8, 1.5));
+    const TransferEnd r = ends.Receiver();
+    const TransferEnd s = ends.Source();
+    Random random(seed);
+    for (const bool near : {false, true}) {
+      const SampledTransfer sample = SampleTransfer(r, s, near, &random);
+      if (sample.form_factor > 0) {
+        EXPECT_GT(PointKernel(sample.ray, r, s), 0) << seed;
+        ++rays;
+      }
+    }
+  }
+  EXPECT_GT(rays, 1000);
+}
+
+TEST(RandomPair, GoesFromFrontToFrontWhereItsNodesDo) {
+  int rays = 0;
+  for (uint64_t seed = 1; seed <= 3000; ++seed) {
+    const Ends ends(RandomPatches(seed, 2, 0.8, 1.5));
+    const TransferEnd r = ends.Receiver();
+    const TransferEnd s = ends.Source();
+    Random random(seed);
+    const auto node = [](const TransferEnd& end, size_t i) {
+      return Vec3f{end.x[i], end.y[i], end.z[i]};
+    };
+    for (size_t g = 0; g < r.node_count; ++g) {
+      for (size_t q = 0; q < s.node_count; ++q) {
+        if (PointKernel({node(r, g), node(s, q)}, r, s) > 0) {
+          EXPECT_GT(PointKernel(RandomPair(r, g, s, q, &random), r, s), 0)
+              << seed;
+          ++rays;
+        }
+      }
+    }
+  }
+  EXPECT_GT(rays, 5000);
+}
+
+// What touches an edge must not open a crack: no ray starts at the rim.
+TEST(RandomPoint, KeepsOffTheRim) {
+  Random random(3);
+  for (const Patch& patch : RandomPatches(9, 40, 1, 1)) {
+    const auto geometry = GeometryOf({patch});
+    const TransferEnd end = MakeTransferEnd(geometry[0], {});
+    const Corners corners = CornersOf(geometry[0], {});
+    const auto view = corners.View();
+    for (int k = 0; k < 200; ++k) {
+      const Vec3f p = RandomPoint(end, &random);
+      for (size_t i = 0; i < view.size(); ++i) {
+        const Vec3f edge = view[(i + 1) % view.size()] - view[i];
+        const float off = Length(Cross(edge, p - view[i])) / Length(edge);
+        EXPECT_GT(off, 4e-4F);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
