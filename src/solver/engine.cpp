@@ -310,10 +310,10 @@ CoefficientArray Engine::TimedPushPull(const Receiver& r) {
 }
 
 void Engine::HoldGains(Receiver* r) {
-  r->kept_charge =
-      pager_.Reserve(HeldSharesBytes(*r->tree), "the working arrays of a cell");
-  r->kept = HeldShares(
-      *r->tree, r->geometry->patches, state_.cells[r->id.Index()].hold);
+  const HoldLevel level = state_.cells[r->id.Index()].hold;
+  r->kept_charge = pager_.Reserve(HeldSharesBytes(*r->tree, level),
+                                  "the working arrays of a cell");
+  r->kept = HeldShares(*r->tree, r->geometry->patches, level);
 }
 
 // Iterates the light within a cell until what is unsent is small. Commits come

@@ -55,7 +55,7 @@ class Engine {
     std::unique_ptr<ClusterTree> receivers;
     MemoryCharge receivers_charge;
     // While its light is balanced: what its leaves keep.
-    std::vector<float> kept;
+    CoefficientArray kept{1};
     MemoryCharge kept_charge;
   };
 

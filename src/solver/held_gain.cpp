@@ -13,25 +13,21 @@ namespace {
 constexpr std::array<float, kFirmHold - 1> kMostReflected = {1.5F, 1.2F};
 constexpr float kBeyondFirm = 0.7F;
 
-// The gain of each leaf, mean over it: pushed down from its ancestors.
-std::vector<float> GainsOfLeaves(const CellTree& tree,
-                                 std::span<const PatchGeometry> patches) {
+// The gains at the nodes of all leaves: what came at their ancestors is pushed
+// down. Those of inner elements are of no use then.
+CoefficientArray GainsOfLeaves(const CellTree& tree,
+                               std::span<const PatchGeometry> patches) {
   const TreeShape shape{tree.Shape().basis, 1};
   CoefficientArray gain = tree.Gain();
   std::vector<float> pushed(shape.Stride());
-  std::vector<float> means(tree.Size());
   for (size_t i = 0; i < tree.Size(); ++i) {
     const Element& e = tree.At(ElementId(i));
-    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
-    const auto own = gain[ElementId(i)];
     if (e.first_child == 0) {
-      for (size_t q = 0; q < basis.NodeCount(); ++q) {
-        means[i] += static_cast<float>(basis.Weight(q)) * own[q];
-      }
       continue;
     }
+    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
     for (size_t c = 0; c < kChildren; ++c) {
-      PushTo(basis, shape, c, own, pushed);
+      PushTo(basis, shape, c, gain[ElementId(i)], pushed);
       const auto child = gain[ElementId(e.first_child + c)];
       std::transform(child.begin(),
                      child.end(),
@@ -40,7 +36,7 @@ std::vector<float> GainsOfLeaves(const CellTree& tree,
                      std::plus<>());
     }
   }
-  return means;
+  return gain;
 }
 
 float MostReflected(HoldLevel level, float reflectance) {
@@ -53,28 +49,29 @@ float MostReflected(HoldLevel level, float reflectance) {
 
 }  // namespace
 
-std::vector<float> HeldShares(const CellTree& tree,
-                              std::span<const PatchGeometry> patches,
-                              HoldLevel level) {
-  std::vector<float> shares(tree.Size(), 1);
+CoefficientArray HeldShares(const CellTree& tree,
+                            std::span<const PatchGeometry> patches,
+                            HoldLevel level) {
   if (level == 0) {
-    return shares;
+    return CoefficientArray(tree.Shape().NodeStride());
   }
-  const std::vector<float> gains = GainsOfLeaves(tree, patches);
+  CoefficientArray shares = GainsOfLeaves(tree, patches);
   for (size_t i = 0; i < tree.Size(); ++i) {
     const float rho = patches[tree.At(ElementId(i)).patch].max_reflectance;
     const float most = MostReflected(level, rho);
-    shares[i] = rho * gains[i] > most ? most / (rho * gains[i]) : 1.0F;
+    for (float& share : shares[ElementId(i)]) {
+      share = rho * share > most ? most / (rho * share) : 1.0F;
+    }
   }
   return shares;
 }
 
 uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape) {
-  return elements * (2 + shape.NodeStride()) * sizeof(float);
+  return elements * shape.NodeStride() * sizeof(float);
 }
 
-uint64_t HeldSharesBytes(const CellTree& tree) {
-  return tree.Size() * 2 * sizeof(float) + tree.Gain().SizeBytes();
+uint64_t HeldSharesBytes(const CellTree& tree, HoldLevel level) {
+  return level == 0 ? 0 : tree.Gain().SizeBytes();
 }
 
 }  // namespace enfilade

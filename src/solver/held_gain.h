@@ -16,12 +16,11 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace enfilade {
 
-// How firmly gains are held: the product of reflectance, gain (mean over the
-// leaf) and share kept is at most
+// How firmly gains are held: at each node of a leaf, the product of
+// reflectance, gain and share kept is at most
 //
 //   0              anything
 //   1              1.5
@@ -32,15 +31,16 @@ using HoldLevel = uint8_t;
 inline constexpr HoldLevel kFirmHold = 3;
 inline constexpr HoldLevel kMostHold = 20;
 
-// Per element the factor of its irradiance if it is a leaf.
-std::vector<float> HeldShares(const CellTree& tree,
-                              std::span<const PatchGeometry> patches,
-                              HoldLevel level);
+// For each node of a leaf, the factor of its irradiance, an array like
+// CellTree::Gain(); one without elements where leaves keep all.
+CoefficientArray HeldShares(const CellTree& tree,
+                            std::span<const PatchGeometry> patches,
+                            HoldLevel level);
 
-// What HeldShares takes while it works.
-uint64_t HeldSharesBytes(const CellTree& tree);
+// What HeldShares takes.
+uint64_t HeldSharesBytes(const CellTree& tree, HoldLevel level);
 
-// The same of a tree of so many elements.
+// The most that it takes for a tree of so many elements.
 uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape);
 
 }  // namespace enfilade

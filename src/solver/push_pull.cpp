@@ -31,7 +31,7 @@ void PushDown(const CellTree& tree,
 void ReflectAtLeaf(const TreeShape& shape,
                    const PatchGeometry& patch,
                    const SurfaceTable& surfaces,
-                   float kept,
+                   const float* kept,
                    std::span<float> values) {
   const size_t nodes = shape.basis->On(patch.shape).NodeCount();
   for (size_t c = 0; c < shape.channels; ++c) {
@@ -40,7 +40,7 @@ void ReflectAtLeaf(const TreeShape& shape,
     const float emitted = patch.emits ? surfaces.exitance[at] : 0.0F;
     float* b = &values[c * shape.NodeStride()];
     for (size_t q = 0; q < nodes; ++q) {
-      b[q] = emitted + rho * kept * b[q];
+      b[q] = emitted + rho * (kept == nullptr ? 1.0F : kept[q]) * b[q];
     }
   }
 }
@@ -49,14 +49,18 @@ void ReflectAtLeaf(const TreeShape& shape,
 void ReflectAndPullUp(const CellTree& tree,
                       std::span<const PatchGeometry> patches,
                       const SurfaceTable& surfaces,
-                      std::span<const float> kept,
+                      const CoefficientArray& kept,
                       CoefficientArray* values) {
   const TreeShape& shape = tree.Shape();
   for (size_t i = tree.Size(); i-- > 0;) {
     const Element& e = tree.At(ElementId(i));
     const auto own = (*values)[ElementId(i)];
     if (e.first_child == 0) {
-      ReflectAtLeaf(shape, patches[e.patch], surfaces, kept[i], own);
+      ReflectAtLeaf(shape,
+                    patches[e.patch],
+                    surfaces,
+                    kept.Size() == 0 ? nullptr : kept.At(i),
+                    own);
       continue;
     }
     std::fill(own.begin(), own.end(), 0.0F);
@@ -67,12 +71,16 @@ void ReflectAndPullUp(const CellTree& tree,
   }
 }
 
+CoefficientArray KeepAll(const CellTree& tree) {
+  return CoefficientArray(tree.Shape().NodeStride());
+}
+
 }  // namespace
 
 CoefficientArray PushPull(const CellTree& tree,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces,
-                          std::span<const float> kept) {
+                          const CoefficientArray& kept) {
   CoefficientArray values = tree.Gathered();
   PushDown(tree, patches, &values);
   ReflectAndPullUp(tree, patches, surfaces, kept, &values);
@@ -82,8 +90,7 @@ CoefficientArray PushPull(const CellTree& tree,
 CoefficientArray PushPull(const CellTree& tree,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces) {
-  const std::vector<float> all(tree.Size(), 1);
-  return PushPull(tree, patches, surfaces, all);
+  return PushPull(tree, patches, surfaces, KeepAll(tree));
 }
 
 CoefficientArray EmittedRadiosity(const CellTree& tree,
@@ -91,8 +98,7 @@ CoefficientArray EmittedRadiosity(const CellTree& tree,
                                   const SurfaceTable& surfaces) {
   CoefficientArray values(tree.Shape().Stride());
   values.GrowTo(tree.Size());
-  const std::vector<float> kept(tree.Size());  // there is no irradiance
-  ReflectAndPullUp(tree, patches, surfaces, kept, &values);
+  ReflectAndPullUp(tree, patches, surfaces, KeepAll(tree), &values);
   return values;
 }
 

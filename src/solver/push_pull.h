@@ -21,12 +21,12 @@ struct SurfaceTable {
 
 // The radiosity B = E + rho H of every element for the gathered irradiance,
 // an array like CellTree::Sent(). At inner elements it is the projection of
-// their leaves. `kept`: per element, the share of its irradiance that a leaf
-// keeps (held_gain.h); they change only with the links.
+// their leaves. `kept`: the shares of their irradiance that leaves keep
+// (held_gain.h), which change only with the links.
 CoefficientArray PushPull(const CellTree& tree,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces,
-                          std::span<const float> kept);
+                          const CoefficientArray& kept);
 
 // The same where leaves keep all.
 CoefficientArray PushPull(const CellTree& tree,

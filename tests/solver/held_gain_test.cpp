@@ -48,10 +48,14 @@ TEST_P(HeldGain, NoProductExceedsThatOfItsLevel) {
     }
     for (const HoldLevel level : kAllLevels) {
       const float claimed = static_cast<float>(kReflectance) * gain;
-      for (const float share : HeldShares(tree_, patches_, level)) {
-        EXPECT_NEAR(share * claimed,
-                    std::min(claimed, MostReflected(level)),
-                    kRounding * claimed);
+      const CoefficientArray shares = HeldShares(tree_, patches_, level);
+      ASSERT_EQ(shares.Size(), level == 0 ? 0 : tree_.Size());
+      for (size_t i = 0; i < shares.Size(); ++i) {
+        for (const float share : shares[ElementId(i)]) {
+          EXPECT_NEAR(share * claimed,
+                      std::min(claimed, MostReflected(level)),
+                      kRounding * claimed);
+        }
       }
     }
   }
@@ -63,9 +67,26 @@ TEST_P(HeldGain, OfALeafIsTheSumOverItsAncestors) {
   for (size_t i = 0; i < tree_.Size(); ++i) {
     SetGain(ElementId(i), 0.6F);
   }
-  const auto shares = HeldShares(tree_, patches_, kFirmHold);
-  EXPECT_NEAR(shares[leaf.Index()], 0.95 / (0.9 * 1.8), kRounding);
-  EXPECT_EQ(shares[1], 1) << "a root without children claims 0.54";
+  const CoefficientArray shares = HeldShares(tree_, patches_, kFirmHold);
+  const size_t nodes = basis_.On(patches_[0].shape).NodeCount();
+  for (size_t q = 0; q < nodes; ++q) {
+    EXPECT_NEAR(shares[leaf][q], 0.95 / (0.9 * 1.8), kRounding);
+  }
+  for (const float share : shares[ElementId(1U)]) {
+    EXPECT_EQ(share, 1) << "a root without children claims 0.54";
+  }
+}
+
+TEST_P(HeldGain, NodesAreHeldOneByOne) {
+  const auto gain = tree_.Gain()[ElementId(0U)];
+  for (size_t q = 0; q < gain.size(); ++q) {
+    gain[q] = q == 0 ? 2.0F : 0.5F;
+  }
+  const CoefficientArray shares = HeldShares(tree_, patches_, kFirmHold);
+  const auto own = shares[ElementId(0U)];
+  for (size_t q = 0; q < own.size(); ++q) {
+    EXPECT_NEAR(own[q], q == 0 ? 0.95 / (0.9 * 2) : 1, kRounding);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, HeldGain, ::testing::Values(1, 2));

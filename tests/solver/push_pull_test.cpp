@@ -238,18 +238,22 @@ TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
 
 TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
   FillAtRandom(&tree_.Gathered());
-  std::vector<float> kept(tree_.Size());
-  for (size_t i = 0; i < kept.size(); ++i) {
-    kept[i] = static_cast<float>(i % 5) / 4;
+  CoefficientArray kept(tree_.Shape().NodeStride());
+  kept.GrowTo(tree_.Size());
+  size_t next = 0;
+  for (size_t i = 0; i < kept.Size(); ++i) {
+    for (float& share : kept[ElementId(i)]) {
+      share = static_cast<float>(next++ % 5) / 4;
+    }
   }
   const CoefficientArray some = PushPull(tree_, patches_, Surfaces(), kept);
   const CoefficientArray all = PushPull(tree_, patches_, Surfaces());
-  ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
+  ForEachNode([&](ElementId e, size_t c, size_t q, size_t at) {
     if (tree_.At(e).first_child == 0) {
       const double emitted = static_cast<double>(Emitted(e, c));
       const double reflected = static_cast<double>(all[e][at]) - emitted;
       EXPECT_NEAR(some[e][at],
-                  emitted + static_cast<double>(kept[e.Index()]) * reflected,
+                  emitted + static_cast<double>(kept[e][q]) * reflected,
                   kRounding);
     }
   });
