@@ -107,8 +107,11 @@ void AddSceneOptions(CLI::App& command, SceneOptions& options) {
                   "Relative error of the solution to reach")
       ->type_name("E")
       ->capture_default_str();
-  command.add_option("--basis", options.settings.basis, "haar or m2")
-      ->check(CLI::IsMember({"haar", "m2"}).description(""))
+  command
+      .add_option(
+          "--basis", options.settings.basis, "haar, m2, m3, m4, f2 or f3")
+      ->check(
+          CLI::IsMember({"haar", "m2", "m3", "m4", "f2", "f3"}).description(""))
       ->type_name("BASIS")
       ->capture_default_str();
   command

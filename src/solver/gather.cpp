@@ -1,6 +1,7 @@
 #include "solver/gather.h"
 
 #include "base/parallel.h"
+#include "solver/node_gather.h"
 
 #include <array>
 
@@ -9,12 +10,6 @@ namespace {
 
 // Links per task; a task ends where a receiver ends.
 constexpr size_t kTaskLinks = 4096;
-
-// Links [first, last) of a block.
-struct LinkRange {
-  size_t first = 0;
-  size_t last = 0;
-};
 
 // What one receiver element collects, [channel][node].
 struct Collector {
@@ -84,6 +79,10 @@ void GatherRange(const LinkBlock& block,
                  const CoefficientArray& radiosity,
                  CoefficientArray& gathered) {
   const TreeShape& shape = receiver.tree->Shape();
+  if (shape.basis->HasOwnNodes()) {
+    GatherAtNodes(block, range, receiver, source, radiosity, gathered);
+    return;
+  }
   const bool constant = shape.NodeStride() == 1;
   TransferEnd r;
   uint32_t r_id = UINT32_MAX;

@@ -30,7 +30,7 @@ class NeedFinder {
  public:
   NeedFinder(const BlockStorage& store, const SolveOptions& options)
       : store_(&store),
-        basis_(BasisOrder(options.basis)),
+        basis_(BasisNamed(options.basis)),
         shape_{&basis_, kRgbChannels},
         partition_(LoadPartition(store)),
         has_trees_(store.Count(BlockKind::kCellTree) > 0) {}

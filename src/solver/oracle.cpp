@@ -9,10 +9,11 @@ namespace {
 
 // A source nearer than this many of its diameters gets exact form factors.
 constexpr float kNearDiameters = 2.0F;
-// RMS over the element per RMS over the test points, of a residual quadratic
-// in the receiver's coordinates (second order) or linear (constant basis).
-constexpr float kBilinearResidual = 0.6F;
-constexpr float kConstantResidual = 0.9F;
+// RMS over the element per RMS over the test points, of a residual of the first
+// degree in the receiver's coordinates that a basis of order 1, 2, 3 or 4
+// cannot follow: the Legendre polynomial of degree 1 .. 4. The first two are
+// measured.
+constexpr std::array<float, 5> kResidual = {0, 0.9F, 0.6F, 1.05F, 0.92F};
 // Of the variance of sixteen samples, the part that is blamed on the larger
 // end rather than on the end with which they vary.
 constexpr float kVarianceNoise = 0.15F;
@@ -52,18 +53,19 @@ std::span<const UnitPoint> TestPoints(PatchShape shape) {
   return kSquare;
 }
 
-// The values of the second-order Lagrange functions at the test points.
+// The values of the functions of a basis at the test points. Of the constant
+// basis those of second order: its receivers are sampled as well.
 struct TestTable {
-  Basis basis{2};
-  std::array<std::array<std::array<float, kTransferNodes>, 5>, 2> values{};
+  Basis basis;
+  std::array<std::array<std::array<float, kMaxNodes>, 5>, 2> values{};
 
-  TestTable() {
+  explicit TestTable(BasisKind kind) : basis(kind) {
     for (const PatchShape shape :
          {PatchShape::kParallelogram, PatchShape::kTriangle}) {
       const auto points = TestPoints(shape);
       for (size_t i = 0; i < points.size(); ++i) {
         const auto all = basis.On(shape).Evaluate(points[i]);
-        for (size_t g = 0; g < kTransferNodes; ++g) {
+        for (size_t g = 0; g < kMaxNodes; ++g) {
           values[static_cast<size_t>(shape)][i][g] = static_cast<float>(all[g]);
         }
       }
@@ -71,9 +73,16 @@ struct TestTable {
   }
 };
 
-const TestTable& Tests() {
-  static const TestTable table;
-  return table;
+const TestTable& TestsOf(BasisKind kind) {
+  static const TestTable second({2, false});
+  static const TestTable third({3, false});
+  static const TestTable fourth({4, false});
+  static const TestTable flat_second({2, true});
+  static const TestTable flat_third({3, true});
+  if (kind.flat) {
+    return kind.order == 2 ? flat_second : flat_third;
+  }
+  return kind.order == 4 ? fourth : kind.order == 3 ? third : second;
 }
 
 float WeightedSum(const float* row,
@@ -140,67 +149,166 @@ float ReceiverShare(uint16_t bits, const TransferEnd& r, const TransferEnd& s) {
   return (by_row + noise * size) / (by_row + by_column + noise);
 }
 
-Judgement Judge(const TransferEnd& r,
-                const RadiantEnd& s,
-                bool constant_basis) {
+namespace {
+
+// The irradiance that the transfer brings to points of the receiver, and the
+// function of the receiver's basis that a link would make of it.
+class ReceivedLight {
+ public:
+  ReceivedLight(const TransferEnd& receiver,
+                const RadiantEnd& source,
+                const Basis& basis,
+                bool near)
+      : receiver_(&receiver),
+        source_(&source),
+        tests_(&TestsOf(basis.kind)),
+        constant_(basis.kind.order == 1),
+        near_(near) {}
+
+  // The mean and the values at the second-order nodes.
+  void TakeFrom(const Judgement& judgement,
+                const std::array<float, kTransferNodes>& at_nodes) {
+    mean_ = judgement.transfer;
+    std::copy(at_nodes.begin(), at_nodes.end(), at_nodes_.begin());
+  }
+
+  // Samples the nodes of a basis that has its own.
+  void SampleNodes() {
+    const ShapeBasis& basis = tests_->basis.On(receiver_->patch->shape);
+    count_ = basis.NodeCount();
+    for (size_t g = 0; g < count_; ++g) {
+      at_nodes_[g] =
+          WeightedSum(RowAt(basis.Node(g)).data(), source_->radiosity);
+    }
+  }
+
+  // What the basis cannot follow at a test point; at any point.
+  float ResidualAtTest(size_t i) {
+    const PatchShape shape = receiver_->patch->shape;
+    return ResidualAt(TestPoints(shape)[i],
+                      tests_->values[static_cast<size_t>(shape)][i]);
+  }
+
+  float ResidualAt(UnitPoint at) {
+    const auto values = tests_->basis.On(receiver_->patch->shape).Evaluate(at);
+    std::array<float, kMaxNodes> functions{};
+    std::transform(
+        values.begin(), values.end(), functions.begin(), [](double v) {
+          return static_cast<float>(v);
+        });
+    return ResidualAt(at, functions);
+  }
+
+  // The largest form factor of a point that was looked at.
+  [[nodiscard]] float LargestFormFactor() const { return form_factor_; }
+
+  void NoteFormFactor(float form_factor) {
+    form_factor_ = std::max(form_factor_, form_factor);
+  }
+
+ private:
+  [[nodiscard]] std::array<float, kTransferNodes> RowAt(UnitPoint at) const {
+    const Vec3f x = PointOn(*receiver_->patch,
+                            receiver_->frame,
+                            static_cast<float>(at.a),
+                            static_cast<float>(at.b));
+    return near_ ? NearRow(x, receiver_->patch->normal, source_->end)
+                 : QuadratureRow(x, receiver_->patch->normal, source_->end);
+  }
+
+  float ResidualAt(UnitPoint at,
+                   const std::array<float, kMaxNodes>& functions) {
+    const auto row = RowAt(at);
+    NoteFormFactor((row[0] + row[1]) + (row[2] + row[3]));
+    return WeightedSum(row.data(), source_->radiosity) - Fit(functions);
+  }
+
+  [[nodiscard]] float Fit(const std::array<float, kMaxNodes>& functions) const {
+    if (constant_) {
+      return mean_;
+    }
+    float fit = (functions[0] * at_nodes_[0] + functions[1] * at_nodes_[1]) +
+                (functions[2] * at_nodes_[2] + functions[3] * at_nodes_[3]);
+    for (size_t g = kTransferNodes; g < count_; ++g) {
+      fit += functions[g] * at_nodes_[g];
+    }
+    return fit;
+  }
+
+  const TransferEnd* receiver_;
+  const RadiantEnd* source_;
+  const TestTable* tests_;
+  bool constant_;
+  bool near_;
+  size_t count_ = kTransferNodes;
+  float mean_ = 0;
+  float form_factor_ = 0;
+  std::array<float, kMaxNodes> at_nodes_{};
+};
+
+// The mean square of what the basis cannot follow on the receiver.
+float MeanSquareResidual(const TransferEnd& r,
+                         const RadiantEnd& s,
+                         bool near,
+                         ReceivedLight* light) {
+  const size_t tests = TestPoints(r.patch->shape).size();
+  float square = 0;
+  for (size_t i = 0; i < tests; ++i) {
+    const float residual = light->ResidualAtTest(i);
+    square += residual * residual;
+  }
+  square /= static_cast<float>(tests);
+  if (s.end.diameter < 2 * r.diameter && near) {
+    // A small source close to a large receiver peaks between its nodes: over
+    // an area like the source's, widened by its distance.
+    const UnitPoint at = NearestOn(r, s.end.center);
+    const Vec3f x = PointOn(
+        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
+    const Vec3f d = s.end.center - x;
+    const float residual = light->ResidualAt(at);
+    square +=
+        residual * residual * std::min(1.0F, (s.end.area + Dot(d, d)) / r.area);
+  }
+  return square;
+}
+
+}  // namespace
+
+Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
   Judgement j;
   j.near = IsNear(r, s.end);
   j.kernel = j.near ? NearKernel(r, s.end) : QuadratureKernel(r, s.end);
   std::array<float, kTransferNodes> at_nodes{};
-  float form_factor = 0;  // the largest seen
+  float form_factor = 0;
   for (size_t g = 0; g < r.node_count; ++g) {
     const float* row = &j.kernel[g * kTransferNodes];
     at_nodes[g] = WeightedSum(row, s.radiosity);
     j.transfer += r.weight[g] * at_nodes[g];
     form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
   }
-  const PatchShape shape = r.patch->shape;
-  const auto residual_at = [&](UnitPoint at, const float* lagrange) {
-    const Vec3f x = PointOn(
-        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
-    const auto row = j.near ? NearRow(x, r.patch->normal, s.end)
-                            : QuadratureRow(x, r.patch->normal, s.end);
-    form_factor = std::max(form_factor, (row[0] + row[1]) + (row[2] + row[3]));
-    const float fit =
-        constant_basis ? j.transfer : WeightedSum(lagrange, at_nodes);
-    return WeightedSum(row.data(), s.radiosity) - fit;
-  };
-  const auto points = TestPoints(shape);
-  float square = 0;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const auto& lagrange = Tests().values[static_cast<size_t>(shape)][i];
-    const float residual = residual_at(points[i], lagrange.data());
-    square += residual * residual;
+  ReceivedLight light(r, s, basis, j.near);
+  light.NoteFormFactor(form_factor);
+  if (basis.HasOwnNodes()) {
+    light.SampleNodes();
+  } else {
+    light.TakeFrom(j, at_nodes);
   }
-  square /= static_cast<float>(points.size());
-  if (s.end.diameter < 2 * r.diameter && j.near) {
-    // A small source close to a large receiver peaks between its nodes: over
-    // an area like the source's, widened by its distance.
-    const UnitPoint at = NearestOn(r, s.end.center);
-    const auto values = Tests().basis.On(shape).Evaluate(at);
-    std::array<float, kTransferNodes> lagrange{};
-    for (size_t g = 0; g < r.node_count; ++g) {
-      lagrange[g] = static_cast<float>(values[g]);
-    }
-    const Vec3f x = PointOn(
-        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
-    const Vec3f d = s.end.center - x;
-    const float residual = residual_at(at, lagrange.data());
-    square +=
-        residual * residual * std::min(1.0F, (s.end.area + Dot(d, d)) / r.area);
-  }
-  j.receiver_error = (constant_basis ? kConstantResidual : kBilinearResidual) *
-                     std::sqrt(square);
+  j.receiver_error = kResidual[basis.kind.order] *
+                     std::sqrt(MeanSquareResidual(r, s, j.near, &light));
   // The source's radiosity beyond its nodes, damped by the kernel's
   // smoothness: one order of distance per order of the basis.
   const float distance = Length(s.end.center - r.center);
-  float damping = std::min(1.0F, s.end.diameter / std::max(distance, 1e-6F));
-  damping = constant_basis ? damping : damping * damping;
+  const float ratio =
+      std::min(1.0F, s.end.diameter / std::max(distance, 1e-6F));
+  float damping = ratio;
+  for (size_t i = 1; i < basis.kind.order; ++i) {
+    damping *= ratio;
+  }
   const auto [low, high] = std::minmax_element(
       s.radiosity.begin(),
       s.radiosity.begin() + static_cast<std::ptrdiff_t>(s.end.node_count));
   const float spread = j.near ? 0.25F * (*high - *low) * damping : 0.0F;
-  j.source_error = form_factor * (s.detail * damping + spread);
+  j.source_error = light.LargestFormFactor() * (s.detail * damping + spread);
   return j;
 }
 

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "solver/basis.h"
 #include "solver/form_factor.h"
 
 #include <array>
@@ -13,7 +14,7 @@ namespace enfilade {
 // The source's end of a transfer.
 struct RadiantEnd {
   TransferEnd end;
-  // At the nodes, the largest channel of each, W/m2.
+  // At the transfer nodes, the largest channel of each, W/m2.
   std::array<float, kTransferNodes> radiosity{};
   float detail = 0;  // RMS of what children have beyond it, W/m2
 };
@@ -29,7 +30,7 @@ struct Judgement {
 
 Judgement Judge(const TransferEnd& receiver,
                 const RadiantEnd& source,
-                bool constant_basis);
+                const Basis& basis);
 
 // Plain quadrature would be too crude for a link.
 bool IsNear(const TransferEnd& receiver, const TransferEnd& source);

@@ -60,6 +60,24 @@ float LongestExtent(const Cluster& c) {
   return std::max({e.x, e.y, e.z});
 }
 
+// Adds gains at transfer nodes to those at the nodes of a basis.
+void AddGain(const TreeShape& shape,
+             PatchShape patch_shape,
+             const std::array<float, kTransferNodes>& from,
+             float* to) {
+  if (!shape.basis->HasOwnNodes()) {
+    for (size_t g = 0; g < shape.NodeStride(); ++g) {
+      to[g] += from[g];
+    }
+    return;
+  }
+  const auto& rows = shape.basis->SamplesOn(patch_shape).from_samples;
+  for (size_t g = 0; g < shape.basis->On(patch_shape).NodeCount(); ++g) {
+    to[g] +=
+        std::inner_product(from.begin(), from.end(), rows[g].begin(), 0.0F);
+  }
+}
+
 }  // namespace
 
 void RawLinks::Clear() {
@@ -94,10 +112,10 @@ void ApplyLinks(const RawLinks& raw,
             .value;
     out.kind = link.kind;
     out.value = link.value;
-    float* const gain = receiver.Gain().At(out.receiver);
-    for (size_t g = 0; g < receiver.Shape().NodeStride(); ++g) {
-      gain[g] += link.gain[g];
-    }
+    AddGain(receiver.Shape(),
+            receiver_patches[link.receiver_patch].shape,
+            link.gain,
+            receiver.Gain().At(out.receiver));
     if (link.kind == LinkKind::kNear) {
       out.near_index = static_cast<uint32_t>(block->near.size());
       block->near.push_back(raw.near[link.near_index]);
@@ -150,6 +168,7 @@ Refiner::Refiner(const RefineOptions& options,
       receiver_(receiver),
       source_(source),
       blockers_(&blockers),
+      basis_(receiver.tree->Shape().basis),
       constant_basis_(receiver.tree->Shape().NodeStride() == 1),
       receiver_front_(receiver.clusters->Front(kItemReceivers)),
       source_front_(source.clusters->Front(kItemSources)) {
@@ -185,6 +204,11 @@ void Refiner::SetRadiosity(Source* source) const {
   const TreeShape& shape = source_.tree->Shape();
   const auto sent = source_.tree->Sent()[source->element];
   source->radiosity.fill(0);
+  source->detail = source_.tree->Detail(source->element);
+  if (basis_->HasOwnNodes()) {
+    SampleRadiosity(sent, source);
+    return;
+  }
   for (size_t c = 0; c < shape.channels; ++c) {
     for (size_t q = 0; q < source->end.node_count; ++q) {
       const size_t node = constant_basis_ ? 0 : q;
@@ -192,7 +216,23 @@ void Refiner::SetRadiosity(Source* source) const {
           source->radiosity[q], std::abs(sent[c * shape.NodeStride() + node]));
     }
   }
-  source->detail = source_.tree->Detail(source->element);
+}
+
+// At the transfer nodes, of a basis that has its own.
+void Refiner::SampleRadiosity(std::span<const float> sent,
+                              Source* source) const {
+  const TreeShape& shape = source_.tree->Shape();
+  const PatchShape patch_shape = source->end.patch->shape;
+  const auto& rows = basis_->SamplesOn(patch_shape).to_samples;
+  for (size_t c = 0; c < shape.channels; ++c) {
+    for (size_t q = 0; q < source->end.node_count; ++q) {
+      float value = 0;
+      for (size_t g = 0; g < basis_->On(patch_shape).NodeCount(); ++g) {
+        value += rows[g][q] * sent[c * shape.NodeStride() + g];
+      }
+      source->radiosity[q] = std::max(source->radiosity[q], std::abs(value));
+    }
+  }
 }
 
 float Refiner::PeakOf(const Source& s) {
@@ -226,7 +266,7 @@ Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
     s.radiosity = parent.radiosity;
     return s;
   }
-  const ShapeBasis& basis = source_.tree->Shape().basis->On(patch.shape);
+  const ShapeBasis& basis = SecondOrderBasis().On(patch.shape);
   for (size_t q = 0; q < s.end.node_count; ++q) {
     double sum = 0;
     for (size_t g = 0; g < s.end.node_count; ++g) {
@@ -424,7 +464,7 @@ void Refiner::VisitSeen(const Receiver& r,
                         int blocked,
                         LinkRays* rays,
                         Task* task) const {
-  const Judgement judgement = Judge(r.end, s, constant_basis_);
+  const Judgement judgement = Judge(r.end, s, *basis_);
   const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
   const float unknown =
       judgement.transfer *
@@ -475,7 +515,7 @@ void Refiner::AcceptBlocked(const Receiver& r,
   AddBlockedError(error, task);
   const uint16_t bits = rays->AskFewAnew();
   if (bits != 0) {
-    Accept(r, s, Judge(r.end, s, constant_basis_), bits, task);
+    Accept(r, s, Judge(r.end, s, *basis_), bits, task);
   }
 }
 
@@ -582,7 +622,7 @@ void Refiner::Accept(const Receiver& r,
     link.gain.fill(mean);
     link.kind = LinkKind::kWeak;
     link.value = EncodeCoefficient(mean);
-  } else if (judgement.near) {
+  } else if (judgement.near && !basis_->HasOwnNodes()) {
     NearCoefficients coefficients{};
     for (size_t i = 0; i < coefficients.size(); ++i) {
       if ((visible >> i & 1) != 0) {

@@ -147,6 +147,7 @@ class Refiner {
   [[nodiscard]] Receiver ChildReceiver(const Receiver& parent,
                                        size_t child) const;
   void SetRadiosity(Source* source) const;
+  void SampleRadiosity(std::span<const float> sent, Source* source) const;
   static float PeakOf(const Source& s);
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
 
@@ -216,6 +217,7 @@ class Refiner {
   RefineSide receiver_;
   RefineSide source_;
   const Blockers* blockers_;
+  const Basis* basis_;
   bool constant_basis_;
   std::vector<uint32_t> receiver_front_;
   std::vector<uint32_t> source_front_;

@@ -47,8 +47,8 @@ struct Solution::Impl {
     MemoryCharge charge;
   };
 
-  Impl(const BlockStorage& s, MemoryBudget& b, size_t order)
-      : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(order) {}
+  Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
+      : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {}
 
   [[nodiscard]] LoadedCell Load(CellId cell) const {
     LoadedCell loaded;
@@ -163,7 +163,7 @@ Solution::Solution(const BlockStorage& store, MemoryBudget& budget) {
     throw InputError(
         "the store holds no solution yet; run enfilade resume on it first");
   }
-  impl_ = std::make_unique<Impl>(store, budget, BasisOrder(state.basis));
+  impl_ = std::make_unique<Impl>(store, budget, BasisNamed(state.basis));
   impl_->cell_count = state.cells.size();
 }
 

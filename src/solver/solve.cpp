@@ -39,7 +39,7 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
         "--elements and --ambient are of the reference methods; "
         "--method wavelet takes --error alone");
   }
-  if (!wavelet && BasisOrder(basis) != 1) {
+  if (!wavelet && BasisNamed(basis) != BasisKind{1, false}) {
     throw UsageError(fmt::format(
         "--method {} has constant elements: --basis {} is of wavelet alone",
         method.name,
@@ -55,9 +55,7 @@ void SolveOptions::Validate() const {
         "--error {}: give a relative error between 0 and 1, such as 0.05",
         error));
   }
-  if (BasisOrder(basis) > 2) {
-    throw UsageError(fmt::format("--basis {}: solve knows haar and m2", basis));
-  }
+  BasisNamed(basis);
   ValidateMethod(method, basis);
 }
 

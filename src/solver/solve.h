@@ -27,7 +27,7 @@ struct MethodOptions {
 
 struct SolveOptions {
   double error = 0.05;       // requested relative error (docs/error-measure.md)
-  std::string basis = "m2";  // haar or m2
+  std::string basis = "m2";  // haar, m2, m3, m4, f2 or f3
   uint64_t seed = 1;         // of the visibility samples
   MethodOptions method;
   double commit_seconds = 0.5;  // of work between two commits, at least

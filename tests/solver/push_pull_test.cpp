@@ -285,7 +285,7 @@ TEST_P(PushPullTest, EmittedFluxIsAreaTimesExitance) {
   EXPECT_NEAR(EmittedFlux(patches_, Surfaces()) / flux, 1, kRounding);
 }
 
-INSTANTIATE_TEST_SUITE_P(Orders, PushPullTest, ::testing::Values(1, 2, 3));
+INSTANTIATE_TEST_SUITE_P(Orders, PushPullTest, ::testing::Values(1, 2, 3, 4));
 
 }  // namespace
 }  // namespace enfilade

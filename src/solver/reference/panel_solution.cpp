@@ -50,7 +50,7 @@ void RunControl::Check(double fraction, const std::string& phase) const {
 std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
                                 const Basis& haar,
                                 const PanelSolution& solution) {
-  ENFILADE_CHECK(haar.order == 1, "order {}", haar.order);
+  ENFILADE_CHECK(haar.kind.order == 1, "order {}", haar.kind.order);
   const TreeShape shape{&haar, kRgbChannels};
   std::vector<CellTree> trees;
   for (size_t c = 0; c < scene.CellCount(); ++c) {
