@@ -8,17 +8,13 @@
 
 #include <cmath>
 #include <functional>
-#include <ostream>
 #include <string>
 #include <tuple>
 
+#include "tests/solver/print_basis.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
-
-void PrintTo(const BasisKind& kind, std::ostream* out) {
-  *out << (kind.flat ? "F" : "M") << kind.order;
-}
 
 namespace {
 
