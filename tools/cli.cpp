@@ -51,6 +51,7 @@ void AddCommands(CLI::App& app) {
   AddExportCommand(app);
   AddSceneCommand(app);
   AddStudyCommand(app);
+  AddFlatlandCommand(app);
 }
 
 // What is wrong with a command line that CLI11 refuses, and where to look.

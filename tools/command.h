@@ -16,5 +16,6 @@ void AddProbeCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddStudyCommand(CLI::App& app);
+void AddFlatlandCommand(CLI::App& app);
 
 }  // namespace enfilade

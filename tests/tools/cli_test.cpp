@@ -49,7 +49,8 @@ INSTANTIATE_TEST_SUITE_P(EveryVerb,
                                 "compare",
                                 "export",
                                 "scene",
-                                "study"));
+                                "study",
+                                "flatland"));
 
 TEST(Cli, HelpNamesEveryVerb) {
   const auto result = RunProgram({"--help"});
@@ -62,7 +63,8 @@ TEST(Cli, HelpNamesEveryVerb) {
                            "compare",
                            "export",
                            "scene",
-                           "study"}) {
+                           "study",
+                           "flatland"}) {
     EXPECT_TRUE(Contains(result.out, std::string("\n  ") + verb)) << verb;
   }
 }
