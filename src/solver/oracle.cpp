@@ -172,13 +172,22 @@ class ReceivedLight {
     std::copy(at_nodes.begin(), at_nodes.end(), at_nodes_.begin());
   }
 
-  // Samples the nodes of a basis that has its own.
-  void SampleNodes() {
+  // Samples the nodes of a basis that has its own. `flux`: the mean that a near
+  // source smaller than the receiver is scaled to (KernelByColumns), so that
+  // the nodes have what a link would give them.
+  void SampleNodes(float flux) {
     const ShapeBasis& basis = tests_->basis.On(receiver_->patch->shape);
     count_ = basis.NodeCount();
+    float mean = 0;
     for (size_t g = 0; g < count_; ++g) {
       at_nodes_[g] =
           WeightedSum(RowAt(basis.Node(g)).data(), source_->radiosity);
+      mean += static_cast<float>(basis.Weight(g)) * at_nodes_[g];
+    }
+    if (near_ && source_->end.diameter < receiver_->diameter && mean > 0) {
+      for (size_t g = 0; g < count_; ++g) {
+        at_nodes_[g] *= flux / mean;
+      }
     }
   }
 
@@ -289,7 +298,7 @@ Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
   ReceivedLight light(r, s, basis, j.near);
   light.NoteFormFactor(form_factor);
   if (basis.HasOwnNodes()) {
-    light.SampleNodes();
+    light.SampleNodes(j.transfer);
   } else {
     light.TakeFrom(j, at_nodes);
   }

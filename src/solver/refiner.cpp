@@ -17,6 +17,9 @@ namespace {
 constexpr float kMixedVisibility = 0.5F;
 constexpr float kUnprovenClear = 0.03F;
 constexpr float kUnprovenBlocked = 0.04F;
+// Shadows cost bases of higher order more, on their larger elements, than rays
+// tell: measured, docs/decisions/0017-higher-orders.md.
+constexpr std::array<float, 5> kShadowsOfOrder = {1, 1, 1, 1.25F, 1.4F};
 // Of a part of what was blocked already, that much less.
 constexpr float kBlockedDecay = 0.25F;
 // The first four rays decide alone where they agree and what they leave unknown
@@ -169,6 +172,7 @@ Refiner::Refiner(const RefineOptions& options,
       source_(source),
       blockers_(&blockers),
       basis_(receiver.tree->Shape().basis),
+      shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
       constant_basis_(receiver.tree->Shape().NodeStride() == 1),
       receiver_front_(receiver.clusters->Front(kItemReceivers)),
       source_front_(source.clusters->Front(kItemSources)) {
@@ -467,7 +471,7 @@ void Refiner::VisitSeen(const Receiver& r,
   const Judgement judgement = Judge(r.end, s, *basis_);
   const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
   const float unknown =
-      judgement.transfer *
+      judgement.transfer * shadows_ *
       UnknownShare(look.fraction, look.proven, look.few, blocked);
   const float visible = look.fraction > 0 ? 1.0F : 0.0F;
   blocked += look.fraction > 0 ? 0 : 1;

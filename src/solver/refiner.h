@@ -218,6 +218,7 @@ class Refiner {
   RefineSide source_;
   const Blockers* blockers_;
   const Basis* basis_;
+  float shadows_;  // what occlusion that is not known counts
   bool constant_basis_;
   std::vector<uint32_t> receiver_front_;
   std::vector<uint32_t> source_front_;
