@@ -17,7 +17,7 @@ DisplayMesh::DisplayMesh(const CellTree& tree,
   // A mesh is linear within its triangles: curved bases get smaller ones.
   constexpr size_t kLinearOrder = 2;
   forest_.Balance();
-  if (tree.Shape().basis->order > kLinearOrder) {
+  if (tree.Shape().basis->kind.order > kLinearOrder) {
     forest_.SplitLeaves();
   }
   DisplayMeshBuilder(*this, tree).Build(cell, group, options);

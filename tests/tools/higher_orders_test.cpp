@@ -206,20 +206,20 @@ TEST_P(HigherOrders, BitsDependNeitherOnThreadsNorOnTheCap) {
 
 TEST_P(HigherOrders, StoresAreResumedProbedVerifiedAndExported) {
   WriteRoomScene(folder_.Path() / "a.obj", 1);
-  Solve("0.2");
+  Solve("0.1");
   const std::string report = folder_ / "report.json";
   ASSERT_EQ(
-      RunProgram({"resume", Store(), "--error", "0.1", "--report", report})
+      RunProgram({"resume", Store(), "--error", "0.07", "--report", report})
           .exit_code,
       0);
   const json resumed = json::parse(ReadFile(report));
   EXPECT_EQ(resumed.at("basis"), GetParam());
-  EXPECT_LE(resumed.at("estimated_error").get<double>(), 0.1);
+  EXPECT_LE(resumed.at("estimated_error").get<double>(), 0.07);
   ASSERT_EQ(
       RunProgram({"verify", Store(), "--report", report, "--seconds", "5"})
           .exit_code,
       0);
-  EXPECT_LE(json::parse(ReadFile(report)).at("error_low").get<double>(), 0.1);
+  EXPECT_LE(json::parse(ReadFile(report)).at("error_low").get<double>(), 0.07);
   WriteFile(folder_.Path() / "points.csv", "2,2,0,0,0,1\n");
   EXPECT_EQ(RunProgram({"probe", Store(), folder_ / "points.csv"}).exit_code,
             0);
