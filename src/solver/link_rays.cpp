@@ -70,14 +70,17 @@ void LinkRays::Trace(DiagonalRange range, Rays* rays) {
   for (size_t k = range.first; k < range.last; ++k) {
     for (size_t g = 0; g < receiver_->node_count; ++g) {
       const size_t q = (g + k) % source_->node_count;
-      lane_bit[packet.count] = static_cast<uint8_t>(g * kTransferNodes + q);
-      AddSegment(RandomPair(*receiver_, g, *source_, q, &random_), &packet);
+      const auto bit = static_cast<uint8_t>(g * kTransferNodes + q);
+      rays->traced |= static_cast<uint16_t>(1U << bit);
+      if (const auto pair = RandomPair(*receiver_, g, *source_, q, &random_)) {
+        lane_bit[packet.count] = bit;
+        AddSegment(*pair, &packet);
+      }
     }
   }
   const uint32_t blocked = Occluded(blockers_->occluders, packet);
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
     const auto bit = static_cast<uint16_t>(1U << lane_bit[lane]);
-    rays->traced |= bit;
     rays->seen |= (blocked >> lane & 1) == 0 ? bit : uint16_t{0};
   }
   const uint32_t lanes = (1U << packet.count) - 1;

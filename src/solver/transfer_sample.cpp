@@ -63,31 +63,6 @@ size_t DrawByWeight(std::span<const float> weights, Random* random) {
   return i;
 }
 
-Vec3f NodeOf(const TransferEnd& end, size_t g) {
-  return {end.x[g], end.y[g], end.z[g]};
-}
-
-// One of a few candidates, drawn by the kernel. Where light goes from none of
-// them to its other point, as between ends of which a part lies behind the
-// other, the nodes themselves.
-PointPair PairByKernel(const TransferEnd& r,
-                       size_t g,
-                       const TransferEnd& s,
-                       size_t q,
-                       Random* random) {
-  constexpr size_t kCandidates = 4;
-  std::array<PointPair, kCandidates> candidates;
-  std::array<float, kCandidates> kernels{};
-  float sum = 0;
-  for (size_t i = 0; i < kCandidates; ++i) {
-    candidates[i] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
-    kernels[i] = PointKernel(candidates[i], r, s);
-    sum += kernels[i];
-  }
-  return sum > 0 ? candidates[DrawByWeight(kernels, random)]
-                 : PointPair{NodeOf(r, g), NodeOf(s, q)};
-}
-
 // The form factor of a point of `end` to all of `other`.
 float PointFormFactor(Vec3f p,
                       const TransferEnd& end,
@@ -156,6 +131,47 @@ class SeenPart {
   Vec3f center_;  // the sum of the points
 };
 
+// A pair of which the second point is above the horizon of the first: for
+// sources that mostly lie behind the receiver. Nothing if there is none.
+std::optional<PointPair> PairAboveHorizon(const TransferEnd& r,
+                                          size_t g,
+                                          const TransferEnd& s,
+                                          Random* random) {
+  constexpr int kTrials = 4;
+  for (int i = 0; i < kTrials; ++i) {
+    const Vec3f x = PointNearNode(r, g, random);
+    const SeenPart seen(s, x, r.patch->normal);
+    if (!seen.IsEmpty()) {
+      const PointPair pair = {x, seen.Draw(random)};
+      if (PointKernel(pair, r, s) > 0) {
+        return pair;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+// One of a few candidates, drawn by the kernel.
+std::optional<PointPair> PairByKernel(const TransferEnd& r,
+                                      size_t g,
+                                      const TransferEnd& s,
+                                      size_t q,
+                                      Random* random) {
+  constexpr size_t kCandidates = 4;
+  std::array<PointPair, kCandidates> candidates;
+  std::array<float, kCandidates> kernels{};
+  float sum = 0;
+  for (size_t i = 0; i < kCandidates; ++i) {
+    candidates[i] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
+    kernels[i] = PointKernel(candidates[i], r, s);
+    sum += kernels[i];
+  }
+  if (sum > 0) {
+    return candidates[DrawByWeight(kernels, random)];
+  }
+  return PairAboveHorizon(r, g, s, random);
+}
+
 // Points of the smaller end, each with its form factor to the larger one.
 SampledTransfer SampleNear(const TransferEnd& r,
                            const TransferEnd& s,
@@ -222,11 +238,11 @@ Vec3f RandomPoint(const TransferEnd& end, Random* random) {
       end, random->NextBelow(static_cast<uint32_t>(end.node_count)), random);
 }
 
-PointPair RandomPair(const TransferEnd& receiver,
-                     size_t g,
-                     const TransferEnd& source,
-                     size_t q,
-                     Random* random) {
+std::optional<PointPair> RandomPair(const TransferEnd& receiver,
+                                    size_t g,
+                                    const TransferEnd& source,
+                                    size_t q,
+                                    Random* random) {
   if (!AreClose(receiver, source)) {
     const Vec3f x = PointNearNode(receiver, g, random);
     const PointPair pair = {x, PointNearNode(source, q, random)};

@@ -7,6 +7,7 @@
 #include "visibility/occlusion.h"
 
 #include <cstddef>
+#include <optional>
 
 namespace enfilade {
 
@@ -22,12 +23,13 @@ Vec3f RandomPoint(const TransferEnd& end, Random* random);
 // stands for, one in the part of the source that its node q does. Where the
 // kernel varies much over the two elements, the pair is drawn by it: the near
 // parts of close elements weigh more and are less occluded, so that uniform
-// samples would make such transfers too dark.
-PointPair RandomPair(const TransferEnd& receiver,
-                     size_t g,
-                     const TransferEnd& source,
-                     size_t q,
-                     Random* random);
+// samples would make such transfers too dark. Light goes from one of the two to
+// the other if nothing is between; nullopt where no such pair was found.
+std::optional<PointPair> RandomPair(const TransferEnd& receiver,
+                                    size_t g,
+                                    const TransferEnd& source,
+                                    size_t q,
+                                    Random* random);
 
 // The unoccluded kernel between two points of the ends without the source's
 // area: cos_x cos_y / (pi r^2), 1/m2.

@@ -316,11 +316,14 @@ float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
                                : random.NextBelow(kRays);
     const size_t g = stratum % i.end.node_count;
     const size_t q = stratum / i.end.node_count % j.end.node_count;
-    AddSegment(RandomPair(i.end, g, j.end, q, &random), &packet);
+    if (const auto pair = RandomPair(i.end, g, j.end, q, &random)) {
+      AddSegment(*pair, &packet);
+    }
   }
-  const auto blocked =
-      static_cast<uint32_t>(std::popcount(Occluded(blockers_, packet)));
-  return static_cast<float>(kRays - blocked) / static_cast<float>(kRays);
+  const uint32_t lanes = (1U << packet.count) - 1;
+  const auto seen = static_cast<uint32_t>(
+      std::popcount(~Occluded(blockers_, packet) & lanes));
+  return static_cast<float>(seen) / static_cast<float>(kRays);
 }
 
 bool ReferenceScene::IsEnclosed(const Panel& panel) const {
