@@ -24,8 +24,6 @@ constexpr double kNarrowM = 1e-4;
 constexpr double kSmallM2 = 1e-7;
 // Parts smaller than this share of a patch do not count.
 constexpr double kSmallShare = 0.02;
-// Surfaces in one another that are put apart; deeper heaps are one.
-constexpr int kMostLayers = 6;
 // Box, tree, rank and face area of a patch, and its share of pairs and pieces.
 constexpr uint64_t kBytesPerPatch = 300;
 

@@ -20,8 +20,10 @@ namespace enfilade {
 // them apart: they are cut by half of it at either end.
 inline constexpr double kCoincidentM = 2e-4;
 
-// How far before another surface one is put that lay in it, m.
+// How far before another surface one is put that lay in it, m, and how far the
+// last of a heap: deeper ones are one surface.
 inline constexpr double kApartM = 4e-4;
+inline constexpr int kMostLayers = 6;
 
 struct OverlapCounts {
   uint64_t dropped = 0;  // patches of which a part was there twice

@@ -97,6 +97,7 @@ void SavePartition(const Partition& partition, BlockStorage& store) {
     head.Put(cell.area_m2);
     head.PutVarint(cell.space ? cell.space->value + uint64_t{1} : 0);
   }
+  head.Put(partition.overlap_m2);
   head.PutVarint(partition.portals.size());
   head.PutVarint(partition.notes.size());
   for (const std::string& note : partition.notes) {
@@ -216,6 +217,7 @@ Partition BuildPartition(BlockStorage& store,
   SaveTree(built.tree, joined.cell_of_leaf, store);
   const OverlapCounts overlaps = WritePatches(
       info, built.tree, joined.cell_of_leaf, budget, store, partition.cells);
+  partition.overlap_m2 = overlaps.area_m2;
   NoteOverlaps(overlaps, partition.notes);
   partition.notes.push_back(
       fmt::format("split into {} convex regions, joined into {} cells with {} "
@@ -247,6 +249,7 @@ Partition LoadPartition(const BlockStorage& store) {
       cell.space = SpaceId(static_cast<uint32_t>(space - 1));
     }
   }
+  partition.overlap_m2 = head.Get<double>();
   const uint64_t portals = head.GetVarint();
   partition.notes.resize(head.GetVarint());
   for (std::string& note : partition.notes) {

@@ -51,6 +51,8 @@ struct CellInfo {
 struct Partition {
   std::vector<CellInfo> cells;  // indexed by CellId
   std::vector<Portal> portals;  // indexed by PortalId
+  // Of the faces' two sides, what lay there twice and is no patch (overlap.h).
+  double overlap_m2 = 0;
   std::vector<std::string> notes;
 };
 

@@ -10,8 +10,8 @@
 namespace enfilade {
 namespace {
 
-// The most that a mend suggests for a reflectance.
-constexpr double kSuggestedMost = 0.95;
+// The most that a mend suggests for a reflectance: of fresh white paint.
+constexpr double kSuggestedMost = 0.9;
 
 bool AllIn(const Rgb& channels, double end) {
   return std::all_of(channels.begin(), channels.end(), [&](double c) {

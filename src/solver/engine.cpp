@@ -3,10 +3,10 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "solver/cell_balance.h"
 #include "solver/cover.h"
 #include "solver/error_control.h"
 #include "solver/gather.h"
-#include "solver/held_gain.h"
 #include "solver/least_memory.h"
 #include "solver/stopwatch.h"
 
@@ -26,15 +26,7 @@ constexpr double kCoverShare = 3;
 constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostRounds = 16;
 constexpr uint32_t kMostSweeps = 60;
-// The semi-iteration takes transport for symmetric. Sampled links are not
-// quite: where unsent light grows, a smaller radius may do, down to one that
-// hardly minds; growth beyond that is of the links' gains.
-constexpr double kTolerantRadius = 0.5;
-constexpr double kCautious = 0.8;
-// Then steps end: what has grown leaves its rounding errors behind.
-constexpr double kMostGrowth = 3;
-// Steps of the iteration within a cell between commits, and their most.
-constexpr int kCycleSteps = 8;
+// Cycles of the balance within a cell, at most.
 constexpr uint32_t kMostCycles = 40;
 // Parts of items of refinement that are worked on in parallel and applied in
 // order: as many as make some of these numbers of links, so that neither memory
@@ -246,8 +238,7 @@ void Engine::RefineCell(CellId cell) {
   }
   r.receivers.reset();
   r.receivers_charge.Reset();
-  Equilibrate(&r);
-  Finish(r);
+  Settle(r);
   row.changed =
       SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared;
   NextCell();
@@ -276,23 +267,34 @@ void Engine::PropagateCell(CellId cell) {
     ++state_.cursor.source;
     CheckPoint();
   }
-  Equilibrate(&r);
-  Finish(r);
+  Settle(r);
   NextCell();
 }
 
-// Takes stock of a receiver whose turn is over.
-void Engine::Finish(const Receiver& r) {
+// Balances the light within a receiver and takes stock: its turn is over.
+// Commits come between cycles, whose state is in the store: the bits are the
+// same after one.
+void Engine::Settle(const Receiver& r) {
   CellRow& row = state_.cells[r.id.Index()];
+  CellBalance balance({r.id, r.geometry.get(), r.tree.get(), &row},
+                      surfaces_,
+                      *store_,
+                      *budget_,
+                      pager_,
+                      &state_.times);
+  const double tolerance = ToleratedResidual(state_, row);
+  while (state_.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
+    ++state_.cursor.cycle;
+    CheckPoint();
+  }
   const bool was_lit = IsLit(r.id);
-  const MemoryCharge work = pager_.Reserve(r.tree->Sent().SizeBytes(),
-                                           "the working arrays of a cell");
-  CoefficientArray now = TimedPushPull(r);
-  row.reflected = SumOverLeaves(*r.tree, r.geometry->patches, now).value -
-                  EmittedFlux(r.geometry->patches, surfaces_);
+  const auto& patches = r.geometry->patches;
+  CoefficientArray now = balance.Radiosity();
+  row.reflected = SumOverLeaves(*r.tree, patches, now).value -
+                  EmittedFlux(patches, surfaces_);
   row.peak = r.tree->Sent().MaxAbs();
   now.Subtract(r.tree->Sent());
-  row.residual = SumOverLeaves(*r.tree, r.geometry->patches, now).absolute;
+  row.residual = SumOverLeaves(*r.tree, patches, now).absolute;
   row.elements = static_cast<uint32_t>(r.tree->Size());
   row.processed = ++state_.tick;
   if (r.tree->Delta().MaxAbs() > 0) {
@@ -302,83 +304,6 @@ void Engine::Finish(const Receiver& r) {
   state_.relit |= !was_lit && IsLit(r.id) && r.sources.size() > 1;
   r.tree->UpdateDetail();
   pager_.MarkDirty(r.id);
-}
-
-CoefficientArray Engine::TimedPushPull(const Receiver& r) {
-  const Stopwatch watch(&state_.times.push_pull_seconds);
-  return PushPull(*r.tree, r.geometry->patches, surfaces_, r.kept);
-}
-
-void Engine::HoldGains(Receiver* r) {
-  const HoldLevel level = state_.cells[r->id.Index()].hold;
-  r->kept_charge = pager_.Reserve(HeldSharesBytes(*r->tree, level),
-                                  "the working arrays of a cell");
-  r->kept = HeldShares(*r->tree, r->geometry->patches, level);
-}
-
-// Iterates the light within a cell until what is unsent is small. Commits come
-// between cycles, whose state is in the store: the bits are the same after one.
-void Engine::Equilibrate(Receiver* receiver) {
-  const Receiver& r = *receiver;
-  CellRow& row = state_.cells[r.id.Index()];
-  const double tolerance = ToleratedResidual(state_, row);
-  HoldGains(receiver);
-  const MemoryCharge work = pager_.Reserve(2 * r.tree->Sent().SizeBytes(),
-                                           "the working arrays of a cell");
-  LinkCache own(*store_, *budget_, {r.id, r.id}, pager_.Trace());
-  while (state_.cursor.cycle < kMostCycles) {
-    SemiIteration iteration(row.radius);
-    const CycleEnd end = RunCycle(r, tolerance, &own, &iteration);
-    if (end == CycleEnd::kSettled) {
-      return;
-    }
-    if (end == CycleEnd::kShrank) {
-      row.radius = std::min(iteration.LearntRadius(), row.most_radius);
-    } else if (row.radius > kTolerantRadius) {
-      row.most_radius = std::max(kTolerantRadius, kCautious * row.radius);
-      row.radius = kTolerantRadius;
-    } else {
-      row.most_radius = 1;
-      row.hold = std::min<HoldLevel>(row.hold + 1, kMostHold);
-      HoldGains(receiver);
-    }
-    ++state_.cursor.cycle;
-    CheckPoint();
-  }
-}
-
-// Some steps of the semi-iteration.
-Engine::CycleEnd Engine::RunCycle(const Receiver& r,
-                                  double tolerance,
-                                  LinkCache* own,
-                                  SemiIteration* iteration) {
-  const GatherSide side{r.geometry->patches, r.tree.get()};
-  CoefficientArray step(shape_.Stride());
-  step.GrowTo(r.tree->Size());
-  double first = 0;
-  double last = 0;
-  for (int i = 0; i < kCycleSteps; ++i) {
-    CoefficientArray unsent = TimedPushPull(r);
-    unsent.Subtract(r.tree->Sent());
-    last = SumOverLeaves(*r.tree, r.geometry->patches, unsent).absolute;
-    first = i == 0 ? last : first;
-    if (last <= tolerance) {
-      return CycleEnd::kSettled;
-    }
-    if (last > kMostGrowth * first) {
-      return CycleEnd::kGrew;
-    }
-    const auto weight = static_cast<float>(iteration->NextWeight(last));
-    step.Blend(weight, unsent, weight - 1);
-    const Stopwatch watch(&state_.times.gather_seconds);
-    own->ForEach(r.tree->Size(), r.tree->Size(), [&](const LinkBlock& block) {
-      Gather(block, side, side, step, r.tree->Gathered());
-    });
-    r.tree->Sent().Add(step);
-    r.tree->Delta().Add(step);
-    pager_.MarkDirty(r.id);
-  }
-  return last < first ? CycleEnd::kShrank : CycleEnd::kGrew;
 }
 
 // ------------------------------------------------------------ one cell pair

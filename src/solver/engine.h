@@ -20,7 +20,6 @@
 #include "solver/cell_pager.h"
 #include "solver/link_store.h"
 #include "solver/refiner.h"
-#include "solver/semi_iteration.h"
 #include "solver/solve.h"
 #include "solver/solve_state.h"
 #include "visibility/visible_set.h"
@@ -42,9 +41,6 @@ class Engine {
   SolveSummary Run();
 
  private:
-  // How the unsent light of a cell fared in some steps.
-  enum class CycleEnd : uint8_t { kSettled, kShrank, kGrew };
-
   // A receiver cell while it is processed.
   struct Receiver {
     CellId id;
@@ -54,9 +50,6 @@ class Engine {
     // While it is refined: the elements at which refinement begins.
     std::unique_ptr<ClusterTree> receivers;
     MemoryCharge receivers_charge;
-    // While its light is balanced: what its leaves keep.
-    CoefficientArray kept{1};
-    MemoryCharge kept_charge;
   };
 
   void Start();
@@ -72,15 +65,7 @@ class Engine {
   void RefinePair(const Receiver& r, const VisibleCell& source);
   size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);
   void GatherPair(const Receiver& r, CellId source);
-  void HoldGains(Receiver* r);
-  void Equilibrate(Receiver* receiver);
-  CycleEnd RunCycle(const Receiver& r,
-                    double tolerance,
-                    LinkCache* own,
-                    SemiIteration* iteration);
-  CoefficientArray TimedPushPull(const Receiver& r);
-  void Finish(const Receiver& r);
-
+  void Settle(const Receiver& r);
   Blockers PinBlockers(const std::vector<CellId>& between,
                        std::vector<std::shared_ptr<const void>>* pins);
   void CheckPoint();

@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "partition/bsp_tree.h"
+#include "partition/overlap.h"
 #include "partition/patch.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
@@ -219,6 +220,17 @@ class Auditor {
     runs_.clear();
   }
 
+  // Whether a ray that hit a patch from behind began between it and the surface
+  // that it was put before (overlap.h), which nothing else can see.
+  [[nodiscard]] bool IsCovered(const TraceRay& ray, const TraceHit& hit) {
+    if (behind_cell_ != hit.cell) {
+      behind_cell_ = hit.cell;
+      behind_ = LoadCellPatches(*store_, hit.cell).patches;
+    }
+    const Vec3 n = PatchNormal(behind_[hit.patch.Index()]);
+    return hit.distance * Dot(ray.direction, n) <= (kMostLayers + 1) * kApartM;
+  }
+
   void LoadSources(CellId receiver) {
     if (receiver_ == receiver) {
       return;
@@ -235,7 +247,7 @@ class Auditor {
       return;
     }
     if (!hit.on_front) {
-      ++summary_.audit_leaks;
+      summary_.audit_leaks += IsCovered(ray, hit) ? 0U : 1U;
       return;
     }
     if (!std::binary_search(sources_.begin(), sources_.end(), hit.cell)) {
@@ -328,7 +340,9 @@ class Auditor {
   std::vector<TraceHit> hits_;
   std::vector<BatchRun> runs_;
   std::optional<CellId> receiver_;
-  std::vector<CellId> sources_;  // that the receiver sees, ascending
+  std::optional<CellId> behind_cell_;  // that was last hit from behind
+  std::vector<Patch> behind_;          // and its patches
+  std::vector<CellId> sources_;        // that the receiver sees, ascending
   std::vector<Suspect> suspects_;
   std::unordered_set<uint64_t> pairs_;  // found by a ray: low << 32 | high
   AuditSummary summary_;

@@ -27,7 +27,8 @@ struct AuditSummary {
   uint64_t audit_missed = 0;  // rays that join a pair the sets lack
   // Rays that came through no opening: they hit a patch from behind, joined a
   // missing pair that not all of four rays beside them, 0.1 mm away, join, or
-  // left or met a patch where its cell is thinner than that.
+  // left or met a patch where its cell is thinner than that. Rays from under a
+  // surface that lies on another are none.
   uint64_t audit_leaks = 0;
   uint64_t conservative_pairs = 0;  // ordered, as VisibilitySummary counts
   uint64_t sampled_pairs = 0;       // ordered: that a ray joined, either way

@@ -198,66 +198,95 @@ TEST(Overlap, SidesThatCameApartBlockRaysEach) {
   EXPECT_FALSE(patches[2].is_twin);
 }
 
-// The rule itself, on heaps of rectangles and triangles in one tilted plane:
-// no point is lost, and what is seen is what should be.
-TEST(Overlap, OneIsSeenAtEveryPoint) {
-  const Vec3 a = Normalize(Vec3{1, 0.3, 0.2});
-  const Vec3 b = Normalize(Cross(Normalize(Vec3{-0.2, 0.1, 1}), a));
-  const Vec3 normal = Cross(a, b);
-  int looked = 0;
-  for (uint64_t seed = 1; seed <= 40; ++seed) {
-    Random random(seed);
-    const auto next = [&](double low, double high) {
-      return low + (high - low) * random.Next();
-    };
-    std::vector<Patch> before;
+// A heap of rectangles and triangles in one tilted plane.
+class Heap {
+ public:
+  explicit Heap(uint64_t seed) : random_(seed) {
     for (uint32_t i = 0; i < 5; ++i) {
-      const double turn = next(0, kPi);
-      const Vec3 u = a * std::cos(turn) + b * std::sin(turn);
-      const Vec3 v = Cross(normal, u);
-      Patch p = Rectangle(i,
-                          Point3{} + a * next(0, 2) + b * next(0, 2),
-                          u * next(0.2, 1.5),
-                          v * next(0.2, 1.5) + u * next(-0.2, 0.2));
-      p.material = MaterialId(random.NextBelow(3));
-      p.shape = random.Next() < 0.5 ? PatchShape::kTriangle
-                                    : PatchShape::kParallelogram;
-      p.emits = random.Next() < 0.1;
-      p.is_back = !p.emits && random.Next() < 0.4;
-      before.push_back(p);
-      if (random.Next() < 0.5) {
-        before.push_back(Turned(p));
-        before.back().emits = false;
+      patches_.push_back(DrawPatch(i));
+      if (random_.Next() < 0.5) {
+        patches_.push_back(Turned(patches_.back()));
+        patches_.back().emits = false;
       }
     }
-    std::vector<Patch> after = before;
+  }
+
+  [[nodiscard]] const std::vector<Patch>& Patches() const { return patches_; }
+
+  // A point of the plane that is off the rims of all patches.
+  Point3 DrawPoint() {
+    while (true) {
+      const Point3 p = Point3{} + kA * Draw(-1, 3.5) + kB * Draw(-1, 3.5);
+      if (std::none_of(patches_.begin(), patches_.end(), [&](const Patch& q) {
+            return IsNearRim(q, p);
+          })) {
+        return p;
+      }
+    }
+  }
+
+  inline static const Vec3 kA = Normalize(Vec3{1, 0.3, 0.2});
+  inline static const Vec3 kB = Normalize(Cross({-0.2, 0.1, 1}, kA));
+  inline static const Vec3 kNormal = Cross(kA, kB);
+
+ private:
+  double Draw(double low, double high) {
+    return low + (high - low) * random_.Next();
+  }
+
+  Patch DrawPatch(uint32_t face) {
+    const double turn = Draw(0, kPi);
+    const Vec3 u = kA * std::cos(turn) + kB * std::sin(turn);
+    const Vec3 v = Cross(kNormal, u);
+    Patch p = Rectangle(face,
+                        Point3{} + kA * Draw(0, 2) + kB * Draw(0, 2),
+                        u * Draw(0.2, 1.5),
+                        v * Draw(0.2, 1.5) + u * Draw(-0.2, 0.2));
+    p.material = MaterialId(random_.NextBelow(3));
+    p.shape = random_.Next() < 0.5 ? PatchShape::kTriangle
+                                   : PatchShape::kParallelogram;
+    p.emits = random_.Next() < 0.1;
+    p.is_back = !p.emits && random_.Next() < 0.4;
+    return p;
+  }
+
+  Random random_;
+  std::vector<Patch> patches_;
+};
+
+// Of what was there at a point, one is seen: what emits, if anything did.
+void CheckOneIsSeen(const std::vector<const Patch*>& was,
+                    const std::vector<const Patch*>& is,
+                    Vec3 facing) {
+  ASSERT_EQ(is.empty(), was.empty());
+  if (was.empty()) {
+    return;
+  }
+  const Patch* const seen = Seen(is, facing);
+  EXPECT_EQ(seen->emits,
+            std::any_of(was.begin(), was.end(), [](const Patch* w) {
+              return w->emits;
+            }));
+  for (const Patch* other : is) {
+    EXPECT_TRUE(other == seen ||
+                Dot(seen->origin - other->origin, facing) > kCoincidentM);
+  }
+}
+
+// The rule itself: no point is lost, and what is seen is what should be.
+TEST(Overlap, OneIsSeenAtEveryPoint) {
+  int looked = 0;
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    Heap heap(seed);
+    std::vector<Patch> after = heap.Patches();
     SeparateOverlaps(after);
     for (int k = 0; k < 400; ++k) {
-      const Point3 p = Point3{} + a * next(-1, 3.5) + b * next(-1, 3.5);
-      if (std::any_of(before.begin(), before.end(), [&](const Patch& patch) {
-            return IsNearRim(patch, p);
-          })) {
-        continue;
-      }
-      for (const Vec3 facing : {normal, -normal}) {
-        const auto was = Covering(before, p, facing);
-        const auto is = Covering(after, p, facing);
-        ASSERT_EQ(is.empty(), was.empty()) << "seed " << seed;
-        if (was.empty()) {
-          continue;
-        }
-        ++looked;
-        const Patch* const seen = Seen(is, facing);
-        EXPECT_EQ(seen->emits,
-                  std::any_of(was.begin(),
-                              was.end(),
-                              [](const Patch* w) { return w->emits; }))
-            << "seed " << seed;
-        for (const Patch* other : is) {
-          EXPECT_TRUE(other == seen ||
-                      Dot(seen->origin - other->origin, facing) > kCoincidentM)
-              << "seed " << seed;
-        }
+      const Point3 p = heap.DrawPoint();
+      for (const Vec3 facing : {Heap::kNormal, -Heap::kNormal}) {
+        const auto was = Covering(heap.Patches(), p, facing);
+        CheckOneIsSeen(was, Covering(after, p, facing), facing);
+        looked += was.empty() ? 0 : 1;
       }
     }
   }
