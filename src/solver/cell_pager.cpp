@@ -3,9 +3,17 @@
 #include "base/check.h"
 #include "partition/patch.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace enfilade {
+namespace {
+
+// Patches may stick out of their cell by this much (overlap.h), m.
+constexpr double kBoundsMargin = 5e-3;
+
+}  // namespace
+
 uint64_t CellGeometry::SizeBytes() const {
   return patches.size() * sizeof(PatchGeometry) + portals->SizeBytes() +
          clusters->SizeBytes();
@@ -166,6 +174,52 @@ std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
   std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
   Insert(key, std::const_pointer_cast<CellBlockers>(blockers), 0);
   return blockers;
+}
+
+uint64_t CellPager::BytesOf(ItemKey key, const Item& item) {
+  return key.first == ItemKind::kOccluder
+             ? BlockersBytes(
+                   *std::static_pointer_cast<const CellBlockers>(item.value))
+             : item.charged_bytes;
+}
+
+bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
+  uint64_t need = 0;
+  uint64_t build = 0;
+  for (const CellId cell : cells) {
+    const size_t patches = partition_->cells[cell.Index()].patches;
+    const auto add = [&](ItemKind kind, uint64_t bytes, uint64_t more) {
+      const auto it = items_.find({kind, cell.value});
+      const bool is_here = it != items_.end();
+      need += is_here ? BytesOf(it->first, it->second) : bytes;
+      build = std::max(build, is_here ? 0 : more);
+    };
+    const uint64_t held = BlockersHeldBytes(patches);
+    add(ItemKind::kObstacles,
+        ShaftBlockers::BytesFor(patches),
+        patches * sizeof(PatchGeometry));
+    add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
+  }
+  uint64_t room = budget_->FreeBytes();
+  for (const auto& [key, item] : items_) {
+    room += item.value.use_count() > 1 ? 0 : BytesOf(key, item);
+  }
+  return need + build <= room;
+}
+
+Box CellPager::BoundsOf(CellId cell) const {
+  const Box3& bounds = partition_->cells[cell.Index()].bounds;
+  const Vec3 margin{kBoundsMargin, kBoundsMargin, kBoundsMargin};
+  const Vec3 low = bounds.low - margin - origin_;
+  const Vec3 high = bounds.high + margin - origin_;
+  Box box;
+  box.Add(Vec3f{static_cast<float>(low.x),
+                static_cast<float>(low.y),
+                static_cast<float>(low.z)});
+  box.Add(Vec3f{static_cast<float>(high.x),
+                static_cast<float>(high.y),
+                static_cast<float>(high.z)});
+  return box;
 }
 
 std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {

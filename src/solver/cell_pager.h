@@ -61,6 +61,13 @@ class CellPager {
   std::shared_ptr<const ShaftBlockers> Obstacles(CellId cell);
   std::shared_ptr<const CellBlockers> Occluder(CellId cell);
 
+  // Whether the blockers of all these cells fit in memory at once, beside all
+  // that is pinned.
+  [[nodiscard]] bool CanHoldBlockers(const std::vector<CellId>& cells) const;
+
+  // A box that holds all patches of a cell, in the coordinates of its geometry.
+  [[nodiscard]] Box BoundsOf(CellId cell) const;
+
   // The stored tree, or a new one with the emitted radiosity sent.
   std::shared_ptr<CellTree> Tree(CellId cell);
 
@@ -93,6 +100,7 @@ class CellPager {
 
   std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
   static BlockKey BlockOf(ItemKey key);
+  static uint64_t BytesOf(ItemKey key, const Item& item);
   Item* Find(ItemKey key);
   Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   bool EvictOne();

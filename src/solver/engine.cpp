@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "solver/cell_balance.h"
+#include "solver/cells_between.h"
 #include "solver/cover.h"
 #include "solver/error_control.h"
 #include "solver/gather.h"
@@ -308,20 +309,6 @@ void Engine::Settle(const Receiver& r) {
 
 // ------------------------------------------------------------ one cell pair
 
-Blockers Engine::PinBlockers(const std::vector<CellId>& between,
-                             std::vector<std::shared_ptr<const void>>* pins) {
-  Blockers blockers;
-  for (const CellId cell : between) {
-    const auto obstacles = pager_.Obstacles(cell);
-    const auto occluder = pager_.Occluder(cell);
-    blockers.shafts.push_back(obstacles.get());
-    blockers.occluders.push_back(occluder.get());
-    pins->push_back(obstacles);
-    pins->push_back(occluder);
-  }
-  return blockers;
-}
-
 void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   if (!IsLit(source.source)) {
     store_->EraseAll(BlockKind::kLinks, r.id.value, source.source.value);
@@ -329,11 +316,11 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   }
   const auto geometry = pager_.Geometry(source.source);
   const auto tree = pager_.Tree(source.source);
-  std::vector<std::shared_ptr<const void>> pins;
-  Blockers blockers = PinBlockers(source.between, &pins);
+  std::vector<const ShaftBlockers*> gates;
   if (source.source != r.id) {
-    blockers.gates = {r.geometry->portals.get(), geometry->portals.get()};
+    gates = {r.geometry->portals.get(), geometry->portals.get()};
   }
+  CellsBetween between(pager_, r.id, source, gates);
   RefineOptions options;
   options.tau = state_.tau;
   options.tau_weak = kWeakShare * state_.tau;
@@ -342,7 +329,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
       options,
       {r.id, r.geometry->patches, r.tree.get(), r.receivers.get()},
       {source.source, geometry->patches, tree.get(), geometry->clusters.get()},
-      blockers);
+      between.Blockers());
   CellRow& row = state_.cells[r.id.Index()];
   LinkWriter writer(*store_,
                     {r.id, source.source},
@@ -358,7 +345,9 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                     });
   std::vector<RawLinks> results;
   while (state_.cursor.work.item < refiner.ItemCount()) {
+    between.Hold();
     const size_t links = RefineGroup(refiner, &results);
+    between.Release();  // the trees may need its room
     for (const RawLinks& result : results) {
       row.squared_error += result.squared_error;
       state_.rays += result.rays;

@@ -66,8 +66,6 @@ class Engine {
   size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);
   void GatherPair(const Receiver& r, CellId source);
   void Settle(const Receiver& r);
-  Blockers PinBlockers(const std::vector<CellId>& between,
-                       std::vector<std::shared_ptr<const void>>* pins);
   void CheckPoint();
   [[nodiscard]] bool IsLit(CellId cell) const;
 

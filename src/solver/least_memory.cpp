@@ -9,12 +9,17 @@
 #include "visibility/visible_set.h"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 #include <vector>
 
 #include <fmt/format.h>
 
 namespace enfilade {
 namespace {
+
+// Cells between two others that should stay in memory.
+constexpr size_t kKeptBetween = 8;
 
 // Bytes of one cell.
 struct CellNeed {
@@ -95,7 +100,9 @@ class NeedFinder {
     }
   }
 
-  // On top of what the receiver needs.
+  // On top of what the receiver needs. Of the cells between, both ends are held
+  // and the others paged in one after the other; but some of these must stay,
+  // or every ray would build them anew.
   [[nodiscard]] uint64_t PairNeed(CellId receiver, const VisibleCell& v) const {
     uint64_t bytes = 0;
     uint64_t build = 0;
@@ -103,12 +110,24 @@ class NeedFinder {
       const CellNeed& s = needs_[v.source.Index()];
       bytes += s.geometry + s.tree;
     }
+    std::vector<uint64_t> inner;
     for (const CellId cell : v.between) {
       const CellNeed& b = needs_[cell.Index()];
-      bytes += b.blockers;
       build = std::max(build, b.build);
+      if (cell == receiver || cell == v.source) {
+        bytes += b.blockers;
+      } else {
+        inner.push_back(b.blockers);
+      }
     }
-    return bytes + build;
+    const size_t kept = std::min(kKeptBetween, inner.size());
+    std::partial_sort(inner.begin(),
+                      inner.begin() + static_cast<std::ptrdiff_t>(kept),
+                      inner.end(),
+                      std::greater<>());
+    return std::accumulate(inner.begin(),
+                           inner.begin() + static_cast<std::ptrdiff_t>(kept),
+                           bytes + build);
   }
 
   void Consider(uint64_t bytes, const VisibleCell& pair, CellId receiver) {
@@ -148,8 +167,9 @@ void RequireLeastMemory(const BlockStorage& store,
     part = fmt::format("{} and cell {}", part, least.source.value);
   }
   if (least.cells_between > 2) {
-    part = fmt::format(
-        "{} with the blockers of {} cells between", part, least.cells_between);
+    part = fmt::format("{} with what stands in the largest of {} cells between",
+                       part,
+                       least.cells_between - 2);
   }
   throw DoesNotFitError(fmt::format(
       "the solve needs at least {}M: so much must be in memory at once for {}; "

@@ -2,25 +2,10 @@
 
 #include "solver/transfer_sample.h"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 
 namespace enfilade {
-
-bool Blockers::Separate(const Shaft& shaft) const {
-  return std::any_of(
-      gates.begin(), gates.end(), [&](const ShaftBlockers* portals) {
-        return portals->LeaveEmpty(shaft);
-      });
-}
-
-bool Blockers::LeaveEmpty(const Shaft& shaft) const {
-  return std::all_of(
-      shafts.begin(), shafts.end(), [&](const ShaftBlockers* cell) {
-        return cell->LeaveEmpty(shaft);
-      });
-}
 
 uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source) {
   const uint32_t row = (1U << source.node_count) - 1;
@@ -78,7 +63,7 @@ void LinkRays::Trace(DiagonalRange range, Rays* rays) {
       }
     }
   }
-  const uint32_t blocked = Occluded(blockers_->occluders, packet);
+  const uint32_t blocked = blockers_->Occlude(packet);
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
     const auto bit = static_cast<uint16_t>(1U << lane_bit[lane]);
     rays->seen |= (blocked >> lane & 1) == 0 ? bit : uint16_t{0};

@@ -3,29 +3,12 @@
 #pragma once
 
 #include "base/random.h"
+#include "solver/blockers.h"
 #include "solver/form_factor.h"
-#include "solver/shaft.h"
-#include "visibility/occlusion.h"
 
 #include <cstdint>
-#include <vector>
 
 namespace enfilade {
-
-// What stands between two cells.
-struct Blockers {
-  std::vector<const CellBlockers*> occluders;  // for rays
-  std::vector<const ShaftBlockers*> shafts;    // for proofs
-  // The portals of two different cells: light between them must cross one of
-  // each. Empty within a cell.
-  std::vector<const ShaftBlockers*> gates;
-
-  // No light crosses the shaft: it misses the portals of one of the cells.
-  [[nodiscard]] bool Separate(const Shaft& shaft) const;
-
-  // Nothing stands in the shaft.
-  [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
-};
 
 // All pairs of nodes of two ends: bit g * kTransferNodes + q is node g of the
 // receiver and node q of the source.

@@ -679,7 +679,7 @@ void Refiner::FlushWeak(Task* task) const {
   if (task->packet.count == 0) {
     return;
   }
-  const uint32_t blocked = Occluded(blockers_->occluders, task->packet);
+  const uint32_t blocked = blockers_->Occlude(task->packet);
   task->rays.traced += task->packet.count;
   for (uint32_t i = 0; i < task->packet.count; ++i) {
     if ((blocked >> i & 1) == 0) {

@@ -1,0 +1,49 @@
+// The cells that stand between a receiver and a source while their links are
+// refined: all held in memory where they fit; else the two ends, and the others
+// one after the other as they are met (paged_blockers.h).
+
+#pragma once
+
+#include "base/ids.h"
+#include "solver/blockers.h"
+#include "solver/cell_pager.h"
+#include "solver/paged_blockers.h"
+#include "visibility/visible_set.h"
+
+#include <memory>
+#include <vector>
+
+namespace enfilade {
+
+class CellsBetween {
+ public:
+  // The pager and what the cells' portals are are borrowed. Nothing is in
+  // memory yet.
+  CellsBetween(CellPager& pager,
+               CellId receiver,
+               const VisibleCell& source,
+               std::vector<const ShaftBlockers*> gates);
+
+  // Takes them into memory: after it the blockers may be asked, and the pager
+  // by nobody else, until Release().
+  void Hold();
+  void Release();
+
+  [[nodiscard]] const ::enfilade::Blockers& Blockers() const {
+    return blockers_;
+  }
+
+ private:
+  void Pin(CellId cell);
+
+  CellPager* pager_;
+  std::vector<CellId> all_;
+  std::vector<CellId> ends_;
+  std::vector<CellId> inner_;  // all but the ends
+  bool is_paged_ = false;
+  PagedBlockers paged_;
+  std::vector<std::shared_ptr<const void>> pins_;
+  ::enfilade::Blockers blockers_;
+};
+
+}  // namespace enfilade

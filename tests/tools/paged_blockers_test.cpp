@@ -1,0 +1,158 @@
+// Cells paged in one after the other block what they block together.
+
+#include "solver/paged_blockers.h"
+
+#include "base/random.h"
+#include "partition/partition.h"
+#include "scene/import.h"
+#include "solver/cells_between.h"
+#include "solver/solution.h"
+#include "solver/transfer_sample.h"
+#include "store/sqlite_store.h"
+#include "visibility/visible_set.h"
+
+#include <bit>
+#include <memory>
+#include <vector>
+
+#include "tests/tools/run_program.h"
+#include "tools/scene_floorplan.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kRoomy = uint64_t{1} << 30;
+
+class PagedFloor : public testing::Test {
+ protected:
+  PagedFloor() : store_(CreateStoreInMemory()) {
+    ObjWriter writer(dir_ / "floor.obj");
+    WriteFloorplan({12, 1, 1, 1}, writer);
+    writer.Finish();
+    MemoryBudget budget(kRoomy);
+    ImportScene(dir_ / "floor.obj", {}, budget, *store_);
+    scene_ = LoadSceneInfo(*store_);
+    partition_ = BuildPartition(*store_, {}, budget);
+    BuildVisibleSets(partition_, {}, *store_);
+  }
+
+  // A pager of its own budget.
+  struct Pages {
+    Pages(PagedFloor& floor, uint64_t budget_bytes)
+        : budget(budget_bytes),
+          device(budget, floor.scene_.bounds.Center()),
+          pager(*floor.store_,
+                floor.scene_,
+                floor.partition_,
+                {&basis, kRgbChannels},
+                device,
+                budget) {}
+
+    Basis basis = Basis(1);
+    MemoryBudget budget;
+    OcclusionDevice device;
+    CellPager pager;
+  };
+
+  // The pair of cells with most between them.
+  void FindWidestPair(CellId* receiver, VisibleCell* source) const {
+    for (size_t i = 0; i < partition_.cells.size(); ++i) {
+      for (VisibleCell& v : LoadVisibleSet(*store_, CellId(i))) {
+        if (v.between.size() > source->between.size()) {
+          *receiver = CellId(i);
+          *source = std::move(v);
+        }
+      }
+    }
+  }
+
+  // Packets of segments anywhere in the floor, in the pager's coordinates.
+  SegmentPacket DrawPacket(Random* random) const {
+    const Vec3 extent = scene_.bounds.Extent();
+    const auto draw = [&] {
+      return Vec3f{static_cast<float>((random->Next() - 0.5) * extent.x),
+                   static_cast<float>((random->Next() - 0.5) * extent.y),
+                   static_cast<float>((random->Next() - 0.5) * extent.z)};
+    };
+    SegmentPacket packet;
+    for (int i = 0; i < 16; ++i) {
+      const Vec3f from = draw();
+      const bool is_short = i % 2 == 0;
+      AddSegment({from, is_short ? from + (draw() - from) * 0.05F : draw()},
+                 &packet);
+    }
+    return packet;
+  }
+
+  TemporaryFolder dir_;
+  std::unique_ptr<BlockStorage> store_;
+  SceneInfo scene_;
+  Partition partition_;
+};
+
+TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
+  CellId receiver;
+  VisibleCell source;
+  FindWidestPair(&receiver, &source);
+  ASSERT_GT(source.between.size(), 8U);
+  Pages roomy(*this, kRoomy);
+  CellsBetween together(roomy.pager, receiver, source, {});
+  together.Hold();
+  ASSERT_EQ(together.Blockers().paged, nullptr);
+  // What all of them take, less a half.
+  Pages narrow(*this, roomy.budget.UsedBytes() / 2);
+  CellsBetween in_turn(narrow.pager, receiver, source, {});
+  in_turn.Hold();
+  ASSERT_NE(in_turn.Blockers().paged, nullptr);
+
+  Random random(3);
+  uint32_t blocked = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const SegmentPacket packet = DrawPacket(&random);
+    const uint32_t expected = together.Blockers().Occlude(packet);
+    ASSERT_EQ(in_turn.Blockers().Occlude(packet), expected) << "packet " << i;
+    blocked += static_cast<uint32_t>(std::popcount(expected));
+  }
+  EXPECT_GT(blocked, 8000U);
+  EXPECT_LT(blocked, 30000U);
+
+  const auto patches = roomy.pager.Geometry(receiver)->patches;
+  const auto others = roomy.pager.Geometry(source.source)->patches;
+  int empty = 0;
+  constexpr int kShafts = 2000;
+  for (int i = 0; i < kShafts; ++i) {
+    const auto pick = [&](const std::vector<PatchGeometry>& of) {
+      return random.NextBelow(static_cast<uint32_t>(of.size()));
+    };
+    const Shaft shaft =
+        ShaftBetween(patches[pick(patches)], {}, others[pick(others)], {});
+    const bool expected = together.Blockers().LeaveEmpty(shaft);
+    ASSERT_EQ(in_turn.Blockers().LeaveEmpty(shaft), expected) << "shaft " << i;
+    empty += expected ? 1 : 0;
+  }
+  EXPECT_GT(empty, 0);
+  EXPECT_LT(empty, kShafts);
+}
+
+TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
+  CellId receiver;
+  VisibleCell source;
+  FindWidestPair(&receiver, &source);
+  Pages roomy(*this, kRoomy);
+  CellsBetween all(roomy.pager, receiver, source, {});
+  all.Hold();
+  const uint64_t needed = roomy.budget.UsedBytes();
+  Pages narrow(*this, 4 * needed);
+  CellsBetween between(narrow.pager, receiver, source, {});
+  between.Hold();
+  EXPECT_EQ(between.Blockers().paged, nullptr);
+  between.Release();
+  const MemoryCharge other =
+      narrow.pager.Reserve(7 * needed / 2, "a tree that has grown");
+  between.Hold();
+  EXPECT_NE(between.Blockers().paged, nullptr);
+}
+
+}  // namespace
+}  // namespace enfilade
