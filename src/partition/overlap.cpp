@@ -135,8 +135,9 @@ class OverlapSeparator {
                : 0;
   }
 
-  // From back to front: what does not emit before what does, then large faces
-  // (by their area on this side) before small ones.
+  // From back to front: what is not inside of a solid before what is, what does
+  // not emit before what does, large faces (by their area on this side) before
+  // small ones.
   void Rank() {
     std::unordered_map<uint64_t, double> area_of_side;
     const auto side = [](const Patch& p) {
@@ -147,7 +148,8 @@ class OverlapSeparator {
     }
     const auto key = [&](uint32_t i) {
       const Patch& p = patches_[i];
-      return std::tuple(p.emits, -area_of_side[side(p)], p.face.value, i);
+      return std::tuple(
+          p.is_enclosed, p.emits, -area_of_side[side(p)], p.face.value, i);
     };
     std::vector<uint32_t> order(patches_.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -175,7 +177,8 @@ class OverlapSeparator {
   [[nodiscard]] bool IsSame(const Pair& pair) const {
     const Patch& front = patches_[pair.front];
     const Patch& behind = patches_[pair.behind];
-    if (front.emits != behind.emits) {
+    if (front.emits != behind.emits ||
+        front.is_enclosed != behind.is_enclosed) {
       return false;
     }
     return (front.material == behind.material &&
@@ -203,7 +206,11 @@ class OverlapSeparator {
     const std::vector<Polygon> before{PolygonOf(patches_[own])};
     std::vector<Piece> after;
     for (Polygon& left : WithoutThose(before, same, normal)) {
-      AppendPieces(std::move(left), others, normal, layer, &after);
+      if (patches_[own].is_enclosed) {
+        after.push_back({std::move(left), layer});  // dark wherever it lies
+      } else {
+        AppendPieces(std::move(left), others, normal, layer, &after);
+      }
     }
     const double gone = AreaOf(before) - AreaOf(after);
     if (gone > kSmallM2) {

@@ -35,8 +35,9 @@ struct OverlapCounts {
 // one another:
 //
 // - what is there twice (one material and side, or one outline) is kept once;
-// - else the smaller face is the one that is seen, and what emits before what
-//   does not: it is put kApartM before the other, on the side it faces.
+// - else the smaller face is the one that is seen, what emits before what does
+//   not, and the inside of a solid before all: it is put kApartM before the
+//   other, on the side it faces.
 //
 // Patches that are not touched keep their order, pieces stand where the patch
 // was.

@@ -9,12 +9,14 @@ constexpr uint8_t kEmitsBit = 2;
 constexpr uint8_t kReflectsBit = 4;
 constexpr uint8_t kTwinBit = 8;
 constexpr uint8_t kBackBit = 16;
+constexpr uint8_t kEnclosedBit = 32;
 
 uint8_t FlagsOf(const Patch& p) {
   return static_cast<uint8_t>(
       (p.shape == PatchShape::kTriangle ? kTriangleBit : 0) |
       (p.emits ? kEmitsBit : 0) | (p.reflects ? kReflectsBit : 0) |
-      (p.is_twin ? kTwinBit : 0) | (p.is_back ? kBackBit : 0));
+      (p.is_twin ? kTwinBit : 0) | (p.is_back ? kBackBit : 0) |
+      (p.is_enclosed ? kEnclosedBit : 0));
 }
 
 void SetFlags(uint8_t flags, Patch& p) {
@@ -24,6 +26,7 @@ void SetFlags(uint8_t flags, Patch& p) {
   p.reflects = (flags & kReflectsBit) != 0;
   p.is_twin = (flags & kTwinBit) != 0;
   p.is_back = (flags & kBackBit) != 0;
+  p.is_enclosed = (flags & kEnclosedBit) != 0;
 }
 
 }  // namespace

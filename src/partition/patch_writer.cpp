@@ -1,6 +1,7 @@
 #include "partition/patch_writer.h"
 
 #include "partition/patch_cutter.h"
+#include "scene/box_tree.h"
 
 #include <algorithm>
 #include <utility>
@@ -70,19 +71,64 @@ class CellPatchSink {
   MemoryCharge charge_;
 };
 
+// The faces that emit, by their boxes: which solids have a lamp inside.
+class Lamps {
+ public:
+  Lamps(const SceneInfo& info, const BlockStorage& store, MemoryBudget& budget)
+      : boxes_(BoxesOf(info, store)),
+        charge_(budget,
+                boxes_.size() * kBytesPerLamp,
+                "the boxes of the faces that emit"),
+        tree_(boxes_) {}
+
+  // One stands in the box or cuts it; touching it does not count.
+  [[nodiscard]] bool AnyIn(const Box3& box) const {
+    const Vec3 extent = box.Extent();
+    const double margin =
+        std::min(kTouchingM, 0.25 * std::min({extent.x, extent.y, extent.z}));
+    bool found = false;
+    tree_.ForOverlaps(Grown(box, -margin), [&](uint32_t) { found = true; });
+    return found;
+  }
+
+ private:
+  static constexpr uint64_t kBytesPerLamp = 60 + sizeof(Box3);
+  static constexpr double kTouchingM = 1e-3;
+
+  static std::vector<Box3> BoxesOf(const SceneInfo& info,
+                                   const BlockStorage& store) {
+    std::vector<Box3> boxes;
+    ForEachFace(store, [&](FaceId, const Face& face) {
+      if (Emits(info.materials[face.material.Index()])) {
+        boxes.push_back(BoundsOf(face.vertices));
+      }
+    });
+    return boxes;
+  }
+
+  std::vector<Box3> boxes_;
+  MemoryCharge charge_;
+  BoxTree tree_;
+};
+
 // Cuts one face after the other.
 class FaceCutter {
  public:
   FaceCutter(const SceneInfo& info,
              const BspTree& tree,
              const std::vector<CellId>& cell_of_leaf,
+             const Lamps& lamps,
              CellPatchSink& sink)
       : info_(&info),
         tree_(&tree),
         cell_of_leaf_(&cell_of_leaf),
+        lamps_(&lamps),
         sink_(&sink) {}
 
   void Add(FaceId id, const Face& face) {
+    const bool is_dark = face.solid && !lamps_->AnyIn(face.solid->bounds);
+    front_is_enclosed_ = is_dark && face.solid->front_is_inside;
+    back_is_enclosed_ = is_dark && !face.solid->front_is_inside;
     for (const Polygon& part : PlanarParts(face.vertices)) {
       AddPlanar(id, face, part);
     }
@@ -129,12 +175,14 @@ class FaceCutter {
                   face.material,
                   id,
                   Emits(material)};
+      patch.is_enclosed = front_is_enclosed_;
       sink_->Add(piece.cell, patch);
       if (both_sides && material.sides == 2) {
         std::swap(patch.u, patch.v);
         patch.emits = false;
         patch.is_twin = true;
         patch.is_back = true;
+        patch.is_enclosed = back_is_enclosed_;
         sink_->Add(piece.cell, patch);
       }
     }
@@ -151,7 +199,8 @@ class FaceCutter {
                         false,
                         MaterialOf(face).sides == 2,
                         false,
-                        true};
+                        true,
+                        back_is_enclosed_};
       sink_->Add(piece.cell, patch);
     }
   }
@@ -159,7 +208,11 @@ class FaceCutter {
   const SceneInfo* info_;
   const BspTree* tree_;
   const std::vector<CellId>* cell_of_leaf_;
+  const Lamps* lamps_;
   CellPatchSink* sink_;
+  // Of the face that is being cut: its sides in a solid without a lamp.
+  bool front_is_enclosed_ = false;
+  bool back_is_enclosed_ = false;
 };
 
 }  // namespace
@@ -171,7 +224,8 @@ OverlapCounts WritePatches(const SceneInfo& info,
                            BlockStorage& store,
                            std::vector<CellInfo>& cells) {
   CellPatchSink sink(cells.size(), budget, store);
-  FaceCutter cutter(info, tree, cell_of_leaf, sink);
+  const Lamps lamps(info, store, budget);
+  FaceCutter cutter(info, tree, cell_of_leaf, lamps, sink);
   ForEachFace(store,
               [&cutter](FaceId id, const Face& face) { cutter.Add(id, face); });
   OverlapCounts overlaps;

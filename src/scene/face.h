@@ -29,6 +29,12 @@ inline bool Emits(const Material& m) {
   return MaxChannel(m.exitance) > 0;
 }
 
+// A solid that faces close off, and on which side of them it is.
+struct ClosedSolid {
+  Box3 bounds;
+  bool front_is_inside = false;
+};
+
 // A convex planar polygon of one material, counter-clockwise seen from its
 // front. At least three vertices, no zero area, no duplicate or NaN vertices.
 // The faces of a scene may share edges, T-junctions included.
@@ -39,6 +45,8 @@ struct Face {
   // gbXML only: the Spaces in front of and behind the face; nullopt: outside.
   std::optional<SpaceId> front_space;
   std::optional<SpaceId> back_space;
+  // That the face is part of, if it is surely part of one.
+  std::optional<ClosedSolid> solid;
 };
 
 using FaceVisitor = std::function<void(const Face&)>;

@@ -6,9 +6,11 @@
 
 #include "base/memory.h"
 #include "base/vec.h"
+#include "scene/face.h"
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,7 +37,10 @@ struct CleaningOptions {
   // The faces are oriented: they emit, or their backs are black. Then only
   // neighbours of one orientation are joined and back-to-back faces both stay.
   bool oriented = false;
-  std::function<void(std::span<const Point3> polygon)> emit;
+  // Gets a polygon, and the solid that it and others of the batch close off.
+  std::function<void(std::span<const Point3> polygon,
+                     const std::optional<ClosedSolid>& solid)>
+      emit;
 };
 
 // Collects polygons and delivers convex planar faces. Not thread-safe; borrows

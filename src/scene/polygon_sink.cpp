@@ -28,7 +28,9 @@ void PolygonSink::Add(std::span<const Point3> polygon) {
 void PolygonSink::Flush() {
   CleaningOptions options;
   options.oriented = oriented_;
-  options.emit = [this](std::span<const Point3> polygon) {
+  options.emit = [this](std::span<const Point3> polygon,
+                        const std::optional<ClosedSolid>& solid) {
+    face_.solid = solid;
     face_.vertices.assign(polygon.begin(), polygon.end());
     writer_->Add(face_);
   };

@@ -31,6 +31,11 @@ void PutFace(ByteWriter& out, const Face& face) {
   PutSpace(out, face.front_space);
   PutSpace(out, face.back_space);
   out.PutArray<Point3>(face.vertices);
+  out.Put<uint8_t>(face.solid ? 1 : 0);
+  if (face.solid) {
+    out.Put(face.solid->bounds);
+    out.Put<uint8_t>(face.solid->front_is_inside ? 1 : 0);
+  }
 }
 
 Face GetFace(ByteReader& in) {
@@ -40,6 +45,11 @@ Face GetFace(ByteReader& in) {
   face.front_space = GetSpace(in);
   face.back_space = GetSpace(in);
   face.vertices = in.GetArray<Point3>();
+  if (in.Get<uint8_t>() != 0) {
+    face.solid.emplace();
+    face.solid->bounds = in.Get<Box3>();
+    face.solid->front_is_inside = in.Get<uint8_t>() != 0;
+  }
   return face;
 }
 

@@ -15,10 +15,10 @@ PatchGeometry MakePatchGeometry(const Patch& patch,
   g.area = static_cast<float>(PatchArea(patch));
   g.shape = patch.shape;
   g.emits = patch.emits;
-  g.reflects = patch.reflects;
+  g.reflects = patch.reflects && !patch.is_enclosed;
   g.material = patch.material;
   g.max_reflectance =
-      patch.reflects ? static_cast<float>(MaxChannel(material.reflectance)) : 0;
+      g.reflects ? static_cast<float>(MaxChannel(material.reflectance)) : 0;
   const Vec3 diagonal = patch.shape == PatchShape::kTriangle
                             ? patch.u - patch.v
                             : patch.u + patch.v;

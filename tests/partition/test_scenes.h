@@ -24,6 +24,7 @@ class SceneBuilder {
                       ObjectId(0U),
                       std::move(polygon),
                       std::nullopt,
+                      std::nullopt,
                       std::nullopt});
   }
 
@@ -80,6 +81,15 @@ class SceneBuilder {
         Polygon{
             {l.x, h.y, l.z}, {l.x, h.y, h.z}, {h.x, h.y, h.z}, {h.x, h.y, l.z}},
         material);
+  }
+
+  // The same, said to be a solid.
+  void AddSolid(const Box3& box, MaterialId material = MaterialId(0U)) {
+    const size_t first = faces_.size();
+    AddBox(box, material);
+    for (size_t i = first; i < faces_.size(); ++i) {
+      faces_[i].solid = ClosedSolid{box, false};
+    }
   }
 
   [[nodiscard]] const std::vector<Face>& Faces() const { return faces_; }

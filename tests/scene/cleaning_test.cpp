@@ -29,7 +29,8 @@ Cleaned Clean(const Polygons& polygons, bool oriented = false) {
   Cleaned cleaned;
   CleaningOptions options;
   options.oriented = oriented;
-  options.emit = [&](std::span<const Point3> face) {
+  options.emit = [&](std::span<const Point3> face,
+                     const std::optional<ClosedSolid>& /*solid*/) {
     cleaned.faces.emplace_back(face.begin(), face.end());
   };
   cleaner.Flush(options);

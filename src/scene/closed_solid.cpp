@@ -1,0 +1,257 @@
+#include "scene/closed_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// The winding numbers take the square of this.
+constexpr size_t kMostPolygons = 512;
+constexpr double kRounding = 0.1;  // of a winding number
+
+// Sets of polygons that are joined one after the other.
+class Sets {
+ public:
+  explicit Sets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), size_t{0});
+  }
+
+  size_t Of(size_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  void Join(size_t i, size_t k) { parent_[Of(i)] = Of(k); }
+
+ private:
+  std::vector<size_t> parent_;
+};
+
+// A polygon that passes an edge, up or down its vertices' numbers.
+struct EdgeUse {
+  size_t polygon = 0;
+  bool up = false;
+};
+
+class SolidFinder {
+ public:
+  SolidFinder(std::span<const Point3> vertices,
+              std::span<const VertexLoop> polygons,
+              double beside)
+      : vertices_(vertices),
+        polygons_(polygons),
+        beside_(beside),
+        sets_(polygons.size()),
+        turned_(polygons.size()) {}
+
+  std::vector<std::optional<ClosedSolid>> Run() {
+    std::vector<std::optional<ClosedSolid>> solids(polygons_.size());
+    FindEdges();
+    for (const auto& [set, members] : WatertightSets()) {
+      if (members.size() >= 4 && members.size() <= kMostPolygons) {
+        Describe(members, &solids);
+      }
+    }
+    return solids;
+  }
+
+ private:
+  void FindEdges() {
+    for (size_t i = 0; i < polygons_.size(); ++i) {
+      const VertexLoop& loop = polygons_[i];
+      for (size_t k = 0; k < loop.size(); ++k) {
+        const uint32_t a = loop[k];
+        const uint32_t b = loop[(k + 1) % loop.size()];
+        edges_[std::minmax(a, b)].push_back({i, a < b});
+      }
+    }
+  }
+
+  // Solids may touch along an edge, which then has four polygons: they are
+  // told apart by what joins them elsewhere.
+  [[nodiscard]] std::map<size_t, std::vector<size_t>> WatertightSets() {
+    for (const auto& [ends, uses] : edges_) {
+      if (uses.size() == 2) {
+        sets_.Join(uses[0].polygon, uses[1].polygon);
+      }
+    }
+    std::vector<bool> leaks(polygons_.size());
+    for (const auto& [ends, uses] : edges_) {
+      for (const EdgeUse& use : uses) {
+        const size_t set = sets_.Of(use.polygon);
+        const auto here =
+            std::count_if(uses.begin(), uses.end(), [&](const EdgeUse& other) {
+              return sets_.Of(other.polygon) == set;
+            });
+        leaks[set] = leaks[set] || here != 2;
+      }
+    }
+    std::map<size_t, std::vector<size_t>> members;
+    for (size_t i = 0; i < polygons_.size(); ++i) {
+      if (!leaks[sets_.Of(i)]) {
+        members[sets_.Of(i)].push_back(i);
+      }
+    }
+    return members;
+  }
+
+  // Finds on which side of each of the polygons the inside is, if it is found
+  // for all.
+  void Describe(const std::vector<size_t>& members,
+                std::vector<std::optional<ClosedSolid>>* solids) {
+    if (!Orient(members)) {
+      return;
+    }
+    ClosedSolid solid;
+    for (const size_t i : members) {
+      for (const uint32_t v : polygons_[i]) {
+        solid.bounds.Include(vertices_[v]);
+      }
+    }
+    std::vector<ClosedSolid> found;
+    for (const size_t i : members) {
+      const auto front_is_inside = FrontIsInside(members, i);
+      if (!front_is_inside) {
+        return;
+      }
+      found.push_back({solid.bounds, *front_is_inside});
+    }
+    for (size_t k = 0; k < members.size(); ++k) {
+      (*solids)[members[k]] = found[k];
+    }
+  }
+
+  // Finds which of the polygons must be turned so that all agree with the
+  // first, files wind them anyhow. False if they cannot agree.
+  bool Orient(const std::vector<size_t>& members) {
+    std::vector<bool> known(polygons_.size());
+    std::vector<size_t> open = {members.front()};
+    known[members.front()] = true;
+    while (!open.empty()) {
+      const size_t i = open.back();
+      open.pop_back();
+      if (!OrientNeighbours(i, &known, &open)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  bool OrientNeighbours(size_t i,
+                        std::vector<bool>* known,
+                        std::vector<size_t>* open) {
+    const VertexLoop& loop = polygons_[i];
+    for (size_t k = 0; k < loop.size(); ++k) {
+      const uint32_t a = loop[k];
+      const uint32_t b = loop[(k + 1) % loop.size()];
+      for (const EdgeUse& other : edges_.at(std::minmax(a, b))) {
+        if (other.polygon == i || sets_.Of(other.polygon) != sets_.Of(i)) {
+          continue;
+        }
+        // Two that agree pass their edge in opposite directions.
+        const bool turned = turned_[i] != (other.up == (a < b));
+        if ((*known)[other.polygon]) {
+          if (turned_[other.polygon] != turned) {
+            return false;
+          }
+          continue;
+        }
+        (*known)[other.polygon] = true;
+        turned_[other.polygon] = turned;
+        open->push_back(other.polygon);
+      }
+    }
+    return true;
+  }
+
+  // Nullopt if the solid is not on just one side.
+  [[nodiscard]] std::optional<bool> FrontIsInside(
+      const std::vector<size_t>& members, size_t i) const {
+    const auto [middle, normal] = MiddleOf(polygons_[i]);
+    const double front = WindingNumber(members, middle + normal * beside_);
+    const double back = WindingNumber(members, middle - normal * beside_);
+    const auto is = [](double winding, double whole) {
+      return std::abs(std::abs(winding) - whole) < kRounding;
+    };
+    if (is(front, 0) && is(back, 1)) {
+      return false;
+    }
+    return is(front, 1) && is(back, 0) ? std::optional(true) : std::nullopt;
+  }
+
+  // A point in the polygon, that of its largest corner triangle, and the
+  // normal.
+  [[nodiscard]] std::pair<Point3, Vec3> MiddleOf(const VertexLoop& loop) const {
+    std::vector<Point3> points;
+    points.reserve(loop.size());
+    for (const uint32_t v : loop) {
+      points.push_back(vertices_[v]);
+    }
+    const Vec3 normal = Normalize(AreaVector(points));
+    double largest = 0;
+    Point3 middle = points[0];
+    for (size_t k = 0; k < points.size(); ++k) {
+      const Point3 a = points[k];
+      const Point3 b = points[(k + 1) % points.size()];
+      const Point3 c = points[(k + 2) % points.size()];
+      const double area = Dot(Cross(b - a, c - a), normal);
+      if (area > largest) {
+        largest = area;
+        middle = a + ((b - a) + (c - a)) * (1.0 / 3);
+      }
+    }
+    return {middle, normal};
+  }
+
+  [[nodiscard]] double WindingNumber(const std::vector<size_t>& members,
+                                     Point3 p) const {
+    double solid_angle = 0;
+    for (const size_t i : members) {
+      const VertexLoop& loop = polygons_[i];
+      double of_polygon = 0;
+      for (size_t k = 1; k + 1 < loop.size(); ++k) {
+        of_polygon += SolidAngle(vertices_[loop[0]] - p,
+                                 vertices_[loop[k]] - p,
+                                 vertices_[loop[k + 1]] - p);
+      }
+      solid_angle += turned_[i] ? -of_polygon : of_polygon;
+    }
+    return solid_angle / (4 * std::numbers::pi);
+  }
+
+  // Of a triangle, positive if it is seen from its back.
+  static double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
+    const double la = Length(a);
+    const double lb = Length(b);
+    const double lc = Length(c);
+    return 2 * std::atan2(Dot(a, Cross(b, c)),
+                          la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la +
+                              Dot(c, a) * lb);
+  }
+
+  std::span<const Point3> vertices_;
+  std::span<const VertexLoop> polygons_;
+  double beside_;
+  std::map<std::pair<uint32_t, uint32_t>, std::vector<EdgeUse>> edges_;
+  Sets sets_;                 // of polygons that share edges
+  std::vector<bool> turned_;  // by polygon, against the first of its set
+};
+
+}  // namespace
+
+std::vector<std::optional<ClosedSolid>> FindClosedSolids(
+    std::span<const Point3> vertices,
+    std::span<const VertexLoop> polygons,
+    double beside) {
+  return SolidFinder(vertices, polygons, beside).Run();
+}
+
+}  // namespace enfilade

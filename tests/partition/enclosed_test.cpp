@@ -1,0 +1,88 @@
+// The inner sides of closed solids: dark, unless a lamp is in there.
+
+#include "partition/patch.h"
+
+#include <algorithm>
+
+#include "tests/partition/test_scenes.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using testing::Built;
+using testing::SceneBuilder;
+
+constexpr Box3 kCupboard{{1, 1, 0.5}, {2, 1.5, 1.5}};
+constexpr MaterialId kLamp{2U};
+
+SceneBuilder RoomWithCupboard() {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {4, 3, 2.5}});
+  scene.AddSolid(kCupboard);
+  return scene;
+}
+
+double EnclosedArea(const SceneBuilder& scene) {
+  const Built built(scene);
+  double area = 0;
+  for (size_t i = 0; i < built.partition.cells.size(); ++i) {
+    const auto patches = LoadCellPatches(*built.store, CellId(i)).patches;
+    for (const Patch& p : patches) {
+      area += p.is_enclosed ? PatchArea(p) : 0;
+    }
+  }
+  return area;
+}
+
+TEST(Enclosed, AreTheInnerSidesOfASolid) {
+  const Built built(RoomWithCupboard());
+  const CellPatches cell = LoadCellPatches(*built.store, built.At({3, 2, 1}));
+  const Point3 middle = kCupboard.Center();
+  size_t enclosed = 0;
+  for (const Patch& p : cell.patches) {
+    const Point3 on = p.origin + (p.u + p.v) * 0.5;
+    const bool faces_in =
+        Length(on - middle) < 0.8 && Dot(PatchNormal(p), middle - on) > 0;
+    EXPECT_EQ(p.is_enclosed, faces_in);
+    EXPECT_TRUE(p.reflects);
+    enclosed += p.is_enclosed ? 1 : 0;
+  }
+  EXPECT_EQ(enclosed, 6U);
+}
+
+TEST(Enclosed, AreNoneWhereALampIsInside) {
+  SceneBuilder scene = RoomWithCupboard();
+  scene.Add({2, 1.0, 1.4, 1.2, 1.6, 1.3}, kLamp);
+  EXPECT_EQ(EnclosedArea(scene), 0);
+}
+
+TEST(Enclosed, AreThoseBehindALampThatHangsOnTheSolid) {
+  SceneBuilder scene = RoomWithCupboard();
+  scene.Add({2, 1.5, 1.4, 1.2, 1.6, 1.3}, kLamp);
+  EXPECT_NEAR(EnclosedArea(scene), 4, 1e-9);
+}
+
+// The floor under a solid is hidden by the solid's bottom, not the other way
+// round, although the bottom is no smaller.
+TEST(Enclosed, LieBeforeWhatTheSolidStandsOn) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {4, 3, 2.5}});
+  scene.AddSolid({{1, 1, 0}, {2, 2, 1}});
+  // A mat on the same place.
+  scene.Add({2, 0.0, 1.2, 1.2, 1.4, 1.4});
+  const Built built(scene);
+  const CellPatches cell = LoadCellPatches(*built.store, built.At({3, 2, 1}));
+  double highest_open = -1;
+  double enclosed = -1;
+  for (const Patch& p : cell.patches) {
+    if (PatchNormal(p).z > 0.9 && std::abs(p.origin.z) < 0.01) {
+      double& height = p.is_enclosed ? enclosed : highest_open;
+      height = std::max(height, p.origin.z);
+    }
+  }
+  EXPECT_GT(enclosed, highest_open);
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,156 @@
+// Which polygons close off a solid, and on which side of them it is.
+
+#include "scene/closed_solid.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kBeside = 1e-4;
+
+// Polygons over vertices that they share.
+struct Mesh {
+  std::vector<Point3> vertices;
+  std::vector<VertexLoop> polygons;
+
+  uint32_t Vertex(Point3 p) {
+    const auto same = [p](Point3 q) { return Length(q - p) < 1e-9; };
+    const auto it = std::find_if(vertices.begin(), vertices.end(), same);
+    const auto at = static_cast<uint32_t>(it - vertices.begin());
+    if (it == vertices.end()) {
+      vertices.push_back(p);
+    }
+    return at;
+  }
+
+  void Add(const std::vector<Point3>& polygon) {
+    VertexLoop loop;
+    for (const Point3 p : polygon) {
+      loop.push_back(Vertex(p));
+    }
+    polygons.push_back(loop);
+  }
+
+  // Facing outwards.
+  void AddBox(const Box3& box) {
+    const Vec3 e = box.Extent();
+    const auto at = [&](double x, double y, double z) {
+      return box.low + Vec3{x * e.x, y * e.y, z * e.z};
+    };
+    Add({at(0, 0, 0), at(0, 1, 0), at(1, 1, 0), at(1, 0, 0)});
+    Add({at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)});
+    Add({at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1)});
+    Add({at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), at(1, 1, 0)});
+    Add({at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), at(0, 1, 0)});
+    Add({at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1)});
+  }
+
+  void TurnAll() {
+    for (VertexLoop& loop : polygons) {
+      std::reverse(loop.begin(), loop.end());
+    }
+  }
+
+  [[nodiscard]] std::vector<std::optional<ClosedSolid>> Solids() const {
+    return FindClosedSolids(vertices, polygons, kBeside);
+  }
+
+  [[nodiscard]] size_t CountInSolids() const {
+    const auto solids = Solids();
+    return static_cast<size_t>(
+        std::count_if(solids.begin(), solids.end(), [](const auto& solid) {
+          return solid.has_value();
+        }));
+  }
+};
+
+constexpr Box3 kBoard{{1000, 2, 3}, {1001, 2.4, 3.02}};
+
+Mesh Board() {
+  Mesh mesh;
+  mesh.AddBox(kBoard);
+  return mesh;
+}
+
+TEST(ClosedSolid, BoardHasItsInsideBehindItsFaces) {
+  for (const auto& solid : Board().Solids()) {
+    ASSERT_TRUE(solid);
+    EXPECT_FALSE(solid->front_is_inside);
+    EXPECT_EQ(Length(solid->bounds.low - kBoard.low), 0);
+    EXPECT_EQ(Length(solid->bounds.high - kBoard.high), 0);
+  }
+}
+
+TEST(ClosedSolid, TurnedBoardHasItBeforeThem) {
+  Mesh mesh = Board();
+  mesh.TurnAll();
+  for (const auto& solid : mesh.Solids()) {
+    ASSERT_TRUE(solid);
+    EXPECT_TRUE(solid->front_is_inside);
+  }
+}
+
+TEST(ClosedSolid, OpenBoxIsNone) {
+  Mesh mesh = Board();
+  mesh.polygons.pop_back();
+  EXPECT_EQ(mesh.CountInSolids(), 0U);
+}
+
+TEST(ClosedSolid, FacesMayBeWoundAnyhow) {
+  Mesh mesh = Board();
+  for (const size_t i : {2U, 5U}) {
+    std::reverse(mesh.polygons[i].begin(), mesh.polygons[i].end());
+  }
+  const auto solids = mesh.Solids();
+  for (size_t i = 0; i < solids.size(); ++i) {
+    ASSERT_TRUE(solids[i]);
+    EXPECT_EQ(solids[i]->front_is_inside, i == 2 || i == 5);
+  }
+}
+
+TEST(ClosedSolid, BoxWithACrackAlongAnEdgeIsNone) {
+  Mesh mesh = Board();
+  // One face ends a little short of the corner.
+  mesh.polygons[3][1] =
+      mesh.Vertex(mesh.vertices[mesh.polygons[3][1]] + Vec3{0, 0, -0.001});
+  EXPECT_EQ(mesh.CountInSolids(), 0U);
+}
+
+TEST(ClosedSolid, BoxesThatTouchAlongAnEdgeAreTwo) {
+  Mesh mesh;
+  mesh.AddBox({{0, 0, 0}, {1, 1, 1}});
+  mesh.AddBox({{1, 1, 0}, {2, 2, 1}});
+  EXPECT_EQ(mesh.CountInSolids(), 12U);
+  EXPECT_LT(mesh.Solids()[0]->bounds.high.x, 1.5);
+}
+
+TEST(ClosedSolid, SolidBesideAnOpenSheetIsFoundAlone) {
+  Mesh mesh = Board();
+  mesh.Add({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}});
+  EXPECT_EQ(mesh.CountInSolids(), 6U);
+  EXPECT_FALSE(mesh.Solids().back());
+}
+
+// A prism over a bow tie: what its faces enclose on one half by their winding is
+// outside on the other.
+TEST(ClosedSolid, PrismThatCrossesItselfIsNone) {
+  Mesh mesh;
+  const auto at = [](double x, double y, double z) { return Point3{x, y, z}; };
+  // The two halves meet along the line x = y = 0.
+  mesh.Add({at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1)});
+  mesh.Add({at(1, 0, 0), at(0, 1, 0), at(0, 1, 1), at(1, 0, 1)});
+  mesh.Add({at(0, 1, 0), at(0, -1, 0), at(0, -1, 1), at(0, 1, 1)});
+  mesh.Add({at(0, -1, 0), at(-1, 0, 0), at(-1, 0, 1), at(0, -1, 1)});
+  mesh.Add({at(-1, 0, 0), at(0, 0, 0), at(0, 0, 1), at(-1, 0, 1)});
+  mesh.Add({at(0, 0, 0), at(0, 1, 0), at(1, 0, 0)});
+  mesh.Add({at(0, 0, 1), at(1, 0, 1), at(0, 1, 1)});
+  mesh.Add({at(0, 0, 0), at(-1, 0, 0), at(0, -1, 0)});
+  mesh.Add({at(0, 0, 1), at(0, -1, 1), at(-1, 0, 1)});
+  EXPECT_EQ(mesh.CountInSolids(), 0U);
+}
+
+}  // namespace
+}  // namespace enfilade
