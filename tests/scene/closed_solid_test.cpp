@@ -134,8 +134,8 @@ TEST(ClosedSolid, SolidBesideAnOpenSheetIsFoundAlone) {
   EXPECT_FALSE(mesh.Solids().back());
 }
 
-// A prism over a bow tie: what its faces enclose on one half by their winding is
-// outside on the other.
+// A prism over a bow tie: what its faces enclose on one half by their winding
+// is outside on the other.
 TEST(ClosedSolid, PrismThatCrossesItselfIsNone) {
   Mesh mesh;
   const auto at = [](double x, double y, double z) { return Point3{x, y, z}; };
