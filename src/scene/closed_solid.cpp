@@ -130,7 +130,7 @@ class SolidFinder {
   }
 
   // Finds which of the polygons must be turned so that all agree with the
-  // first, files wind them anyhow. False if they cannot agree.
+  // first: files wind them anyhow. False if they cannot agree.
   bool Orient(const std::vector<size_t>& members) {
     std::vector<bool> known(polygons_.size());
     std::vector<size_t> open = {members.front()};
@@ -138,38 +138,40 @@ class SolidFinder {
     while (!open.empty()) {
       const size_t i = open.back();
       open.pop_back();
-      if (!OrientNeighbours(i, &known, &open)) {
-        return false;
+      for (const Neighbour& next : NeighboursOf(i)) {
+        if (!known[next.polygon]) {
+          known[next.polygon] = true;
+          turned_[next.polygon] = next.turned;
+          open.push_back(next.polygon);
+        } else if (turned_[next.polygon] != next.turned) {
+          return false;
+        }
       }
     }
     return true;
   }
 
-  bool OrientNeighbours(size_t i,
-                        std::vector<bool>* known,
-                        std::vector<size_t>* open) {
+  // A polygon across an edge, and whether it must be turned to agree.
+  struct Neighbour {
+    size_t polygon = 0;
+    bool turned = false;
+  };
+
+  [[nodiscard]] std::vector<Neighbour> NeighboursOf(size_t i) {
+    std::vector<Neighbour> neighbours;
     const VertexLoop& loop = polygons_[i];
     for (size_t k = 0; k < loop.size(); ++k) {
       const uint32_t a = loop[k];
       const uint32_t b = loop[(k + 1) % loop.size()];
       for (const EdgeUse& other : edges_.at(std::minmax(a, b))) {
-        if (other.polygon == i || sets_.Of(other.polygon) != sets_.Of(i)) {
-          continue;
+        if (other.polygon != i && sets_.Of(other.polygon) == sets_.Of(i)) {
+          // Two that agree pass their edge in opposite directions.
+          neighbours.push_back(
+              {other.polygon, turned_[i] != (other.up == (a < b))});
         }
-        // Two that agree pass their edge in opposite directions.
-        const bool turned = turned_[i] != (other.up == (a < b));
-        if ((*known)[other.polygon]) {
-          if (turned_[other.polygon] != turned) {
-            return false;
-          }
-          continue;
-        }
-        (*known)[other.polygon] = true;
-        turned_[other.polygon] = turned;
-        open->push_back(other.polygon);
       }
     }
-    return true;
+    return neighbours;
   }
 
   // Nullopt if the solid is not on just one side.
