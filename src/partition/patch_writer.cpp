@@ -71,7 +71,9 @@ class CellPatchSink {
   MemoryCharge charge_;
 };
 
-// The faces that emit, by their boxes: which solids have a lamp inside.
+// Where light begins: a little before the faces that emit. A lamp in the inner
+// side of a wall lights what the wall closes off, one on its outer side does
+// not.
 class Lamps {
  public:
   Lamps(const SceneInfo& info, const BlockStorage& store, MemoryBudget& budget)
@@ -81,11 +83,11 @@ class Lamps {
                 "the boxes of the faces that emit"),
         tree_(boxes_) {}
 
-  // One stands in the box or cuts it; touching it does not count.
+  // Light begins in the box.
   [[nodiscard]] bool AnyIn(const Box3& box) const {
     const Vec3 extent = box.Extent();
     const double margin =
-        std::min(kTouchingM, 0.25 * std::min({extent.x, extent.y, extent.z}));
+        std::min(kMarginM, 0.25 * std::min({extent.x, extent.y, extent.z}));
     bool found = false;
     tree_.ForOverlaps(Grown(box, -margin), [&](uint32_t) { found = true; });
     return found;
@@ -93,14 +95,17 @@ class Lamps {
 
  private:
   static constexpr uint64_t kBytesPerLamp = 60 + sizeof(Box3);
-  static constexpr double kTouchingM = 1e-3;
+  static constexpr double kBeforeM = 1e-3;
+  static constexpr double kMarginM = 1e-4;
 
   static std::vector<Box3> BoxesOf(const SceneInfo& info,
                                    const BlockStorage& store) {
     std::vector<Box3> boxes;
     ForEachFace(store, [&](FaceId, const Face& face) {
       if (Emits(info.materials[face.material.Index()])) {
-        boxes.push_back(BoundsOf(face.vertices));
+        const Vec3 before = Normalize(AreaVector(face.vertices)) * kBeforeM;
+        const Box3 box = BoundsOf(face.vertices);
+        boxes.push_back({box.low + before, box.high + before});
       }
     });
     return boxes;

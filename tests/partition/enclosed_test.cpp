@@ -63,6 +63,21 @@ TEST(Enclosed, AreThoseBehindALampThatHangsOnTheSolid) {
   EXPECT_NEAR(EnclosedArea(scene), 4, 1e-9);
 }
 
+// A room of one closed surface, with a lamp in the plane of its ceiling.
+TEST(Enclosed, AreNoneInARoomWithALampInItsCeiling) {
+  SceneBuilder scene;
+  scene.AddSolid({{0, 0, 0}, {4, 3, 2.5}});
+  scene.Add(Polygon{{1, 1, 2.5}, {1, 2, 2.5}, {2, 2, 2.5}, {2, 1, 2.5}}, kLamp);
+  EXPECT_EQ(EnclosedArea(scene), 0);
+}
+
+TEST(Enclosed, AreThoseBehindTheSkinOfALamp) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {4, 3, 2.5}});
+  scene.AddSolid({{1, 1, 1}, {2, 2, 2}}, kLamp);
+  EXPECT_NEAR(EnclosedArea(scene), 6, 1e-9);
+}
+
 // The floor under a solid is hidden by the solid's bottom, not the other way
 // round, although the bottom is no smaller.
 TEST(Enclosed, LieBeforeWhatTheSolidStandsOn) {
