@@ -17,8 +17,8 @@ namespace enfilade {
 
 class CellsBetween {
  public:
-  // The pager and what the cells' portals are are borrowed. Nothing is in
-  // memory yet.
+  // `pager` and `gates` (Blockers::gates) are borrowed. Nothing is in memory
+  // yet.
   CellsBetween(CellPager& pager,
                CellId receiver,
                const VisibleCell& source,
@@ -29,9 +29,7 @@ class CellsBetween {
   void Hold();
   void Release();
 
-  [[nodiscard]] const ::enfilade::Blockers& Blockers() const {
-    return blockers_;
-  }
+  [[nodiscard]] const Blockers& All() const { return blockers_; }
 
  private:
   void Pin(CellId cell);
@@ -43,7 +41,7 @@ class CellsBetween {
   bool is_paged_ = false;
   PagedBlockers paged_;
   std::vector<std::shared_ptr<const void>> pins_;
-  ::enfilade::Blockers blockers_;
+  Blockers blockers_;
 };
 
 }  // namespace enfilade

@@ -329,7 +329,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
       options,
       {r.id, r.geometry->patches, r.tree.get(), r.receivers.get()},
       {source.source, geometry->patches, tree.get(), geometry->clusters.get()},
-      between.Blockers());
+      between.All());
   CellRow& row = state_.cells[r.id.Index()];
   LinkWriter writer(*store_,
                     {r.id, source.source},

@@ -99,19 +99,19 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   Pages roomy(*this, kRoomy);
   CellsBetween together(roomy.pager, receiver, source, {});
   together.Hold();
-  ASSERT_EQ(together.Blockers().paged, nullptr);
+  ASSERT_EQ(together.All().paged, nullptr);
   // What all of them take, less a half.
   Pages narrow(*this, roomy.budget.UsedBytes() / 2);
   CellsBetween in_turn(narrow.pager, receiver, source, {});
   in_turn.Hold();
-  ASSERT_NE(in_turn.Blockers().paged, nullptr);
+  ASSERT_NE(in_turn.All().paged, nullptr);
 
   Random random(3);
   uint32_t blocked = 0;
   for (int i = 0; i < 2000; ++i) {
     const SegmentPacket packet = DrawPacket(&random);
-    const uint32_t expected = together.Blockers().Occlude(packet);
-    ASSERT_EQ(in_turn.Blockers().Occlude(packet), expected) << "packet " << i;
+    const uint32_t expected = together.All().Occlude(packet);
+    ASSERT_EQ(in_turn.All().Occlude(packet), expected) << "packet " << i;
     blocked += static_cast<uint32_t>(std::popcount(expected));
   }
   EXPECT_GT(blocked, 8000U);
@@ -127,8 +127,8 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
     };
     const Shaft shaft =
         ShaftBetween(patches[pick(patches)], {}, others[pick(others)], {});
-    const bool expected = together.Blockers().LeaveEmpty(shaft);
-    ASSERT_EQ(in_turn.Blockers().LeaveEmpty(shaft), expected) << "shaft " << i;
+    const bool expected = together.All().LeaveEmpty(shaft);
+    ASSERT_EQ(in_turn.All().LeaveEmpty(shaft), expected) << "shaft " << i;
     empty += expected ? 1 : 0;
   }
   EXPECT_GT(empty, 0);
@@ -146,12 +146,12 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   Pages narrow(*this, 4 * needed);
   CellsBetween between(narrow.pager, receiver, source, {});
   between.Hold();
-  EXPECT_EQ(between.Blockers().paged, nullptr);
+  EXPECT_EQ(between.All().paged, nullptr);
   between.Release();
   const MemoryCharge other =
       narrow.pager.Reserve(7 * needed / 2, "a tree that has grown");
   between.Hold();
-  EXPECT_NE(between.Blockers().paged, nullptr);
+  EXPECT_NE(between.All().paged, nullptr);
 }
 
 }  // namespace
