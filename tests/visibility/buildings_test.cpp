@@ -41,13 +41,27 @@ class BuildingSets : public testing::RealBuildings {
   MemoryBudget budget_{230ULL << 20};
 };
 
+// Townhouse has a cell between two walls that is a wedge, 6.9 mm wide at one
+// end and of no width at the other. Half of all rays go evenly to the cells;
+// of those that it gets, so many begin where it is narrower than their offset,
+// and thus in another cell.
+uint64_t RaysOfWedges(const Building& building, uint64_t rays) {
+  if (building.info.source_path.find("townhouse") == std::string::npos) {
+    return 0;
+  }
+  constexpr double kWidthM = 6.9e-3;
+  const size_t cells = LoadPartition(*building.store).cells.size();
+  return static_cast<uint64_t>(static_cast<double>(rays) / 2 /
+                               static_cast<double>(cells) * kRayOffsetMetres /
+                               kWidthM);
+}
+
 TEST_P(BuildingSets, LackNoPairThatRaysFindAndHaveAtMostThriceAsMany) {
   constexpr uint64_t kRays = 3'000'000;
   const Building building = Build(GetParam());
   const AuditSummary audit = Audit(*building.store, kRays, budget_, {});
   EXPECT_EQ(audit.audit_missed, 0U);
-  // Cracks, and cells thinner than the rays' offset: townhouse has two.
-  EXPECT_LE(audit.audit_leaks, kRays / 5000);
+  EXPECT_LE(audit.audit_leaks, kRays / 10000 + RaysOfWedges(building, kRays));
   EXPECT_LE(audit.conservative_pairs, 3 * audit.sampled_pairs)
       << "of " << audit.sampled_pairs;
 }
