@@ -77,11 +77,7 @@ class CellPatchSink {
 class Lamps {
  public:
   Lamps(const SceneInfo& info, const BlockStorage& store, MemoryBudget& budget)
-      : boxes_(BoxesOf(info, store)),
-        charge_(budget,
-                boxes_.size() * kBytesPerLamp,
-                "the boxes of the faces that emit"),
-        tree_(boxes_) {}
+      : Lamps(BoxesOf(info, store), budget) {}
 
   // Light begins in the box.
   [[nodiscard]] bool AnyIn(const Box3& box) const {
@@ -94,9 +90,15 @@ class Lamps {
   }
 
  private:
-  static constexpr uint64_t kBytesPerLamp = 60 + sizeof(Box3);
+  static constexpr uint64_t kBytesPerLamp = 60;  // as BoxTree says
   static constexpr double kBeforeM = 1e-3;
   static constexpr double kMarginM = 1e-4;
+
+  Lamps(std::vector<Box3> boxes, MemoryBudget& budget)
+      : charge_(budget,
+                boxes.size() * kBytesPerLamp,
+                "the boxes of the faces that emit"),
+        tree_(std::move(boxes)) {}
 
   static std::vector<Box3> BoxesOf(const SceneInfo& info,
                                    const BlockStorage& store) {
@@ -111,7 +113,6 @@ class Lamps {
     return boxes;
   }
 
-  std::vector<Box3> boxes_;
   MemoryCharge charge_;
   BoxTree tree_;
 };
