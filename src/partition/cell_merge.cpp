@@ -1,8 +1,9 @@
 #include "partition/cell_merge.h"
 
+#include "base/disjoint_sets.h"
+
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -31,39 +32,29 @@ constexpr double kLeastRoomM = 1.0;
 class LeafSets {
  public:
   LeafSets(const std::vector<uint32_t>& patches, uint32_t most_patches)
-      : parent_(patches.size()),
+      : sets_(patches.size()),
         patches_(patches.begin(), patches.end()),
-        most_patches_(most_patches) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
+        most_patches_(most_patches) {}
 
-  [[nodiscard]] uint32_t Find(uint32_t leaf) {
-    while (parent_[leaf] != leaf) {
-      parent_[leaf] = parent_[parent_[leaf]];
-      leaf = parent_[leaf];
-    }
-    return leaf;
-  }
+  [[nodiscard]] uint32_t Find(uint32_t leaf) { return sets_.Find(leaf); }
 
-  // Unless the joined set would be too large. The smaller number leads.
-  // Returns whether they were joined just now.
+  // Unless the joined set would be too large. Returns whether they were joined
+  // just now.
   bool Join(uint32_t a, uint32_t b) {
     a = Find(a);
     b = Find(b);
-    if (a == b || patches_[a] + patches_[b] > most_patches_) {
+    const uint64_t sum = patches_[a] + patches_[b];
+    if (a == b || sum > most_patches_) {
       return false;
     }
-    if (b < a) {
-      std::swap(a, b);
-    }
-    parent_[b] = a;
-    patches_[a] += patches_[b];
+    sets_.Join(a, b);
+    patches_[Find(a)] = sum;
     return true;
   }
 
  private:
-  std::vector<uint32_t> parent_;
-  std::vector<uint64_t> patches_;
+  DisjointSets sets_;
+  std::vector<uint64_t> patches_;  // by the number that leads a set
   uint64_t most_patches_;
 };
 

@@ -1,10 +1,11 @@
 #include "scene/closed_solid.h"
 
+#include "base/disjoint_sets.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -13,27 +14,6 @@ namespace {
 // The winding numbers take the square of this.
 constexpr size_t kMostPolygons = 512;
 constexpr double kRounding = 0.1;  // of a winding number
-
-// Sets of polygons that are joined one after the other.
-class Sets {
- public:
-  explicit Sets(size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), size_t{0});
-  }
-
-  size_t Of(size_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-
-  void Join(size_t i, size_t k) { parent_[Of(i)] = Of(k); }
-
- private:
-  std::vector<size_t> parent_;
-};
 
 // A polygon that passes an edge, up or down its vertices' numbers.
 struct EdgeUse {
@@ -64,6 +44,10 @@ class SolidFinder {
   }
 
  private:
+  size_t SetOf(size_t polygon) {
+    return sets_.Find(static_cast<uint32_t>(polygon));
+  }
+
   void FindEdges() {
     for (size_t i = 0; i < polygons_.size(); ++i) {
       const VertexLoop& loop = polygons_[i];
@@ -80,24 +64,25 @@ class SolidFinder {
   [[nodiscard]] std::map<size_t, std::vector<size_t>> WatertightSets() {
     for (const auto& [ends, uses] : edges_) {
       if (uses.size() == 2) {
-        sets_.Join(uses[0].polygon, uses[1].polygon);
+        sets_.Join(static_cast<uint32_t>(uses[0].polygon),
+                   static_cast<uint32_t>(uses[1].polygon));
       }
     }
     std::vector<bool> leaks(polygons_.size());
     for (const auto& [ends, uses] : edges_) {
       for (const EdgeUse& use : uses) {
-        const size_t set = sets_.Of(use.polygon);
+        const size_t set = SetOf(use.polygon);
         const auto here =
             std::count_if(uses.begin(), uses.end(), [&](const EdgeUse& other) {
-              return sets_.Of(other.polygon) == set;
+              return SetOf(other.polygon) == set;
             });
         leaks[set] = leaks[set] || here != 2;
       }
     }
     std::map<size_t, std::vector<size_t>> members;
     for (size_t i = 0; i < polygons_.size(); ++i) {
-      if (!leaks[sets_.Of(i)]) {
-        members[sets_.Of(i)].push_back(i);
+      if (!leaks[SetOf(i)]) {
+        members[SetOf(i)].push_back(i);
       }
     }
     return members;
@@ -164,7 +149,7 @@ class SolidFinder {
       const uint32_t a = loop[k];
       const uint32_t b = loop[(k + 1) % loop.size()];
       for (const EdgeUse& other : edges_.at(std::minmax(a, b))) {
-        if (other.polygon != i && sets_.Of(other.polygon) == sets_.Of(i)) {
+        if (other.polygon != i && SetOf(other.polygon) == SetOf(i)) {
           // Two that agree pass their edge in opposite directions.
           neighbours.push_back(
               {other.polygon, turned_[i] != (other.up == (a < b))});
@@ -243,7 +228,7 @@ class SolidFinder {
   std::span<const VertexLoop> polygons_;
   double beside_;
   std::map<std::pair<uint32_t, uint32_t>, std::vector<EdgeUse>> edges_;
-  Sets sets_;                 // of polygons that share edges
+  DisjointSets sets_;         // of polygons that share edges
   std::vector<bool> turned_;  // by polygon, against the first of its set
 };
 

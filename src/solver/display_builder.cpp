@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -34,8 +33,7 @@ void DisplayMeshBuilder::Build(const CoplanarPatches& cell,
   FindHanging();
   MakeRings();
   TakeValues();
-  joined_.resize(mesh_.rings_.size());
-  std::iota(joined_.begin(), joined_.end(), 0U);
+  joined_ = DisjointSets(mesh_.rings_.size());
   if (options.smooth) {
     JoinLeaves(cell, group);
   }
@@ -283,26 +281,12 @@ void DisplayMeshBuilder::JoinLeaves(const CoplanarPatches& cell, size_t group) {
     // Two leaves, one on each side; more of them overlap.
     if (end - i == 2 && from == mesh_.rings_[b.end] &&
         !barriers.Covers(welded_[from], welded_[mesh_.rings_[a.end]])) {
-      Join(a.begin, b.end);
-      Join(a.end, b.begin);
+      joined_.Join(a.begin, b.end);
+      joined_.Join(a.end, b.begin);
     }
     i = end;
   }
   edges_ = {};
-}
-
-uint32_t DisplayMeshBuilder::ClassOf(uint32_t place) {
-  while (joined_[place] != place) {
-    joined_[place] = joined_[joined_[place]];
-    place = joined_[place];
-  }
-  return place;
-}
-
-void DisplayMeshBuilder::Join(uint32_t a, uint32_t b) {
-  a = ClassOf(a);
-  b = ClassOf(b);
-  joined_[std::max(a, b)] = std::min(a, b);
 }
 
 // One vertex for each class of joined places, and the centres.
@@ -311,7 +295,7 @@ void DisplayMeshBuilder::MakeVertices() {
   const auto places = static_cast<uint32_t>(mesh_.rings_.size());
   size_t classes = 0;
   for (uint32_t i = 0; i < places; ++i) {
-    classes += ClassOf(i) == i ? 1U : 0U;
+    classes += joined_.Find(i) == i ? 1U : 0U;
   }
   const size_t vertices = classes + centres_.size();
   Recharge(places * (sizeof(Value) + sizeof(float) + 2 * sizeof(uint32_t)) +
@@ -323,7 +307,7 @@ void DisplayMeshBuilder::MakeVertices() {
   sums.reserve(classes);
   std::vector<uint32_t> vertex_of(places);
   for (uint32_t i = 0; i < places; ++i) {
-    const uint32_t first = ClassOf(i);
+    const uint32_t first = joined_.Find(i);
     if (first == i) {
       vertex_of[i] = static_cast<uint32_t>(sums.size());
       sums.emplace_back();

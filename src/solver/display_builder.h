@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "base/disjoint_sets.h"
 #include "solver/display_mesh.h"
 
 #include <array>
@@ -49,8 +50,6 @@ class DisplayMeshBuilder {
   void WeighLeaf(size_t leaf);
   void JoinLeaves(const CoplanarPatches& cell, size_t group);
   void SortEdges();
-  [[nodiscard]] uint32_t ClassOf(uint32_t place);
-  void Join(uint32_t a, uint32_t b);
   void MakeVertices();
   void AddCentres();
   void Recharge(uint64_t more);
@@ -62,10 +61,10 @@ class DisplayMeshBuilder {
   std::vector<std::array<uint32_t, 4>> corners_;  // indexed by leaf: welded
   std::vector<Hanging> hanging_;
   // Indexed by place in the rings:
-  std::vector<Value> own_;        // of the leaf
-  std::vector<float> weights_;    // area of the leaf's triangles there, m2
-  std::vector<uint32_t> joined_;  // union-find
-  std::vector<Value> centres_;    // indexed by leaf
+  std::vector<Value> own_;      // of the leaf
+  std::vector<float> weights_;  // area of the leaf's triangles there, m2
+  DisjointSets joined_;
+  std::vector<Value> centres_;  // indexed by leaf
   std::vector<RingEdge> edges_;
 };
 
