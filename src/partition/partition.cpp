@@ -163,8 +163,8 @@ class StageProgress {
   const PartitionOptions* options_;
 };
 
-void NoteOverlaps(const OverlapCounts& overlaps,
-                  std::vector<std::string>& notes) {
+void NoteTouches(const TouchCounts& counts, std::vector<std::string>& notes) {
+  const OverlapCounts& overlaps = counts.overlaps;
   if (overlaps.dropped > 0) {
     notes.push_back(fmt::format(
         "{} patches were there twice, whole or in part: {:.3g} m2 were dropped",
@@ -176,6 +176,13 @@ void NoteOverlaps(const OverlapCounts& overlaps,
         "{} patches lay in larger ones and were put {} mm before them",
         overlaps.moved,
         1e3 * kApartM));
+  }
+  if (counts.contacts.cut > 0 || counts.contacts.covered_m2 > 0) {
+    notes.push_back(fmt::format(
+        "{} patches were cut where others stand or lie on them; {:.3g} m2 are "
+        "covered",
+        counts.contacts.cut,
+        counts.contacts.covered_m2));
   }
 }
 
@@ -215,10 +222,10 @@ Partition BuildPartition(BlockStorage& store,
   SaveRegions(joined.cell_of_leaf, MakeOpenings(built, borders), store);
   progress.Reach(0.7);
   SaveTree(built.tree, joined.cell_of_leaf, store);
-  const OverlapCounts overlaps = WritePatches(
+  const TouchCounts touches = WritePatches(
       info, built.tree, joined.cell_of_leaf, budget, store, partition.cells);
-  partition.overlap_m2 = overlaps.area_m2;
-  NoteOverlaps(overlaps, partition.notes);
+  partition.overlap_m2 = touches.overlaps.area_m2;
+  NoteTouches(touches, partition.notes);
   partition.notes.push_back(
       fmt::format("split into {} convex regions, joined into {} cells with {} "
                   "portals",

@@ -33,8 +33,8 @@ struct Patch {
   bool is_twin = false;
   // On the back of its face.
   bool is_back = false;
-  // On the inside of a closed solid without a lamp: it reflects, but no light
-  // ever reaches it.
+  // On the inside of a closed solid without a lamp, or behind what lies on it:
+  // it reflects, but no light ever reaches it.
   bool is_enclosed = false;
 };
 

@@ -223,27 +223,32 @@ class FaceCutter {
 
 }  // namespace
 
-OverlapCounts WritePatches(const SceneInfo& info,
-                           const BspTree& tree,
-                           const std::vector<CellId>& cell_of_leaf,
-                           MemoryBudget& budget,
-                           BlockStorage& store,
-                           std::vector<CellInfo>& cells) {
+TouchCounts WritePatches(const SceneInfo& info,
+                         const BspTree& tree,
+                         const std::vector<CellId>& cell_of_leaf,
+                         MemoryBudget& budget,
+                         BlockStorage& store,
+                         std::vector<CellInfo>& cells) {
   CellPatchSink sink(cells.size(), budget, store);
   const Lamps lamps(info, store, budget);
   FaceCutter cutter(info, tree, cell_of_leaf, lamps, sink);
   ForEachFace(store,
               [&cutter](FaceId id, const Face& face) { cutter.Add(id, face); });
-  OverlapCounts overlaps;
+  TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {
+    const size_t patches = sink.Count(CellId(i));
     const MemoryCharge charge(budget,
-                              SeparateOverlapsBytes(sink.Count(CellId(i))),
-                              "surfaces of a cell that lie in one another");
+                              std::max(SeparateOverlapsBytes(patches),
+                                       CutAlongContactsBytes(patches)),
+                              "surfaces of a cell that touch");
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
-    const OverlapCounts in_cell = SeparateOverlaps(content.patches);
-    overlaps.dropped += in_cell.dropped;
-    overlaps.area_m2 += in_cell.area_m2;
-    overlaps.moved += in_cell.moved;
+    const OverlapCounts overlaps = SeparateOverlaps(content.patches);
+    counts.overlaps.dropped += overlaps.dropped;
+    counts.overlaps.area_m2 += overlaps.area_m2;
+    counts.overlaps.moved += overlaps.moved;
+    const ContactCounts contacts = CutAlongContacts(content.patches);
+    counts.contacts.cut += contacts.cut;
+    counts.contacts.covered_m2 += contacts.covered_m2;
     cells[i].patches = static_cast<uint32_t>(content.patches.size());
     for (const Patch& patch : content.patches) {
       cells[i].area_m2 += PatchArea(patch);
@@ -251,7 +256,7 @@ OverlapCounts WritePatches(const SceneInfo& info,
     store.Put({BlockKind::kCellPatches, i}, EncodeCellPatches(content));
   }
   store.EraseAll(BlockKind::kScratch);
-  return overlaps;
+  return counts;
 }
 
 }  // namespace enfilade

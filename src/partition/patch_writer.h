@@ -6,6 +6,7 @@
 #include "base/block_storage.h"
 #include "base/memory.h"
 #include "partition/bsp_tree.h"
+#include "partition/contact.h"
 #include "partition/overlap.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
@@ -15,15 +16,20 @@
 
 namespace enfilade {
 
+// What was done where surfaces lie in one another or touch.
+struct TouchCounts {
+  OverlapCounts overlaps;
+  ContactCounts contacts;
+};
+
 // Streams the store's faces and writes a kCellPatches block per cell; the cells
 // come with their bounds and get their patch counts and areas. Holds a few MiB
 // of patches at a time, or one cell's, and parks the others in kScratch blocks.
-// Returns what lay in other surfaces.
-OverlapCounts WritePatches(const SceneInfo& info,
-                           const BspTree& tree,
-                           const std::vector<CellId>& cell_of_leaf,
-                           MemoryBudget& budget,
-                           BlockStorage& store,
-                           std::vector<CellInfo>& cells);
+TouchCounts WritePatches(const SceneInfo& info,
+                         const BspTree& tree,
+                         const std::vector<CellId>& cell_of_leaf,
+                         MemoryBudget& budget,
+                         BlockStorage& store,
+                         std::vector<CellInfo>& cells);
 
 }  // namespace enfilade

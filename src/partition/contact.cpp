@@ -1,0 +1,253 @@
+#include "partition/contact.h"
+
+#include "base/disjoint_sets.h"
+#include "partition/overlap.h"
+#include "partition/patch_cutter.h"
+#include "partition/polygon.h"
+#include "partition/segment_cut.h"
+#include "scene/box_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// What reaches no further before a surface lies in it.
+constexpr double kInPlaneM = kMostLayers * kApartM + kCoincidentM;
+// Ends of segments nearer than this meet.
+constexpr double kMeetM = 1e-3;
+constexpr double kLeastFacing = 0.9994;
+// A part is covered if no more than this share of it is free.
+constexpr double kFreeShare = 0.02;
+constexpr uint64_t kBytesPerPatch = 300;
+
+Polygon PolygonOf(const Patch& p) {
+  if (p.shape == PatchShape::kTriangle) {
+    return {p.origin, p.origin + p.u, p.origin + p.v};
+  }
+  return {p.origin, p.origin + p.u, p.origin + p.u + p.v, p.origin + p.v};
+}
+
+// Where a polygon that reaches before the plane meets it: the segment between
+// the two points farthest apart of those in the plane.
+std::optional<Segment> FootOf(const Polygon& polygon, const Plane& plane) {
+  std::vector<Point3> in_plane;
+  double highest = 0;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Point3 a = polygon[i];
+    const Point3 b = polygon[(i + 1) % polygon.size()];
+    const double at_a = plane.Distance(a);
+    const double at_b = plane.Distance(b);
+    highest = std::max(highest, at_a);
+    if (std::abs(at_a) <= kInPlaneM) {
+      in_plane.push_back(a - plane.normal * at_a);
+    } else if (std::abs(at_b) > kInPlaneM && (at_a < 0) != (at_b < 0)) {
+      in_plane.push_back(a + (b - a) * (at_a / (at_a - at_b)));
+    }
+  }
+  if (highest <= kInPlaneM) {
+    return std::nullopt;
+  }
+  Segment foot;
+  double longest = kMeetM;
+  for (size_t i = 0; i < in_plane.size(); ++i) {
+    for (size_t k = i + 1; k < in_plane.size(); ++k) {
+      const double length = Length(in_plane[k] - in_plane[i]);
+      if (length > longest) {
+        longest = length;
+        foot = {in_plane[i], in_plane[k]};
+      }
+    }
+  }
+  return longest > kMeetM ? std::optional(foot) : std::nullopt;
+}
+
+// Which of the segments hang together, end by end.
+DisjointSets ChainsOf(const std::vector<Segment>& segments) {
+  struct End {
+    Point3 at;
+    uint32_t segment = 0;
+  };
+
+  std::vector<End> ends;
+  for (uint32_t i = 0; i < segments.size(); ++i) {
+    ends.push_back({segments[i].a, i});
+    ends.push_back({segments[i].b, i});
+  }
+  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
+    return std::pair(a.at.x, a.segment) < std::pair(b.at.x, b.segment);
+  });
+  DisjointSets chains(segments.size());
+  for (size_t i = 0; i < ends.size(); ++i) {
+    for (size_t k = i + 1;
+         k < ends.size() && ends[k].at.x - ends[i].at.x <= kMeetM;
+         ++k) {
+      if (Length(ends[k].at - ends[i].at) <= kMeetM) {
+        chains.Join(ends[i].segment, ends[k].segment);
+      }
+    }
+  }
+  return chains;
+}
+
+// Those that reach far together with all that they hang together with.
+std::vector<Segment> LongOnes(const std::vector<Segment>& segments) {
+  DisjointSets chains = ChainsOf(segments);
+  std::vector<Polygon> ends(segments.size());
+  for (uint32_t i = 0; i < segments.size(); ++i) {
+    Polygon& of_chain = ends[chains.Find(i)];
+    of_chain.push_back(segments[i].a);
+    of_chain.push_back(segments[i].b);
+  }
+  std::vector<Segment> kept;
+  for (uint32_t i = 0; i < segments.size(); ++i) {
+    if (Length(BoundsOf(ends[chains.Find(i)]).Extent()) >= kLeastContactM) {
+      kept.push_back(segments[i]);
+    }
+  }
+  return kept;
+}
+
+// What stands or lies on one patch.
+struct Contacts {
+  std::vector<Segment> rims;
+  std::vector<Polygon> covers;
+};
+
+class ContactCutter {
+ public:
+  explicit ContactCutter(std::vector<Patch>& patches) : patches_(patches) {
+    std::vector<Box3> boxes;
+    boxes.reserve(patches.size());
+    for (const Patch& p : patches) {
+      boxes.push_back(Grown(BoundsOf(PolygonOf(p)), kInPlaneM));
+    }
+    tree_.emplace(std::move(boxes));
+  }
+
+  ContactCounts Run() {
+    std::vector<Patch> kept;
+    kept.reserve(patches_.size());
+    for (uint32_t i = 0; i < patches_.size(); ++i) {
+      if (!patches_[i].reflects || patches_[i].is_enclosed) {
+        kept.push_back(patches_[i]);
+      } else {
+        Cut(i, &kept);
+      }
+    }
+    patches_ = std::move(kept);
+    return counts_;
+  }
+
+ private:
+  [[nodiscard]] Contacts ContactsOf(uint32_t own,
+                                    const Polygon& polygon,
+                                    const Plane& plane) const {
+    std::vector<uint32_t> near;
+    tree_->ForOverlaps(BoundsOf(polygon), [&](uint32_t k) {
+      if (k != own) {
+        near.push_back(k);
+      }
+    });
+    std::sort(near.begin(), near.end());
+    Contacts contacts;
+    for (const uint32_t k : near) {
+      const Polygon other = PolygonOf(patches_[k]);
+      if (std::abs(Dot(PatchNormal(patches_[k]), plane.normal)) <
+          kLeastFacing) {
+        if (const auto foot = FootOf(other, plane)) {
+          contacts.rims.push_back(*foot);
+        }
+      } else if (IsJustBefore(other, plane)) {
+        contacts.covers.push_back(other);
+        AddRim(other, &contacts.rims);
+      }
+    }
+    contacts.rims = LongOnes(contacts.rims);
+    return contacts;
+  }
+
+  static bool IsJustBefore(const Polygon& polygon, const Plane& plane) {
+    return std::all_of(polygon.begin(), polygon.end(), [&](Point3 p) {
+      const double height = plane.Distance(p);
+      return height > kCoincidentM && height <= kInPlaneM;
+    });
+  }
+
+  static void AddRim(const Polygon& polygon, std::vector<Segment>* rims) {
+    for (size_t i = 0; i < polygon.size(); ++i) {
+      rims->push_back({polygon[i], polygon[(i + 1) % polygon.size()]});
+    }
+  }
+
+  static bool IsCovered(const Polygon& part,
+                        Vec3 normal,
+                        const std::vector<Polygon>& covers) {
+    std::vector<const Polygon*> over;
+    over.reserve(covers.size());
+    for (const Polygon& cover : covers) {
+      over.push_back(&cover);
+    }
+    double free = 0;
+    for (const Polygon& rest : Subtract(part, normal, over)) {
+      free += PolygonArea(rest);
+    }
+    return free <= kFreeShare * PolygonArea(part);
+  }
+
+  void Cut(uint32_t own, std::vector<Patch>* kept) {
+    const Polygon polygon = PolygonOf(patches_[own]);
+    const Plane plane = PlaneOf(polygon);
+    const Contacts contacts = ContactsOf(own, polygon, plane);
+    Patch patch = patches_[own];
+    if (contacts.rims.empty() && contacts.covers.empty()) {
+      kept->push_back(patch);
+      return;
+    }
+    const std::vector<Polygon> parts = CutAlongSegments(
+        polygon, plane.normal, contacts.rims, kMostContactParts);
+    counts_.cut += parts.size() > 1 ? 1U : 0U;
+    for (const Polygon& part : parts) {
+      patch.is_enclosed = !contacts.covers.empty() &&
+                          IsCovered(part, plane.normal, contacts.covers);
+      counts_.covered_m2 += patch.is_enclosed ? PolygonArea(part) : 0;
+      if (parts.size() == 1) {
+        kept->push_back(patch);
+      } else {
+        AppendPatches(patch, part, kept);
+      }
+    }
+  }
+
+  static void AppendPatches(Patch patch,
+                            const Polygon& part,
+                            std::vector<Patch>* kept) {
+    for (const PatchPiece& cut : CutIntoPatches(part)) {
+      patch.origin = cut.origin;
+      patch.u = cut.u;
+      patch.v = cut.v;
+      patch.shape = cut.shape;
+      kept->push_back(patch);
+    }
+  }
+
+  std::vector<Patch>& patches_;
+  std::optional<BoxTree> tree_;
+  ContactCounts counts_;
+};
+
+}  // namespace
+
+ContactCounts CutAlongContacts(std::vector<Patch>& patches) {
+  return ContactCutter(patches).Run();
+}
+
+uint64_t CutAlongContactsBytes(size_t patches) {
+  return patches * kBytesPerPatch;
+}
+
+}  // namespace enfilade

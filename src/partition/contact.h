@@ -1,0 +1,38 @@
+// Where surfaces touch: a cupboard stands on the floor, its door closes its
+// frame, a worktop lies on its boards, a picture hangs on the wall.
+//
+// All light ends at the rim of such a contact. An element that the rim crosses
+// is wrong whatever falls on it, and so is every link to it, all in the same
+// way; and where the contact closes a gap between white boards, the light that
+// such an element brings in is reflected there ten times. So patches are cut
+// along contacts before there are elements. docs/decisions/contacts.md.
+
+#pragma once
+
+#include "partition/patch.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace enfilade {
+
+// The legs of chairs are left to refinement: a floor would be in splinters.
+inline constexpr double kLeastContactM = 0.3;
+
+// Patches are not cut into more parts than this.
+inline constexpr size_t kMostContactParts = 64;
+
+struct ContactCounts {
+  uint64_t cut = 0;       // patches
+  double covered_m2 = 0;  // of parts that lie behind other patches
+};
+
+// Cuts the patches of a cell along the rims of what stands or lies on their
+// fronts; what lies behind another patch is enclosed. After SeparateOverlaps.
+// Patches that are not cut keep their order, parts stand where the patch was.
+ContactCounts CutAlongContacts(std::vector<Patch>& patches);
+
+// What CutAlongContacts takes for so many patches while it works.
+uint64_t CutAlongContactsBytes(size_t patches);
+
+}  // namespace enfilade

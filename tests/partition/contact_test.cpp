@@ -1,0 +1,212 @@
+// Patches are cut where others stand or lie on them.
+
+#include "partition/contact.h"
+
+#include "partition/overlap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "tests/partition/test_scenes.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using testing::Built;
+using testing::SceneBuilder;
+
+constexpr FaceId kFloorFace{0U};
+constexpr Vec3 kEast{1, 0, 0};
+constexpr Vec3 kNorth{0, 1, 0};
+constexpr Vec3 kUp{0, 0, 1};
+
+Patch Rectangle(FaceId face, Point3 origin, Vec3 u, Vec3 v) {
+  Patch p;
+  p.origin = origin;
+  p.u = u;
+  p.v = v;
+  p.face = face;
+  p.material = MaterialId(face.value);
+  return p;
+}
+
+Patch Floor() {
+  return Rectangle(kFloorFace, {0, 0, 0}, kEast * 4, kNorth * 3);
+}
+
+// The four walls, from the floor up, of a box without top and bottom.
+std::vector<Patch> Walls(Point3 low, Vec3 size) {
+  const Vec3 x = kEast * size.x;
+  const Vec3 y = kNorth * size.y;
+  const Vec3 z = kUp * size.z;
+  return {Rectangle(FaceId(1U), low, x, z),
+          Rectangle(FaceId(2U), low + x, y, z),
+          Rectangle(FaceId(3U), low + x + y, -x, z),
+          Rectangle(FaceId(4U), low + y, -y, z)};
+}
+
+std::vector<Patch> PartsOf(const std::vector<Patch>& patches, FaceId face) {
+  std::vector<Patch> parts;
+  std::copy_if(patches.begin(),
+               patches.end(),
+               std::back_inserter(parts),
+               [face](const Patch& p) { return p.face == face; });
+  return parts;
+}
+
+double AreaOf(const std::vector<Patch>& patches) {
+  double area = 0;
+  for (const Patch& p : patches) {
+    area += PatchArea(p);
+  }
+  return area;
+}
+
+double EnclosedArea(const std::vector<Patch>& patches) {
+  double area = 0;
+  for (const Patch& p : patches) {
+    area += p.is_enclosed ? PatchArea(p) : 0;
+  }
+  return area;
+}
+
+std::vector<Patch> FloorWith(const std::vector<Patch>& furniture) {
+  std::vector<Patch> patches{Floor()};
+  patches.insert(patches.end(), furniture.begin(), furniture.end());
+  return patches;
+}
+
+// No patch of the floor is crossed by the rim of a box that stands on it.
+TEST(Contact, CutsTheFloorAlongTheWallsOfABox) {
+  auto patches = FloorWith(Walls({1, 1, 0}, {1, 0.5, 0.4}));
+  EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
+  const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
+  EXPECT_EQ(floor.size(), 5U);
+  EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
+  EXPECT_EQ(patches.size(), floor.size() + 4);
+  // The floor in the box is open above, and so is all else.
+  EXPECT_EQ(EnclosedArea(patches), 0);
+}
+
+TEST(Contact, LeavesTheFloorUnderALeg) {
+  auto patches = FloorWith(Walls({1, 1, 0}, {0.05, 0.05, 0.4}));
+  EXPECT_EQ(CutAlongContacts(patches).cut, 0U);
+  EXPECT_EQ(patches.size(), 5U);
+}
+
+// Of a round foot each side is short, but not all of them together.
+TEST(Contact, CutsAroundARoundFoot) {
+  std::vector<Patch> foot;
+  constexpr int kSides = 12;
+  const auto corner = [](int i) {
+    const double angle = 2 * kPi * i / kSides;
+    return Point3{2 + 0.2 * std::cos(angle), 1.5 + 0.2 * std::sin(angle), 0};
+  };
+  for (int i = 0; i < kSides; ++i) {
+    foot.push_back(
+        Rectangle(FaceId(1U), corner(i), corner(i + 1) - corner(i), kUp * 0.1));
+  }
+  auto patches = FloorWith(foot);
+  CutAlongContacts(patches);
+  // The floor in the foot is parts of its own.
+  double inside = 0;
+  for (const Patch& p : PartsOf(patches, kFloorFace)) {
+    const bool is_inside =
+        std::all_of(foot.begin(), foot.end(), [&p](const Patch& wall) {
+          const auto depth = [&wall](Point3 at) {
+            return -Dot(at - wall.origin, PatchNormal(wall));
+          };
+          return depth(p.origin) > -1e-6 && depth(p.origin + p.u) > -1e-6 &&
+                 depth(p.origin + p.v) > -1e-6;
+        });
+    inside += is_inside ? PatchArea(p) : 0;
+  }
+  EXPECT_NEAR(inside, 0.5 * kSides * 0.04 * std::sin(2 * kPi / kSides), 1e-9);
+}
+
+TEST(Contact, LeavesWhatStandsBehindOrApart) {
+  // Below the floor; a centimetre above it; beside it.
+  for (const Point3 low :
+       {Point3{1, 1, -0.4}, Point3{1, 1, 0.01}, Point3{5, 1, 0}}) {
+    auto patches = FloorWith(Walls(low, {1, 0.5, 0.4}));
+    EXPECT_EQ(CutAlongContacts(patches).cut, 0U);
+  }
+}
+
+TEST(Contact, CutsWhereSomethingGoesThrough) {
+  auto patches = FloorWith(Walls({1, 1, -0.2}, {1, 0.5, 0.4}));
+  CutAlongContacts(patches);
+  EXPECT_EQ(PartsOf(patches, kFloorFace).size(), 5U);
+}
+
+// The wall behind the picture gets no light; the rest of the wall does.
+TEST(Contact, EnclosesWhatIsCovered) {
+  auto patches =
+      FloorWith({Rectangle(FaceId(1U), {1, 1, 0}, kEast * 1, kNorth * 0.5)});
+  SeparateOverlaps(patches);
+  const ContactCounts counts = CutAlongContacts(patches);
+  EXPECT_NEAR(counts.covered_m2, 0.5, 1e-9);
+  const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
+  EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
+  EXPECT_NEAR(EnclosedArea(floor), 0.5, 1e-9);
+  EXPECT_EQ(EnclosedArea(PartsOf(patches, FaceId(1U))), 0);
+  EXPECT_TRUE(std::all_of(
+      floor.begin(), floor.end(), [](const Patch& p) { return p.reflects; }));
+}
+
+// But for a rim that no part is worth it.
+TEST(Contact, EnclosesAsAWholeWhatIsCoveredAsAWhole) {
+  Patch door =
+      Rectangle(FaceId(1U), {5e-4, 5e-4, 0}, kEast * 3.999, kNorth * 2.999);
+  door.emits = true;  // so that it is not the same face twice
+  auto patches = FloorWith({door});
+  SeparateOverlaps(patches);
+  CutAlongContacts(patches);
+  ASSERT_EQ(patches.size(), 2U);
+  EXPECT_TRUE(patches[0].is_enclosed);
+  EXPECT_FALSE(patches[1].is_enclosed);
+}
+
+TEST(Contact, PartsOfATwinAreTwins) {
+  Patch floor = Floor();
+  Patch below = floor;
+  std::swap(below.u, below.v);
+  below.is_twin = true;
+  std::vector<Patch> patches = {floor, below};
+  for (const Patch& wall : Walls({1, 1, -0.4}, {1, 0.5, 0.4})) {
+    patches.push_back(wall);
+  }
+  CutAlongContacts(patches);
+  size_t twins = 0;
+  for (const Patch& p : PartsOf(patches, kFloorFace)) {
+    EXPECT_EQ(p.is_twin, PatchNormal(p).z < 0);
+    twins += p.is_twin ? 1 : 0;
+  }
+  EXPECT_EQ(twins, 5U);
+}
+
+// Through the whole partition: a cupboard stands on the floor of a room, and
+// the floor under it is known to be dark.
+TEST(Contact, TheFloorUnderACupboardIsEnclosed) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {4, 3, 2.5}});
+  scene.AddSolid({{1, 1, 0}, {2, 1.5, 1.5}});
+  const Built built(scene);
+  const CellPatches cell = LoadCellPatches(*built.store, built.At({3, 2, 1}));
+  double dark_floor = 0;
+  double floor = 0;
+  for (const Patch& p : cell.patches) {
+    if (PatchNormal(p).z > 0.9 && p.origin.z < 1e-9) {
+      floor += PatchArea(p);
+      dark_floor += p.is_enclosed ? PatchArea(p) : 0;
+    }
+  }
+  EXPECT_NEAR(floor, 12, 1e-9);
+  EXPECT_NEAR(dark_floor, 0.5, 1e-9);
+}
+
+}  // namespace
+}  // namespace enfilade

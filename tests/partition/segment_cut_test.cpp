@@ -1,0 +1,137 @@
+// Polygons are cut along segments, as far as those run inside.
+
+#include "partition/segment_cut.h"
+
+#include "base/photometry.h"
+#include "base/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr Vec3 kUp{0, 0, 1};
+constexpr size_t kMany = 1000;
+
+const Polygon kFloor{{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}};
+
+double AreaOf(const std::vector<Polygon>& polygons) {
+  double area = 0;
+  for (const Polygon& p : polygons) {
+    area += PolygonArea(p);
+  }
+  return area;
+}
+
+// How far inside of a polygon that faces up a point lies, m; negative outside.
+double DepthIn(const Polygon& polygon, Point3 p) {
+  double depth = 1e9;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 edge = polygon[(i + 1) % polygon.size()] - polygon[i];
+    depth = std::min(depth, Dot(Normalize(Cross(kUp, edge)), p - polygon[i]));
+  }
+  return depth;
+}
+
+std::vector<Segment> RimOf(double x, double y, double width, double height) {
+  const Point3 a{x, y, 0};
+  const Point3 b{x + width, y, 0};
+  const Point3 c{x + width, y + height, 0};
+  const Point3 d{x, y + height, 0};
+  return {{a, b}, {b, c}, {c, d}, {d, a}};
+}
+
+TEST(SegmentCut, NothingIsCutByNothing) {
+  const auto parts = CutAlongSegments(kFloor, kUp, {}, kMany);
+  ASSERT_EQ(parts.size(), 1U);
+  EXPECT_EQ(parts[0], kFloor);
+}
+
+TEST(SegmentCut, ARectangleInsideLeavesFourPartsAround) {
+  const auto parts =
+      CutAlongSegments(kFloor, kUp, RimOf(1.5, 1, 1, 0.7), kMany);
+  EXPECT_EQ(parts.size(), 5U);
+  EXPECT_NEAR(AreaOf(parts), 12, 1e-12);
+  EXPECT_EQ(std::count_if(parts.begin(),
+                          parts.end(),
+                          [](const Polygon& p) {
+                            return std::abs(PolygonArea(p) - 0.7) < 1e-12;
+                          }),
+            1);
+}
+
+TEST(SegmentCut, ACutIsMadeOnceHoweverOftenItIsAskedFor) {
+  std::vector<Segment> rim = RimOf(1, 1, 1, 0.5);
+  const std::vector<Segment> again = rim;
+  rim.insert(rim.end(), again.begin(), again.end());
+  EXPECT_EQ(CutAlongSegments(kFloor, kUp, rim, kMany).size(), 5U);
+}
+
+TEST(SegmentCut, WhatDoesNotRunInsideDoesNotCut) {
+  const std::vector<Segment> outside = {
+      {{0, 0, 0}, {4, 0, 0}},          // the polygon's own edge
+      {{0, 5e-4, 0}, {4, 5e-4, 0}},    // as good as that
+      {{5, 1, 0}, {6, 2, 0}},          // beside it
+      {{3.99, 2, 0}, {5, 2, 0}},       // runs in by a centimetre
+      {{-1, 1.5, 0}, {-0.1, 1.5, 0}},  // its line would cut
+  };
+  EXPECT_EQ(CutAlongSegments(kFloor, kUp, outside, kMany).size(), 1U);
+}
+
+TEST(SegmentCut, StopsAtTheMostParts) {
+  std::vector<Segment> many;
+  for (int i = 1; i < 40; ++i) {
+    many.push_back({{0.1 * i, 0, 0}, {0.1 * i, 3, 0}});
+  }
+  EXPECT_EQ(CutAlongSegments(kFloor, kUp, many, kMany).size(), 40U);
+  const auto some = CutAlongSegments(kFloor, kUp, many, 7);
+  EXPECT_EQ(some.size(), 7U);
+  EXPECT_NEAR(AreaOf(some), 12, 1e-9);
+}
+
+// The rule: the parts are the polygon, and no segment runs through the inside
+// of one, but where a cut would leave a part that is too narrow.
+TEST(SegmentCut, NoSegmentRunsThroughAPart) {
+  Random random(7);
+  const auto draw = [&](double low, double high) {
+    return low + (high - low) * random.Next();
+  };
+  size_t parts_seen = 0;
+  for (int round = 0; round < 200; ++round) {
+    SCOPED_TRACE(round);
+    const Polygon polygon = {{0, 0, 0},
+                             {draw(2, 4), draw(-0.5, 0.5), 0},
+                             {draw(2, 3), draw(2, 3), 0},
+                             {draw(-0.5, 0.5), draw(1, 2), 0}};
+    std::vector<Segment> segments;
+    for (int k = 0; k < 6; ++k) {
+      segments.push_back(
+          {{draw(-1, 4), draw(-1, 3), 0}, {draw(-1, 4), draw(-1, 3), 0}});
+    }
+    const auto parts = CutAlongSegments(polygon, kUp, segments, kMany);
+    parts_seen += parts.size();
+    EXPECT_NEAR(AreaOf(parts), PolygonArea(polygon), 1e-9);
+    for (const Polygon& part : parts) {
+      for (const Segment& s : segments) {
+        double deepest = 0;
+        double inside = 0;
+        for (int i = 0; i < 400; ++i) {
+          const double depth = DepthIn(part, Lerp(s.a, s.b, (i + 0.5) / 400));
+          deepest = std::max(deepest, depth);
+          inside += depth > kNarrowPartM ? Length(s.b - s.a) / 400 : 0;
+        }
+        // A part of this depth that it ran so far through could be halved.
+        EXPECT_FALSE(deepest > 0.01 && inside > kShortRunM + 0.02)
+            << deepest << " " << inside;
+      }
+    }
+  }
+  EXPECT_GT(parts_seen, 1000U);
+}
+
+}  // namespace
+}  // namespace enfilade
