@@ -298,6 +298,12 @@ bool CellPager::EvictOne() {
   return true;
 }
 
+void CellPager::EvictAll() {
+  while (EvictOne()) {
+  }
+  ReleaseFreedMemory();
+}
+
 void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
   while (!budget_->TryCharge(bytes)) {
     if (!EvictOne()) {

@@ -77,6 +77,9 @@ class CellPager {
   // Writes all dirty trees to the store.
   void Flush();
 
+  // Frees all unpinned items.
+  void EvictAll();
+
   // Frees unpinned items until `bytes` can be charged; DoesNotFitError, naming
   // the least cap, if that is impossible.
   void MakeRoom(uint64_t bytes, std::string_view what);

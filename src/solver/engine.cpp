@@ -9,6 +9,7 @@
 #include "solver/error_control.h"
 #include "solver/gather.h"
 #include "solver/least_memory.h"
+#include "solver/residual_check.h"
 #include "solver/stopwatch.h"
 
 #include <algorithm>
@@ -42,6 +43,9 @@ constexpr size_t kMostGroupLinks = 128000;
 constexpr size_t kMostPartLinks = 16000;
 constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 
+// The residual is worth a ray per link, and at least these.
+constexpr uint64_t kLeastResidualRays = 2 << 20;
+
 double PowerOf(const Rgb& exitance) {
   return (exitance[0] + exitance[1] + exitance[2]) / 3;
 }
@@ -61,8 +65,7 @@ Engine::Engine(BlockStorage& store,
       surfaces_(MakeSurfaceTable(scene_)),
       device_(budget, scene_.bounds.Center()),
       pager_(store, scene_, partition_, shape_, device_, budget),
-      workspace_(
-          pager_.Reserve(kSolveWorkspaceBytes, "the solver's work space")),
+      workspace_(ReserveWorkspace()),
       last_commit_(std::chrono::steady_clock::now()) {
   if (!LoadSolveState(store, &state_)) {
     Start();
@@ -131,6 +134,10 @@ void Engine::StartRound(double tau) {
   state_.sweeps_in_round = 0;
 }
 
+MemoryCharge Engine::ReserveWorkspace() {
+  return pager_.Reserve(kSolveWorkspaceBytes, "the solver's work space");
+}
+
 void Engine::NextCell() {
   ++state_.next_cell;
   state_.cursor = {};
@@ -159,6 +166,9 @@ void Engine::FinishRound() {
                  "the light of round {} is not finite",
                  state_.rounds.size());
   last_commit_ = {};  // long ago: the end of a round is worth a commit
+  if (IsWorthChecking(state_)) {
+    CheckResidual();
+  }
   state_.converged = HasMetError(state_);
   if (state_.converged || IsExhausted(state_) ||
       state_.rounds.size() >= kMostRounds) {
@@ -167,6 +177,24 @@ void Engine::FinishRound() {
   }
   ++state_.round;
   StartRound(NextTau(state_));
+}
+
+// Rays look at what a round has reached: nothing else is in memory then but the
+// state.
+void Engine::CheckResidual() {
+  pager_.Flush();
+  pager_.EvictAll();
+  workspace_.Reset();
+  SaveSolveState(state_, *store_);
+  ResidualOptions options;
+  options.seed = MixKey(state_.seed, state_.round);
+  options.mean_reflected = state_.mean_reflected;
+  options.decide_at = ResidualAtError(state_.error);
+  options.most_rays = std::max(kLeastResidualRays, state_.rounds.back().links);
+  const ResidualEstimate residual = MeasureResidual(*store_, options, *budget_);
+  state_.rays += residual.rays;
+  TakeResidual(residual.value, &state_);
+  workspace_ = ReserveWorkspace();
 }
 
 // ----------------------------------------------------------------- one cell

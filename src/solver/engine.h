@@ -59,6 +59,8 @@ class Engine {
   void NextCell();
   void FinishSweep();
   void FinishRound();
+  void CheckResidual();
+  MemoryCharge ReserveWorkspace();
 
   Receiver Load(CellId cell);
   void FindReceivers(Receiver* r);

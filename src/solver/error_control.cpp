@@ -13,11 +13,22 @@ constexpr double kFirstLinksPerPatch = 3;
 // error falls, both measured.
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
+// Error over residual, measured: docs/decisions/residual-check.md.
+constexpr double kErrorPerResidual = 1.1;
+// Predictions up to this multiple of the requested error are checked.
+constexpr double kCheckedFrom = 1.5;
 // The error falls a little slower than the root of tau.
 constexpr double kTauPerError = 2.2;
 constexpr double kMargin = 0.92;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
+
+// What the last round changed is the light of cells that were lit too late for
+// the round before.
+bool ChangedByLight(const SolveState& state) {
+  const size_t rounds = state.rounds.size();
+  return rounds > 1 && state.rounds[rounds - 2].relit;
+}
 
 }  // namespace
 
@@ -62,8 +73,32 @@ RoundRecord RecordRound(SolveState* state, double area) {
 }
 
 bool HasMetError(const SolveState& state) {
-  return state.rounds.size() > 1 && !state.rounds.back().relit &&
-         state.rounds.back().estimated_error <= state.error;
+  const RoundRecord& last = state.rounds.back();
+  return state.rounds.size() > 1 && !last.relit &&
+         last.estimated_error <= state.error;
+}
+
+bool IsWorthChecking(const SolveState& state) {
+  const RoundRecord& last = state.rounds.back();
+  if (state.rounds.size() < 2 || last.relit) {
+    return false;
+  }
+  return ChangedByLight(state) ? kPredictionFactor * last.predicted_error <=
+                                     kCheckedFrom * state.error
+                               : last.estimated_error <= state.error;
+}
+
+void TakeResidual(double residual_error, SolveState* state) {
+  RoundRecord& last = state->rounds.back();
+  last.residual_error = residual_error;
+  const double without = ChangedByLight(*state)
+                             ? kPredictionFactor * last.predicted_error
+                             : last.estimated_error;
+  last.estimated_error = std::max(without, kErrorPerResidual * residual_error);
+}
+
+double ResidualAtError(double error) {
+  return error / kErrorPerResidual;
 }
 
 bool IsExhausted(const SolveState& state) {
@@ -89,8 +124,10 @@ double NextTau(const SolveState& state) {
   // a long step.
   const RoundRecord& last = state.rounds.back();
   const size_t rounds = state.rounds.size();
-  const bool changed_by_light = rounds > 1 && state.rounds[rounds - 2].relit;
-  const double estimated = rounds <= 2 || last.relit || changed_by_light
+  const bool by_prediction =
+      !(last.residual_error > 0) &&
+      (rounds <= 2 || last.relit || ChangedByLight(state));
+  const double estimated = by_prediction
                                ? kPredictionFactor * last.predicted_error
                                : last.estimated_error;
   const double wanted = kMargin * state.error / std::max(estimated, 1e-30);

@@ -18,6 +18,18 @@ RoundRecord RecordRound(SolveState* state, double area);
 // The error that the last round is taken to have reached is small enough.
 bool HasMetError(const SolveState& state);
 
+// Whether the residual of the last round is to be measured: before a solve
+// ends, and where what the round changed says nothing, because cells had been
+// lit late.
+bool IsWorthChecking(const SolveState& state);
+
+// Raises the estimate of the last round to what its residual says; where the
+// change says nothing, in its place.
+void TakeResidual(double residual_error, SolveState* state);
+
+// The residual that TakeResidual takes for the requested error.
+double ResidualAtError(double error);
+
 // More links have not helped for two rounds: what is left cannot be refined.
 bool IsExhausted(const SolveState& state);
 

@@ -177,6 +177,17 @@ size_t Solution::CellCount() const {
   return impl_->cell_count;
 }
 
+uint64_t Solution::MostCellBytes() const {
+  uint64_t most = 0;
+  for (size_t i = 0; i < impl_->cell_count; ++i) {
+    most =
+        std::max(most,
+                 CellTree::StoredBytes(
+                     *impl_->store, CellId(i), {&impl_->basis, kRgbChannels}));
+  }
+  return most;
+}
+
 std::vector<Rgb> Solution::Irradiance(
     std::span<const PatchPoint> points) const {
   return impl_->Evaluate(points, false);

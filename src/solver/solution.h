@@ -49,6 +49,9 @@ class Solution {
   [[nodiscard]] const SceneInfo& Scene() const;
   [[nodiscard]] size_t CellCount() const;
 
+  // What reading the largest cell takes of the budget.
+  [[nodiscard]] uint64_t MostCellBytes() const;
+
   // One value per point, in the order of the points; reads every cell's tree
   // at most once per call. Thread-safe.
   [[nodiscard]] std::vector<Rgb> Irradiance(

@@ -12,6 +12,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundRecord,
                                    tau,
                                    predicted_error,
                                    observed_change,
+                                   residual_error,
                                    estimated_error,
                                    relit,
                                    links)

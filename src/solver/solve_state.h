@@ -40,6 +40,7 @@ struct RoundRecord {
   double tau = 0;
   double predicted_error = 0;  // from the oracle, relative
   double observed_change = 0;  // against the round before, relative
+  double residual_error = 0;   // measured by rays, relative; 0: it was not
   double estimated_error = 0;
   // Cells were lit only after the links from them should have been made.
   bool relit = false;

@@ -69,6 +69,43 @@ TEST(ErrorControl, ARoundThatLitCellsLateDoesNotCount) {
   EXPECT_FALSE(HasMetError(state));
 }
 
+TEST(ErrorControl, TheResidualRaisesTheEstimate) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.05, 0.09, 10), Round(0.05, 0.09, 20)};
+  EXPECT_TRUE(IsWorthChecking(state));
+  TakeResidual(0.05, &state);
+  EXPECT_EQ(state.rounds.back().residual_error, 0.05);
+  EXPECT_EQ(state.rounds.back().estimated_error, 0.09) << "it was known";
+  EXPECT_TRUE(HasMetError(state));
+  TakeResidual(1.01 * ResidualAtError(0.1), &state);
+  EXPECT_FALSE(HasMetError(state));
+  const double tau = NextTau(state);
+  TakeResidual(2 * ResidualAtError(0.1), &state);
+  EXPECT_LT(NextTau(state), tau);
+}
+
+TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.05, 0.09, 10)};
+  EXPECT_FALSE(IsWorthChecking(state)) << "one round is never enough";
+  state.rounds.push_back(Round(0.05, 0.3, 20));
+  EXPECT_FALSE(IsWorthChecking(state));
+  state.rounds.back() = Round(0.05, 0.09, 20);
+  state.rounds.back().relit = true;
+  EXPECT_FALSE(IsWorthChecking(state)) << "there are links to come";
+}
+
+// What a round changes after cells were lit late is that light.
+TEST(ErrorControl, TheResidualStandsForAChangeByLight) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 2, 20)};
+  state.rounds[0].relit = true;
+  EXPECT_TRUE(IsWorthChecking(state));
+  TakeResidual(0.06, &state);
+  EXPECT_LT(state.rounds.back().estimated_error, 0.1);
+  EXPECT_TRUE(HasMetError(state));
+}
+
 TEST(ErrorControl, GivesUpWhereMoreLinksHelpNeitherWay) {
   SolveState state = StateOf(0.1);
   state.rounds = {

@@ -1,0 +1,432 @@
+#include "solver/residual_check.h"
+
+#include "base/parallel.h"
+#include "base/random.h"
+#include "partition/partition.h"
+#include "solver/lamps.h"
+#include "solver/solution.h"
+#include "visibility/ray_tracer.h"
+#include "visibility/visible_set.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+namespace {
+
+// Keeps the samples apart from those of every other part of the program.
+constexpr uint64_t kSeedDomain = 0x726573696475616cULL;
+constexpr uint32_t kPointsPerRound = 2048;
+// Of each of the two estimates at a point: strata of directions, lamps.
+constexpr uint32_t kStrata = 10;
+constexpr uint32_t kDirections = kStrata * kStrata;
+constexpr uint32_t kLampSamples = 40;
+constexpr uint32_t kSamples = kDirections + kLampSamples;
+constexpr uint32_t kHalves = 2;
+constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
+// Points are as dense as the reflected radiosity and these shares of its mean,
+// on sides that light may and may not reach.
+constexpr double kOpenShare = 0.15;
+constexpr double kEnclosedShare = 0.01;
+// An interval of this half-width, relative, is narrow.
+constexpr double kNarrow = 0.06;
+constexpr double kDeviations = 1.96;
+// Of a ray, its hit, and what is looked up there.
+constexpr uint64_t kRayBytes = sizeof(TraceRay) + sizeof(TraceHit) +
+                               2 * sizeof(PatchPoint) + 2 * sizeof(Rgb) + 16;
+constexpr uint64_t kMostBatchBytes = 24ULL << 20;
+constexpr size_t kLeastBatchPoints = 8;
+
+Point3 PointAt(const Patch& p, double a, double b) {
+  return p.origin + p.u * a + p.v * b;
+}
+
+// The patch coordinates of a point uniform over a patch.
+std::pair<double, double> UniformOn(const Patch& p, double s, double t) {
+  const bool fold = p.shape == PatchShape::kTriangle && s + t > 1;
+  return fold ? std::pair(1 - s, 1 - t) : std::pair(s, t);
+}
+
+// cos_x cos_y / (pi r^2); 0 if the points are behind one another.
+double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
+  const Vec3 d = y - x;
+  const double square = Dot(d, d);
+  const double cosines = Dot(d, at_x) * -Dot(d, at_y);
+  return Dot(d, at_x) > 0 && Dot(d, at_y) < 0 && square > 0
+             ? cosines / (kPi * square * square)
+             : 0;
+}
+
+Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
+  const Vec3 u = Normalize(p.u);
+  const Vec3 v = Cross(normal, u);
+  const double r = std::sqrt(s);
+  const double phi = 2 * kPi * t;
+  return u * (r * std::cos(phi)) + v * (r * std::sin(phi)) +
+         normal * std::sqrt(1 - s);
+}
+
+// Where a residual is measured.
+struct Probe {
+  PatchPoint on;
+  Patch patch;
+  Vec3 normal;
+  Point3 origin;      // of its rays
+  double weight = 0;  // m2: the area that it stands for
+  uint64_t key = 0;
+  uint32_t visible = 0;  // index of the cells that its cell sees
+};
+
+// A batch of probes and what they see.
+struct Batch {
+  std::vector<Probe> probes;
+  std::vector<std::vector<CellId>> visible;  // sets of cells
+  std::vector<TraceRay> rays;                // [probe][half][sample]
+  std::vector<TraceHit> hits;
+  std::vector<Rgb> light;  // what a sample is worth, or would be if it is free
+};
+
+class ResidualMeter {
+ public:
+  ResidualMeter(const BlockStorage& store,
+                const ResidualOptions& options,
+                MemoryBudget& budget)
+      : store_(&store),
+        options_(options),
+        partition_(LoadPartition(store)),
+        solution_(store, budget),
+        lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
+        weights_charge_(budget, WeightBytes(), "the weights of patches"),
+        batch_points_(BatchPoints(budget)),
+        batch_charge_(budget,
+                      batch_points_ * kRaysPerPoint * kRayBytes,
+                      "rays of the residual") {
+    {
+      // The tracer takes half of what is free beside a cell's solution.
+      const MemoryCharge room(
+          budget, solution_.MostCellBytes(), "a cell's solution");
+      tracer_.emplace(store, budget);
+    }
+    const Box3& bounds = solution_.Scene().bounds;
+    offset_ = std::max(1e-5, 1e-6 * Length(bounds.Extent()));
+    WeighPatches();
+  }
+
+  ResidualEstimate Run() {
+    ResidualEstimate estimate;
+    if (!(weights_.back() > 0)) {
+      return estimate;
+    }
+    uint64_t round = 0;
+    do {
+      AddRound(MixKey(MixKey(kSeedDomain, options_.seed), round++));
+      estimate = Estimate();
+    } while (!IsDecided(estimate) &&
+             estimate.rays + kPointsPerRound * kRaysPerPoint <=
+                 options_.most_rays);
+    return estimate;
+  }
+
+ private:
+  [[nodiscard]] uint64_t WeightBytes() const {
+    uint64_t patches = 1;
+    for (const CellInfo& cell : partition_.cells) {
+      patches += cell.patches;
+    }
+    return patches * sizeof(double);
+  }
+
+  static size_t BatchPoints(const MemoryBudget& budget) {
+    const uint64_t fit = std::min(budget.FreeBytes() / 8, kMostBatchBytes) /
+                         (kRaysPerPoint * kRayBytes);
+    return std::clamp<uint64_t>(fit, kLeastBatchPoints, kPointsPerRound);
+  }
+
+  // How much of the points each patch is to get: sums over the patches before.
+  void WeighPatches() {
+    weights_.assign(1, 0);
+    for (uint32_t i = 0; i < partition_.cells.size(); ++i) {
+      const CellPatches cell = LoadCellPatches(*store_, CellId(i));
+      std::vector<PatchPoint> middles;
+      for (size_t k = 0; k < cell.patches.size(); ++k) {
+        middles.push_back({CellId(i), PatchId(k), 0.4, 0.4});
+      }
+      const std::vector<Rgb> irradiance = solution_.Irradiance(middles);
+      first_patch_.push_back(static_cast<uint32_t>(weights_.size() - 1));
+      for (size_t k = 0; k < cell.patches.size(); ++k) {
+        const double weight = WeightOf(cell.patches[k], irradiance[k]);
+        weights_.push_back(weights_.back() + weight);
+      }
+    }
+  }
+
+  [[nodiscard]] double WeightOf(const Patch& p, const Rgb& irradiance) const {
+    if (!p.reflects) {
+      return 0;
+    }
+    const Rgb& rho =
+        solution_.Scene().materials.at(p.material.Index()).reflectance;
+    const double area = PatchArea(p);
+    area_ += area;
+    double reflected = 0;
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      reflected += rho[c] * std::abs(irradiance[c]) / kRgbChannels;
+    }
+    const double least = p.is_enclosed ? kEnclosedShare : kOpenShare;
+    return MaxChannel(rho) > 0
+               ? area * (reflected + least * options_.mean_reflected)
+               : 0;
+  }
+
+  void AddRound(uint64_t key) {
+    for (uint32_t first = 0; first < kPointsPerRound;
+         first += static_cast<uint32_t>(batch_points_)) {
+      const uint32_t count = std::min<uint32_t>(
+          kPointsPerRound - first, static_cast<uint32_t>(batch_points_));
+      AddBatch(key, first, count);
+    }
+  }
+
+  void AddBatch(uint64_t key, uint32_t first, uint32_t count) {
+    Batch batch = ChooseProbes(key, first, count);
+    const size_t all = batch.probes.size() * kRaysPerPoint;
+    batch.rays.resize(all);
+    batch.hits.resize(all);
+    batch.light.resize(all);
+    ParallelFor(batch.probes.size(), [&](size_t i) { MakeRays(i, &batch); });
+    tracer_->Trace(batch.rays, batch.hits);
+    rays_ += all;
+    LookUpReflected(&batch);
+    AddResiduals(batch);
+  }
+
+  // One probe in each of the strata [first, first + count) of a round.
+  Batch ChooseProbes(uint64_t key, uint32_t first, uint32_t count) const {
+    Batch batch;
+    std::optional<CellId> loaded;
+    CellPatches cell;
+    for (uint32_t i = first; i < first + count; ++i) {
+      Probe probe;
+      probe.key = MixKey(key, i);
+      Random random(probe.key);
+      const double at = weights_.back() * (i + random.Next()) / kPointsPerRound;
+      const size_t patch = PatchAt(at);
+      const auto of_cell = std::prev(
+          std::upper_bound(first_patch_.begin(), first_patch_.end(), patch));
+      probe.on.cell =
+          CellId(static_cast<size_t>(of_cell - first_patch_.begin()));
+      probe.on.patch = PatchId(patch - *of_cell);
+      if (loaded != probe.on.cell) {
+        loaded = probe.on.cell;
+        cell = LoadCellPatches(*store_, probe.on.cell);
+        batch.visible.emplace_back();
+        for (const VisibleCell& v : LoadVisibleSet(*store_, probe.on.cell)) {
+          batch.visible.back().push_back(v.source);
+        }
+      }
+      probe.visible = static_cast<uint32_t>(batch.visible.size() - 1);
+      probe.patch = cell.patches[probe.on.patch.Index()];
+      probe.normal = PatchNormal(probe.patch);
+      const double s = random.Next();
+      std::tie(probe.on.a, probe.on.b) =
+          UniformOn(probe.patch, s, random.Next());
+      probe.origin =
+          PointAt(probe.patch, probe.on.a, probe.on.b) + probe.normal * offset_;
+      const double density =
+          (weights_[patch + 1] - weights_[patch]) / PatchArea(probe.patch);
+      probe.weight = weights_.back() / density;
+      batch.probes.push_back(probe);
+    }
+    return batch;
+  }
+
+  // The patch, counted over all cells, on whose part of the line a place is.
+  [[nodiscard]] size_t PatchAt(double at) const {
+    const auto it = std::upper_bound(weights_.begin(), weights_.end() - 1, at);
+    size_t patch = static_cast<size_t>(it - weights_.begin()) - 1;
+    while (patch > 0 && weights_[patch + 1] <= weights_[patch]) {
+      --patch;  // the last ones have no weight
+    }
+    return patch;
+  }
+
+  void MakeRays(size_t i, Batch* batch) const {
+    const Probe& probe = batch->probes[i];
+    const LampChoice lamps(
+        lamps_, batch->visible[probe.visible], probe.origin, probe.normal);
+    Random random(MixKey(probe.key, 1));
+    for (uint32_t half = 0; half < kHalves; ++half) {
+      const size_t first = i * kRaysPerPoint + size_t{half} * kSamples;
+      for (uint32_t k = 0; k < kDirections; ++k) {
+        const double s = (k / kStrata + random.Next()) / kStrata;
+        const double t = (k % kStrata + random.Next()) / kStrata;
+        batch->rays[first + k].origin = probe.origin;
+        batch->rays[first + k].direction =
+            CosineDirection(probe.patch, probe.normal, s, t);
+      }
+      for (uint32_t k = 0; k < kLampSamples; ++k) {
+        const double choice = (k + random.Next()) / kLampSamples;
+        const double s = random.Next();
+        const double t = random.Next();
+        AimAtLamp(probe,
+                  lamps,
+                  {choice, s, t},
+                  &batch->rays[first + kDirections + k],
+                  &batch->light[first + kDirections + k]);
+      }
+    }
+  }
+
+  // A ray to a point of a lamp, and the light that it brings if nothing is in
+  // its way.
+  void AimAtLamp(const Probe& probe,
+                 const LampChoice& lamps,
+                 const std::array<double, 3>& at,
+                 TraceRay* ray,
+                 Rgb* light) const {
+    // What aims at nothing is worth nothing, wherever it goes.
+    ray->origin = probe.origin;
+    ray->direction = probe.normal;
+    ray->max_distance = offset_;
+    if (lamps.IsEmpty()) {
+      return;
+    }
+    const Lamp& lamp = lamps.Choose(at[0]);
+    const auto [a, b] = UniformOn(lamp.patch, at[1], at[2]);
+    const Point3 y = PointAt(lamp.patch, a, b);
+    const double g = GeometryTerm(probe.origin, probe.normal, y, lamp.normal);
+    if (g <= 0) {
+      return;
+    }
+    ray->direction = y + lamp.normal * offset_ - probe.origin;
+    ray->max_distance = 1;
+    AddScaled(light, lamp.exitance, WeightOf(g, lamps.Density(lamp)) * g);
+  }
+
+  // One over the density of all samples together, 1/m2.
+  static double WeightOf(double geometry, double lamp_density) {
+    return 1 / (kDirections * geometry + kLampSamples * lamp_density);
+  }
+
+  static void AddScaled(Rgb* sum, const Rgb& value, double factor) {
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      (*sum)[c] += factor * value[c];
+    }
+  }
+
+  // Of the rays over the hemisphere: the solution's reflected light, and
+  // emission as weighed.
+  void LookUpReflected(Batch* batch) const {
+    std::vector<PatchPoint> points;
+    std::vector<size_t> owners;
+    for (size_t i = 0; i < batch->hits.size(); ++i) {
+      const TraceHit& hit = batch->hits[i];
+      if (i % kSamples < kDirections && hit.hit && hit.on_front) {
+        points.push_back({hit.cell, hit.patch, hit.a, hit.b});
+        owners.push_back(i);
+      }
+    }
+    const std::vector<Rgb> radiosity = solution_.Radiosity(points);
+    ParallelFor(points.size(), [&](size_t k) {
+      const size_t i = owners[k];
+      Rgb* light = &batch->light[i];
+      AddScaled(light, radiosity[k], 1.0 / kDirections);
+      const TraceHit& hit = batch->hits[i];
+      if (const Lamp* lamp = lamps_.Find(hit.cell, hit.patch)) {
+        AddScaled(light, lamp->exitance, -1.0 / kDirections);
+        const Probe& probe = batch->probes[i / kRaysPerPoint];
+        const LampChoice lamps(
+            lamps_, batch->visible[probe.visible], probe.origin, probe.normal);
+        const TraceRay& ray = batch->rays[i];
+        const double g = GeometryTerm(probe.origin,
+                                      probe.normal,
+                                      ray.origin + ray.direction * hit.distance,
+                                      lamp->normal);
+        AddScaled(light, lamp->exitance, WeightOf(g, lamps.Density(*lamp)) * g);
+      }
+    });
+  }
+
+  void AddResiduals(const Batch& batch) {
+    std::vector<PatchPoint> points;
+    for (const Probe& probe : batch.probes) {
+      points.push_back(probe.on);
+    }
+    const std::vector<Rgb> solved = solution_.Irradiance(points);
+    for (size_t i = 0; i < batch.probes.size(); ++i) {
+      const Probe& probe = batch.probes[i];
+      const Rgb& rho = solution_.Scene()
+                           .materials.at(probe.patch.material.Index())
+                           .reflectance;
+      std::array<Rgb, kHalves> arriving{};
+      for (size_t k = 0; k < kRaysPerPoint; ++k) {
+        const size_t at = i * kRaysPerPoint + k;
+        const bool is_blocked =
+            k % kSamples >= kDirections && batch.hits[at].hit;
+        AddScaled(&arriving[k / kSamples], batch.light[at], is_blocked ? 0 : 1);
+      }
+      double square = 0;
+      for (size_t c = 0; c < kRgbChannels; ++c) {
+        square += rho[c] * rho[c] * (arriving[0][c] - solved[i][c]) *
+                  (arriving[1][c] - solved[i][c]) / kRgbChannels;
+      }
+      const double weighted = square * probe.weight;
+      sum_ += weighted;
+      squares_ += weighted * weighted;
+      ++points_;
+    }
+  }
+
+  [[nodiscard]] ResidualEstimate Estimate() const {
+    const auto n = static_cast<double>(points_);
+    const double mean = sum_ / n;
+    const double deviation =
+        std::sqrt(std::max(0.0, squares_ / n - mean * mean) / n);
+    const auto relative = [&](double integral) {
+      return std::sqrt(std::max(0.0, integral) / area_) /
+             options_.mean_reflected;
+    };
+    return {relative(mean),
+            relative(mean - kDeviations * deviation),
+            relative(mean + kDeviations * deviation),
+            points_,
+            rays_};
+  }
+
+  [[nodiscard]] bool IsDecided(const ResidualEstimate& e) const {
+    return e.low > options_.decide_at || e.high < options_.decide_at ||
+           e.high - e.low < 2 * kNarrow * e.value;
+  }
+
+  const BlockStorage* store_;
+  ResidualOptions options_;
+  Partition partition_;
+  Solution solution_;
+  Lamps lamps_;
+  MemoryCharge weights_charge_;
+  std::vector<double> weights_;        // one more than patches
+  std::vector<uint32_t> first_patch_;  // by cell
+  mutable double area_ = 0;            // of the reflecting sides, m2
+  std::optional<RayTracer> tracer_;
+  size_t batch_points_;
+  MemoryCharge batch_charge_;
+  double offset_ = 0;
+  double sum_ = 0;
+  double squares_ = 0;
+  uint64_t points_ = 0;
+  uint64_t rays_ = 0;
+};
+
+}  // namespace
+
+ResidualEstimate MeasureResidual(const BlockStorage& store,
+                                 const ResidualOptions& options,
+                                 MemoryBudget& budget) {
+  return ResidualMeter(store, options, budget).Run();
+}
+
+}  // namespace enfilade

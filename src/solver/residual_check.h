@@ -1,0 +1,50 @@
+// The error of a solution by what it implies itself: at random points, the
+// light that one bounce of its radiosity brings there by rays over the
+// hemisphere against the light that its links brought there,
+//
+//   r(x) = rho(x) [ integral of G(x, y) B(y) dA_y  -  H(x) ],
+//
+// which is 0 where B solves the equation. Rays see what the oracle cannot: a
+// rim of light between the nodes of an element, errors that many links share.
+// The error is r and what r becomes on its way through the building; it is
+// never far from r (docs/decisions/residual-check.md).
+//
+// Points and rays are random, so r^2 is estimated without bias by the product
+// of two independent estimates of r. Emission is sampled both by the rays and
+// on the lamps, weighed by the balance heuristic (Veach & Guibas 1995).
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+struct ResidualOptions {
+  uint64_t seed = 0;
+  double mean_reflected = 1;  // W/m2: the residual is relative to it
+  // Points are added until the interval of the residual does not hold this
+  // value, or is narrow, or these many rays have been traced.
+  double decide_at = 0;
+  uint64_t most_rays = 1 << 20;
+};
+
+// Relative RMS over the reflecting sides, and its 95 % interval.
+struct ResidualEstimate {
+  double value = 0;
+  double low = 0;
+  double high = 0;
+  uint64_t points = 0;
+  uint64_t rays = 0;
+};
+
+// Reads the solution and the trace chunks of the store. The same bits whatever
+// the budget and the threads. Takes more than half of what is free in the
+// budget, and not less than the largest cell's solution and 4 MiB.
+ResidualEstimate MeasureResidual(const BlockStorage& store,
+                                 const ResidualOptions& options,
+                                 MemoryBudget& budget);
+
+}  // namespace enfilade

@@ -1,0 +1,187 @@
+// What rays say of a solution, against solutions whose residual is known.
+
+#include "solver/residual_check.h"
+
+#include "base/parallel.h"
+#include "partition/partition.h"
+#include "scene/import.h"
+#include "solver/basis.h"
+#include "solver/element_tree.h"
+#include "solver/solve.h"
+#include "store/sqlite_store.h"
+#include "visibility/ray_tracer.h"
+#include "visibility/visible_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/tools/run_program.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kRoomy = uint64_t{1} << 30;
+
+class SolvedScene {
+ public:
+  SolvedScene(const std::string& obj, const std::string& mtl, double error)
+      : store(CreateStoreInMemory()) {
+    WriteFile(dir_ / "scene.mtl", mtl);
+    WriteFile(dir_ / "scene.obj", "mtllib scene.mtl\n" + obj);
+    MemoryBudget budget(kRoomy);
+    ImportScene(dir_ / "scene.obj", {}, budget, *store);
+    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, *store);
+    BuildTraceChunks(*store, budget);
+    SolveOptions options;
+    options.error = error;
+    Solve(*store, options, budget);
+  }
+
+  // Multiplies the irradiance that the solution has by a factor.
+  void Scale(float factor) {
+    const SceneInfo scene = LoadSceneInfo(*store);
+    const Basis basis(BasisNamed("m2"));
+    const size_t cells = LoadPartition(*store).cells.size();
+    for (size_t i = 0; i < cells; ++i) {
+      std::vector<PatchGeometry> patches;
+      for (const Patch& p : LoadCellPatches(*store, CellId(i)).patches) {
+        patches.push_back(MakePatchGeometry(
+            p, scene.materials.at(p.material.Index()), scene.bounds.Center()));
+      }
+      auto tree =
+          CellTree::Load(*store, CellId(i), {&basis, kRgbChannels}, patches);
+      if (tree) {
+        for (size_t e = 0; e < tree->Size(); ++e) {
+          for (float& value : tree->Gathered()[ElementId(e)]) {
+            value *= factor;
+          }
+        }
+        tree->Save(*store, CellId(i));
+      }
+    }
+  }
+
+  std::unique_ptr<BlockStorage> store;
+
+ private:
+  TemporaryFolder dir_;
+};
+
+// A cube of 1 m that emits 1 W/m2 and reflects half of what it gets, seen from
+// inside: H = 2 W/m2 everywhere.
+SolvedScene Furnace() {
+  return {
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+      "usemtl wall\nf 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\n"
+      "f 4 8 5 1\n",
+      "newmtl wall\nKd 0.5 0.5 0.5\nKe 1 1 1\n",
+      0.05};
+}
+
+// A lamp of 1 m2 and 1 W/m2, and 1 m below it a square that reflects half.
+SolvedScene LampOverSquare() {
+  return {
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+      "usemtl square\nf 1 2 3 4\nusemtl lamp\nf 8 7 6 5\n",
+      "newmtl square\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 1 1 1\n",
+      0.1};
+}
+
+ResidualEstimate Measure(const SolvedScene& scene,
+                         double mean_reflected,
+                         uint64_t budget_bytes = kRoomy) {
+  ResidualOptions options;
+  options.seed = 1;
+  options.mean_reflected = mean_reflected;
+  options.most_rays = 4 << 20;
+  MemoryBudget budget(budget_bytes);
+  return MeasureResidual(*scene.store, options, budget);
+}
+
+TEST(ResidualCheck, IsSmallWhereTheSolutionIsRight) {
+  EXPECT_LT(Measure(Furnace(), 1).high, 0.05);
+}
+
+// Of twice the irradiance, H' = 2 E / (1 - rho), one bounce leaves E + rho H':
+// what is missing is E, or 1 - rho of H. No light reaches the outer sides,
+// which are half of the area.
+TEST(ResidualCheck, IsOneLessReflectanceOfTwiceTheLight) {
+  SolvedScene scene = Furnace();
+  scene.Scale(2);
+  const ResidualEstimate residual = Measure(scene, 1);
+  EXPECT_NEAR(residual.value, 0.5 / std::sqrt(2), 0.01);
+  EXPECT_LT(residual.low, residual.value);
+  EXPECT_GT(residual.high, residual.value);
+}
+
+// The form factor of a point below the corner of a rectangle a by b at distance
+// 1, parallel to it (Modest, Radiative Heat Transfer, configuration 14).
+double CornerFormFactor(double a, double b) {
+  const double p = std::sqrt(1 + a * a);
+  const double q = std::sqrt(1 + b * b);
+  return (a / p * std::atan(b / p) + b / q * std::atan(a / q)) / (2 * kPi);
+}
+
+// Of no light at all the residual is the direct light.
+TEST(ResidualCheck, IsTheDirectLightOfADarkSolution) {
+  SolvedScene scene = LampOverSquare();
+  scene.Scale(0);
+  constexpr int kSteps = 200;
+  double squares = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int k = 0; k < kSteps; ++k) {
+      const double a = (i + 0.5) / kSteps;
+      const double b = (k + 0.5) / kSteps;
+      const double f = CornerFormFactor(a, b) + CornerFormFactor(1 - a, b) +
+                       CornerFormFactor(a, 1 - b) +
+                       CornerFormFactor(1 - a, 1 - b);
+      squares += 0.25 * f * f / (kSteps * kSteps);
+    }
+  }
+  const double all_sides = 4;  // m2
+  const double expected = std::sqrt(squares / all_sides);
+  const ResidualEstimate residual = Measure(scene, 1);
+  EXPECT_NEAR(residual.value, expected, 0.03 * expected);
+  EXPECT_LT(residual.low, expected);
+  EXPECT_GT(residual.high, expected);
+}
+
+TEST(ResidualCheck, IsTheSameForEveryBudgetAndNumberOfThreads) {
+  const SolvedScene scene = LampOverSquare();
+  const ResidualEstimate roomy = Measure(scene, 0.05);
+  const ThreadLimit one_thread(1);
+  const ResidualEstimate tight = Measure(scene, 0.05, 6 << 20);
+  EXPECT_EQ(roomy.value, tight.value);
+  EXPECT_EQ(roomy.low, tight.low);
+  EXPECT_EQ(roomy.rays, tight.rays);
+}
+
+// It stops where the interval says on which side of the value it is, or is
+// narrow, or where the rays are spent.
+TEST(ResidualCheck, StopsWhenItKnowsOrHasNoMoreRays) {
+  SolvedScene scene = LampOverSquare();
+  scene.Scale(0.99F);
+  const double value = Measure(scene, 1).value;
+  for (const double share : {0.01, 1.0, 3.0}) {
+    for (const uint64_t most_rays : {uint64_t{1}, uint64_t{8} << 20}) {
+      ResidualOptions options;
+      options.seed = 2;
+      options.decide_at = share * value;
+      options.most_rays = most_rays;
+      MemoryBudget budget(kRoomy);
+      const ResidualEstimate e = MeasureResidual(*scene.store, options, budget);
+      const uint64_t round = e.rays / e.points * 2048;
+      EXPECT_LE(e.rays, std::max(most_rays, round));
+      EXPECT_TRUE(e.low > options.decide_at || e.high < options.decide_at ||
+                  e.high - e.low < 0.12 * e.value ||
+                  e.rays + round > most_rays);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
