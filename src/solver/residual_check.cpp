@@ -262,8 +262,10 @@ class ResidualMeter {
     for (uint32_t half = 0; half < kHalves; ++half) {
       const size_t first = i * kRaysPerPoint + size_t{half} * kSamples;
       for (uint32_t k = 0; k < kDirections; ++k) {
-        const double s = (k / kStrata + random.Next()) / kStrata;
-        const double t = (k % kStrata + random.Next()) / kStrata;
+        const uint32_t row = k / kStrata;
+        const uint32_t column = k % kStrata;
+        const double s = (row + random.Next()) / kStrata;
+        const double t = (column + random.Next()) / kStrata;
         batch->rays[first + k].origin = probe.origin;
         batch->rays[first + k].direction =
             CosineDirection(probe.patch, probe.normal, s, t);
