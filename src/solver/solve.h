@@ -61,10 +61,10 @@ struct SolveSummary {
 };
 
 // Continues from the last commit in the store, or starts. The store must hold
-// scene, partition and visible sets. A stored solution with a larger error is
-// refined further; one that already meets the error is left as it is. Throws
-// DoesNotFitError before anything is done when the budget is less than the
-// solve needs at least (least_memory.h).
+// scene, partition, visible sets and trace chunks. A stored solution with a
+// larger error is refined further; one that already meets the error is left as
+// it is. Throws DoesNotFitError before anything is done when the budget is less
+// than the solve needs at least (least_memory.h).
 SolveSummary Solve(BlockStorage& store,
                    const SolveOptions& options,
                    MemoryBudget& budget);

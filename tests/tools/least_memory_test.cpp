@@ -9,6 +9,7 @@
 #include "solver/engine.h"
 #include "solver/solve_state.h"
 #include "store/sqlite_store.h"
+#include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
 #include <memory>
@@ -41,6 +42,7 @@ class LeastMemoryOfFloor : public testing::Test {
     ImportScene(dir_ / "floor.obj", {}, budget, *store_);
     partition_ = BuildPartition(*store_, {}, budget);
     BuildVisibleSets(partition_, {}, *store_);
+    BuildTraceChunks(*store_, budget);
   }
 
   TemporaryFolder dir_;
