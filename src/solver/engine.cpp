@@ -40,7 +40,7 @@ constexpr size_t kManyGroupLinks = 12000;
 // What a group may make at most, and each of its parts; a group of so many
 // parts is left when one makes more.
 constexpr size_t kMostGroupLinks = 64000;
-constexpr size_t kMostPartLinks = 8000;
+constexpr size_t kMostPartLinks = 16000;
 constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 
 // The residual is worth a ray per link, and at least these.
