@@ -51,7 +51,8 @@ CellPager::CellPager(BlockStorage& store,
       device_(&device),
       budget_(&budget),
       origin_(device.Origin()),
-      trace_(budget.LimitBytes()) {
+      trace_(budget.LimitBytes()),
+      next_use_(store, partition.cells.size(), budget) {
   for (size_t i = 0; i < partition.portals.size(); ++i) {
     portals_of_[partition.portals[i].front.Index()].emplace_back(i);
     portals_of_[partition.portals[i].back.Index()].emplace_back(i);
@@ -284,11 +285,17 @@ void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
 
 bool CellPager::EvictOne() {
   auto victim = items_.end();
+  std::pair<uint64_t, uint64_t> last;
   for (auto it = items_.begin(); it != items_.end(); ++it) {
-    const bool pinned = it->second.value.use_count() > 1;
-    if (!pinned && (victim == items_.end() ||
-                    it->second.last_use < victim->second.last_use)) {
+    if (it->second.value.use_count() > 1) {
+      continue;
+    }
+    // Of those needed last together, the one that was used longest ago.
+    const std::pair next{next_use_.Distance(CellId(it->first.second)),
+                         clock_ - it->second.last_use};
+    if (victim == items_.end() || next > last) {
       victim = it;
+      last = next;
     }
   }
   if (victim == items_.end()) {

@@ -1,6 +1,6 @@
 // What a subproblem needs of its cells, paged in under the memory budget:
 // geometry, blockers and element trees. All kinds share one pool, from which
-// the unpinned item that was used longest ago is evicted first; dirty trees are
+// the unpinned item of the cell that is needed last goes first; dirty trees are
 // written back on the way out.
 
 #pragma once
@@ -14,6 +14,7 @@
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/geometry.h"
+#include "solver/next_use.h"
 #include "solver/push_pull.h"
 #include "solver/shaft.h"
 #include "visibility/occlusion.h"
@@ -87,6 +88,11 @@ class CellPager {
   // Like MakeRoom, for working memory that the caller holds for a while.
   MemoryCharge Reserve(uint64_t bytes, std::string_view what);
 
+  // The work is at this pair: what comes next decides what is evicted.
+  void MoveTo(CellId receiver, CellId source) {
+    next_use_.MoveTo(receiver, source);
+  }
+
   // What was asked for; other readers of the store may add to it.
   AccessTrace& Trace() { return trace_; }
 
@@ -122,6 +128,7 @@ class CellPager {
   MemoryBudget* budget_;
   Point3 origin_;
   AccessTrace trace_;
+  NextUse next_use_;
   std::map<ItemKey, Item> items_;
   uint64_t clock_ = 0;
   uint64_t accepted_excess_ = 0;  // nothing could be evicted against it

@@ -211,6 +211,7 @@ Engine::Receiver Engine::Load(CellId cell) {
     }
   }
   r.sources.push_back(std::move(self));
+  pager_.MoveTo(cell, r.sources.front().source);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
   return r;
@@ -342,6 +343,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     store_->EraseAll(BlockKind::kLinks, r.id.value, source.source.value);
     return;
   }
+  pager_.MoveTo(r.id, source.source);
   const auto geometry = pager_.Geometry(source.source);
   const auto tree = pager_.Tree(source.source);
   std::vector<const ShaftBlockers*> gates;
@@ -438,6 +440,7 @@ size_t Engine::RefineGroup(const Refiner& refiner,
 }
 
 void Engine::GatherPair(const Receiver& r, CellId source) {
+  pager_.MoveTo(r.id, source);
   const auto geometry = pager_.Geometry(source);
   const auto tree = pager_.Tree(source);
   const Stopwatch watch(&state_.times.gather_seconds);

@@ -6,6 +6,7 @@
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/held_gain.h"
+#include "solver/next_use.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
@@ -45,7 +46,10 @@ class NeedFinder {
     for (size_t i = 0; i < needs_.size(); ++i) {
       LookAt(CellId(i));
     }
-    least_.budget_bytes += kSolveWorkspaceBytes;
+    least_.budget_bytes +=
+        kSolveWorkspaceBytes +
+        NextUse::BytesFor(needs_.size(),
+                          LoadVisibilitySummary(*store_).visible_pairs);
     least_.cap_bytes = MemoryBudget::CapForBudget(least_.budget_bytes);
     return least_;
   }
