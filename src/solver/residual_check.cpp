@@ -1,5 +1,6 @@
 #include "solver/residual_check.h"
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "partition/partition.h"
@@ -158,8 +159,9 @@ class ResidualMeter {
       const std::vector<Rgb> irradiance = solution_.Irradiance(middles);
       first_patch_.push_back(static_cast<uint32_t>(weights_.size() - 1));
       for (size_t k = 0; k < cell.patches.size(); ++k) {
-        const double weight = WeightOf(cell.patches[k], irradiance[k]);
-        weights_.push_back(weights_.back() + weight);
+        const Patch& p = cell.patches[k];
+        area_ += p.reflects ? PatchArea(p) : 0;
+        weights_.push_back(weights_.back() + WeightOf(p, irradiance[k]));
       }
     }
   }
@@ -170,15 +172,13 @@ class ResidualMeter {
     }
     const Rgb& rho =
         solution_.Scene().materials.at(p.material.Index()).reflectance;
-    const double area = PatchArea(p);
-    area_ += area;
     double reflected = 0;
     for (size_t c = 0; c < kRgbChannels; ++c) {
       reflected += rho[c] * std::abs(irradiance[c]) / kRgbChannels;
     }
     const double least = p.is_enclosed ? kEnclosedShare : kOpenShare;
     return MaxChannel(rho) > 0
-               ? area * (reflected + least * options_.mean_reflected)
+               ? PatchArea(p) * (reflected + least * options_.mean_reflected)
                : 0;
   }
 
@@ -192,6 +192,9 @@ class ResidualMeter {
   }
 
   void AddBatch(uint64_t key, uint32_t first, uint32_t count) {
+    if (options_.stop != nullptr && options_.stop->load()) {
+      throw InterruptedError("stopped as asked; all work is kept");
+    }
     Batch batch = ChooseProbes(key, first, count);
     const size_t all = batch.probes.size() * kRaysPerPoint;
     batch.rays.resize(all);
@@ -412,7 +415,7 @@ class ResidualMeter {
   MemoryCharge weights_charge_;
   std::vector<double> weights_;        // one more than patches
   std::vector<uint32_t> first_patch_;  // by cell
-  mutable double area_ = 0;            // of the reflecting sides, m2
+  double area_ = 0;                    // of the reflecting sides, m2
   std::optional<RayTracer> tracer_;
   size_t batch_points_;
   MemoryCharge batch_charge_;

@@ -18,6 +18,7 @@
 #include "base/block_storage.h"
 #include "base/memory.h"
 
+#include <atomic>
 #include <cstdint>
 
 namespace enfilade {
@@ -29,6 +30,8 @@ struct ResidualOptions {
   // value, or is narrow, or these many rays have been traced.
   double decide_at = 0;
   uint64_t most_rays = 1 << 20;
+  // Where it is set, InterruptedError is thrown.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 // Relative RMS over the reflecting sides, and its 95 % interval.

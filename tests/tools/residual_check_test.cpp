@@ -2,6 +2,7 @@
 
 #include "solver/residual_check.h"
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "partition/partition.h"
 #include "scene/import.h"
@@ -13,6 +14,7 @@
 #include "visibility/visible_set.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -181,6 +183,17 @@ TEST(ResidualCheck, StopsWhenItKnowsOrHasNoMoreRays) {
                   e.rays + round > most_rays);
     }
   }
+}
+
+TEST(ResidualCheck, StopsWhenAsked) {
+  const SolvedScene scene = LampOverSquare();
+  const std::atomic<bool> stop = true;
+  ResidualOptions options;
+  options.stop = &stop;
+  MemoryBudget budget(kRoomy);
+  EXPECT_THROW(MeasureResidual(*scene.store, options, budget),
+               InterruptedError);
+  EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
 }  // namespace
