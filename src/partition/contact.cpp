@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -24,13 +23,6 @@ constexpr double kLeastFacing = 0.9994;
 // A part is covered if no more than this share of it is free.
 constexpr double kFreeShare = 0.02;
 constexpr uint64_t kBytesPerPatch = 300;
-
-Polygon PolygonOf(const Patch& p) {
-  if (p.shape == PatchShape::kTriangle) {
-    return {p.origin, p.origin + p.u, p.origin + p.v};
-  }
-  return {p.origin, p.origin + p.u, p.origin + p.u + p.v, p.origin + p.v};
-}
 
 // Where a polygon that reaches before the plane meets it: the segment between
 // the two points farthest apart of those in the plane.
@@ -218,20 +210,8 @@ class ContactCutter {
       if (parts.size() == 1) {
         kept->push_back(patch);
       } else {
-        AppendPatches(patch, part, kept);
+        AppendAsPatches(patch, part, {}, kept);
       }
-    }
-  }
-
-  static void AppendPatches(Patch patch,
-                            const Polygon& part,
-                            std::vector<Patch>* kept) {
-    for (const PatchPiece& cut : CutIntoPatches(part)) {
-      patch.origin = cut.origin;
-      patch.u = cut.u;
-      patch.v = cut.v;
-      patch.shape = cut.shape;
-      kept->push_back(patch);
     }
   }
 

@@ -27,13 +27,6 @@ constexpr double kSmallShare = 0.02;
 // Box, tree, rank and face area of a patch, and its share of pairs and pieces.
 constexpr uint64_t kBytesPerPatch = 300;
 
-Polygon PolygonOf(const Patch& p) {
-  if (p.shape == PatchShape::kTriangle) {
-    return {p.origin, p.origin + p.u, p.origin + p.v};
-  }
-  return {p.origin, p.origin + p.u, p.origin + p.u + p.v, p.origin + p.v};
-}
-
 bool LiesIn(const Polygon& polygon, const Plane& plane) {
   return Classify(polygon, plane, kCoincidentM) == PlaneSide::kOn;
 }
@@ -284,25 +277,14 @@ class OverlapSeparator {
       if (it == pieces_.end()) {
         kept.push_back(patch);
       } else {
-        AppendPatches(patch, it->second, &kept);
+        const Vec3 normal = PatchNormal(patch);
+        for (const Piece& piece : it->second) {
+          AppendAsPatches(
+              patch, piece.polygon, normal * (piece.layer * kApartM), &kept);
+        }
       }
     }
     patches_ = std::move(kept);
-  }
-
-  static void AppendPatches(Patch patch,
-                            const std::vector<Piece>& pieces,
-                            std::vector<Patch>* kept) {
-    const Vec3 normal = PatchNormal(patch);
-    for (const Piece& piece : pieces) {
-      for (const PatchPiece& cut : CutIntoPatches(piece.polygon)) {
-        patch.origin = cut.origin + normal * (piece.layer * kApartM);
-        patch.u = cut.u;
-        patch.v = cut.v;
-        patch.shape = cut.shape;
-        kept->push_back(patch);
-      }
-    }
   }
 
   std::vector<Patch>& patches_;

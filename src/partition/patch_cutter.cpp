@@ -139,4 +139,24 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
   return pieces;
 }
 
+Polygon PolygonOf(const Patch& p) {
+  if (p.shape == PatchShape::kTriangle) {
+    return {p.origin, p.origin + p.u, p.origin + p.v};
+  }
+  return {p.origin, p.origin + p.u, p.origin + p.u + p.v, p.origin + p.v};
+}
+
+void AppendAsPatches(Patch patch,
+                     const Polygon& part,
+                     Vec3 offset,
+                     std::vector<Patch>* patches) {
+  for (const PatchPiece& cut : CutIntoPatches(part)) {
+    patch.origin = cut.origin + offset;
+    patch.u = cut.u;
+    patch.v = cut.v;
+    patch.shape = cut.shape;
+    patches->push_back(patch);
+  }
+}
+
 }  // namespace enfilade

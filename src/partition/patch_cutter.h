@@ -23,4 +23,14 @@ struct PatchPiece {
 // a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
+// The corners of a patch, counter-clockwise seen from its front.
+Polygon PolygonOf(const Patch& patch);
+
+// Appends the pieces of a part of a patch, moved by `offset`; all else is the
+// patch's.
+void AppendAsPatches(Patch patch,
+                     const Polygon& part,
+                     Vec3 offset,
+                     std::vector<Patch>* patches);
+
 }  // namespace enfilade

@@ -192,7 +192,6 @@ void Engine::CheckResidual() {
   options.decide_at = ResidualAtError(state_.error);
   options.most_rays = std::max(kLeastResidualRays, state_.rounds.back().links);
   const ResidualEstimate residual = MeasureResidual(*store_, options, *budget_);
-  state_.rays += residual.rays;
   TakeResidual(residual.value, &state_);
   workspace_ = ReserveWorkspace();
 }

@@ -149,7 +149,8 @@ class ResidualMeter {
 
   // How much of the points each patch is to get: sums over the patches before.
   void WeighPatches() {
-    weights_.assign(1, 0);
+    weights_.reserve(WeightBytes() / sizeof(double));
+    weights_.push_back(0);
     for (uint32_t i = 0; i < partition_.cells.size(); ++i) {
       const CellPatches cell = LoadCellPatches(*store_, CellId(i));
       std::vector<PatchPoint> middles;
