@@ -19,16 +19,20 @@ void AccessTrace::Record(const BlockKey& key, uint64_t bytes) {
   } else {
     bytes_[it->second] = std::max(bytes_[it->second], bytes);
   }
-  accesses_.push_back(it->second);
-  if (accesses_.size() >= kMostAccesses) {
-    Fold();
-  }
+  Append(it->second);
 }
 
 void AccessTrace::RecordHit(const BlockKey& key) {
   const auto it = index_.find(key);
   if (it != index_.end()) {
-    accesses_.push_back(it->second);
+    Append(it->second);
+  }
+}
+
+void AccessTrace::Append(uint32_t block) {
+  accesses_.push_back(block);
+  if (accesses_.size() >= kMostAccesses) {
+    Fold();
   }
 }
 

@@ -28,7 +28,14 @@ class AccessTrace {
   // Adds what was recorded to the sums and forgets it.
   void Measure(uint64_t* belady_bytes, uint64_t* compulsory_bytes);
 
+  // What it holds now: bounded, however long the solve goes on without a read.
+  [[nodiscard]] uint64_t SizeBytes() const {
+    return accesses_.capacity() * sizeof(uint32_t) +
+           bytes_.capacity() * sizeof(uint64_t);
+  }
+
  private:
+  void Append(uint32_t block);
   void Fold();
 
   uint64_t capacity_bytes_;

@@ -15,10 +15,14 @@ namespace {
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 constexpr size_t kMostGroups = 12;
 constexpr size_t kMostSourcePoints = 8;
-// Doorways looked at by one flood, at most.
-constexpr uint64_t kMostTests = 300'000;
+// Doorways looked at by one flood, and reached by it (some 250 bytes each), at
+// most.
+constexpr uint64_t kMostTests = 5'000'000;
+constexpr size_t kMostNodes = 30'000;
 // A doorway's reached part grows so often before it is taken for the whole.
-constexpr uint32_t kMostGrowths = 4;
+constexpr uint32_t kMostGrowths = 16;
+// Dominators that a beam is held to, at most.
+constexpr size_t kMostPassed = 8;
 constexpr double kLeastEdgeMetres = 1e-7;
 // A plane holds the source behind it up to rounding.
 constexpr double kBehindMetres = 1e-9;
@@ -101,6 +105,29 @@ std::optional<DoorPlane> Support(Point3 from,
                        return plane->Beyond(s) <= kBehindMetres;
                      });
   return holds ? plane : std::nullopt;
+}
+
+// Appends the planes through the region's edges that hold what lines that come
+// through all of `source` can reach beyond it.
+void AppendSupports(const std::vector<Point3>& region,
+                    Vec3 normal,
+                    const std::vector<Point3>& source,
+                    std::vector<DoorPlane>* planes) {
+  const size_t n = region.size();
+  for (size_t i = 0; i < n; ++i) {
+    const Point3 a = region[i];
+    const Vec3 edge = region[(i + 1) % n] - a;
+    const double length = Length(edge);
+    if (length < kLeastEdgeMetres) {
+      continue;
+    }
+    const Vec3 along = edge / length;
+    const Vec3 inward = Cross(normal, along);
+    const Point3 from = a - inward * kStabToleranceMetres;
+    if (const auto plane = Support(from, along, inward, source)) {
+      planes->push_back(*plane);
+    }
+  }
 }
 
 bool IsWithin(const std::vector<Point3>& inner,
@@ -199,75 +226,121 @@ void BeamFlood::Begin(const DoorwayGroup& firsts) {
   }
 }
 
-void BeamFlood::Reach(const Doorway& door, std::vector<Point3> region) {
+void BeamFlood::Wait(uint32_t number) {
+  if (!std::exchange(nodes_[number].is_waiting, true)) {
+    waiting_.push_back(number);
+  }
+}
+
+void BeamFlood::Reach(const Doorway& door,
+                      std::vector<Point3> region,
+                      uint32_t from) {
   uint32_t& number = node_of_[door.index];
   if (number == kNone) {
     number = static_cast<uint32_t>(nodes_.size());
-    nodes_.push_back({&door, std::move(region), 0, door.is_sliver, true});
-    waiting_.push_back(number);
+    nodes_.push_back({&door, std::move(region), from});
+    Wait(number);
     return;
   }
   Node& node = nodes_[number];
-  if (node.is_whole || IsWithin(region, node.region, door.plane.normal)) {
+  const uint32_t dominator = CommonDominator(node.dominator, from);
+  const bool grows =
+      !door.is_sliver && !IsWithin(region, node.region, door.plane.normal);
+  const bool moves = dominator != node.dominator;
+  node.dominator = dominator;
+  if (!grows && !moves && !IsOutdated(node)) {
     return;
   }
-  region.insert(region.end(), node.region.begin(), node.region.end());
-  node.region = ConvexHull(region, door.plane.normal);
-  node.is_whole = node.region.size() < 3 || ++node.growths >= kMostGrowths;
-  if (node.is_whole) {
-    node.region = door.polygon;
+  if (grows || moves) {
+    node.changed_at = ++clock_;
   }
-  if (!std::exchange(node.is_waiting, true)) {
-    waiting_.push_back(number);
+  if (grows) {
+    region.insert(region.end(), node.region.begin(), node.region.end());
+    node.region = ConvexHull(region, door.plane.normal);
+    if (node.region.size() < 3 || ++node.growths >= kMostGrowths) {
+      node.region = door.polygon;
+    }
+  }
+  Wait(number);
+}
+
+bool BeamFlood::IsOutdated(const Node& node) const {
+  for (uint32_t n = node.dominator; n != kNone; n = nodes_[n].dominator) {
+    if (nodes_[n].changed_at > node.passed_at) {
+      return true;
+    }
+  }
+  return false;
+}
+
+uint32_t BeamFlood::CommonDominator(uint32_t a, uint32_t b) const {
+  const auto depth = [this](uint32_t n) {
+    uint32_t count = 0;
+    for (; n != kNone; n = nodes_[n].dominator) {
+      ++count;
+    }
+    return count;
+  };
+  uint32_t depth_a = depth(a);
+  uint32_t depth_b = depth(b);
+  while (a != b) {
+    if (depth_a >= depth_b) {
+      a = nodes_[a].dominator;
+      --depth_a;
+    } else {
+      b = nodes_[b].dominator;
+      --depth_b;
+    }
+  }
+  return a;
+}
+
+void BeamFlood::LookThrough(uint32_t number, Beam* beam) const {
+  beam->planes.clear();
+  beam->passed.clear();
+  const Node& last = nodes_[number];
+  const Vec3 last_normal = last.door->plane.normal;
+  for (uint32_t n = number; n != kNone && beam->passed.size() < kMostPassed;
+       n = nodes_[n].dominator) {
+    const Node& node = nodes_[n];
+    const Vec3 normal = node.door->plane.normal;
+    beam->passed.push_back(n);
+    if (!node.door->is_sliver) {
+      beam->planes.push_back(node.door->plane);
+      AppendSupports(node.region, normal, source_, &beam->planes);
+    }
+    if (n != number && !last.door->is_sliver) {
+      AppendSupports(last.region, last_normal, node.region, &beam->planes);
+    }
   }
 }
 
-std::vector<DoorPlane> BeamFlood::BeamThrough(const Node& node) const {
-  std::vector<DoorPlane> beam;
-  const Doorway& door = *node.door;
-  if (door.is_sliver) {
-    return beam;
-  }
-  beam.push_back(door.plane);
-  const size_t n = node.region.size();
-  for (size_t i = 0; i < n; ++i) {
-    const Point3 a = node.region[i];
-    const Vec3 edge = node.region[(i + 1) % n] - a;
-    const double length = Length(edge);
-    if (length < kLeastEdgeMetres) {
-      continue;
-    }
-    const Vec3 along = edge / length;
-    const Vec3 inward = Cross(door.plane.normal, along);
-    const Point3 from = a - inward * kStabToleranceMetres;
-    if (const auto plane = Support(from, along, inward, source_)) {
-      beam.push_back(*plane);
-    }
-  }
-  return beam;
-}
-
-bool BeamFlood::IsWhole(const Doorway& door) const {
+bool BeamFlood::IsFirst(const Doorway& door) const {
   const uint32_t number = node_of_[door.index];
-  return number != kNone && nodes_[number].is_whole;
+  return number != kNone && nodes_[number].is_first;
 }
 
-bool BeamFlood::FindPart(const Node& node,
-                         const std::vector<DoorPlane>& beam,
-                         const Doorway& next) {
+bool BeamFlood::FindPart(const Beam& beam, const Doorway& next) {
   const double reach = next.radius + kStabToleranceMetres;
-  for (const DoorPlane& plane : beam) {
+  for (const DoorPlane& plane : beam.planes) {
     if (plane.Beyond(next.center) < -reach) {
       return false;
     }
   }
-  if (next.portal == node.door->portal ||
-      (!next.is_sliver && (!ReachesBefore(node.region, next.plane) ||
-                           !ReachesBefore(source_, next.plane)))) {
+  for (const uint32_t n : beam.passed) {
+    const Node& passed = nodes_[n];
+    if (next.portal == passed.door->portal ||
+        (!next.is_sliver && !ReachesBefore(passed.region, next.plane)) ||
+        (!passed.door->is_sliver &&
+         !ReachesBeyond(next.polygon, passed.door->plane))) {
+      return false;
+    }
+  }
+  if (!next.is_sliver && !ReachesBefore(source_, next.plane)) {
     return false;
   }
   part_ = next.polygon;
-  for (const DoorPlane& plane : beam) {
+  for (const DoorPlane& plane : beam.planes) {
     ClipBeyondInto(part_, plane, clipped_);
     part_.swap(clipped_);
     if (part_.empty()) {
@@ -280,25 +353,28 @@ bool BeamFlood::FindPart(const Node& node,
 bool BeamFlood::Run(const DoorwayGroup& firsts, std::vector<bool>& reached) {
   Begin(firsts);
   for (const Doorway* first : firsts) {
-    Reach(*first, first->polygon);
-    nodes_[node_of_[first->index]].is_whole = true;
+    Reach(*first, first->polygon, kNone);
+    nodes_.back().is_first = true;
   }
   uint64_t tests = 0;
-  for (size_t i = 0; i < waiting_.size(); ++i) {
-    const uint32_t number = waiting_[i];
+  Beam beam;
+  while (!waiting_.empty()) {
+    const uint32_t number = waiting_.front();
+    waiting_.pop_front();
     nodes_[number].is_waiting = false;
-    const Node node = nodes_[number];
-    reached[regions_->CellOf(node.door->to).Index()] = true;
-    const std::vector<DoorPlane> beam = BeamThrough(node);
-    const auto& doors = regions_->Graph().Doorways(node.door->to);
+    nodes_[number].passed_at = ++clock_;
+    const Doorway& door = *nodes_[number].door;
+    reached[regions_->CellOf(door.to).Index()] = true;
+    LookThrough(number, &beam);
+    const auto& doors = regions_->Graph().Doorways(door.to);
     tests += doors.size();
-    if (tests > kMostTests) {
+    if (tests > kMostTests || nodes_.size() > kMostNodes) {
       reached.assign(reached.size(), true);
       return false;
     }
     for (const Doorway& next : doors) {
-      if (!IsWhole(next) && FindPart(node, beam, next)) {
-        Reach(next, next.is_sliver ? next.polygon : part_);
+      if (!IsFirst(next) && FindPart(beam, next)) {
+        Reach(next, next.is_sliver ? next.polygon : part_, number);
       }
     }
   }

@@ -8,6 +8,7 @@
 #include "visibility/portal_graph.h"
 
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 namespace enfilade {
@@ -29,7 +30,7 @@ class RegionGraph {
   // The openings out of a cell to other cells.
   [[nodiscard]] DoorwayGroup DoorwaysOut(CellId cell) const;
 
- private:
+ public:
   PortalGraph graph_;
   std::vector<CellId> cell_of_;               // by region
   std::vector<std::vector<CellId>> regions_;  // by cell
@@ -41,16 +42,18 @@ class RegionGraph {
 std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways);
 
 // Floods from doorway to doorway. A doorway is reached when some part of it
-// lies beyond a reached doorway, within the beam that the hull of the first
-// ones sends through the reached part of that. Finds every cell that a line
-// through a first doorway can reach (and, as a line must only pass every two
-// doorways in a row and the first ones, some more).
+// lies beyond a reached doorway, within the beam through the reached part of
+// that. The beam holds what passes the hull of the first doorways and every
+// doorway without which none was reached so far (the dominators of the flow
+// graph of reached doorways). Finds every cell that a line through a first
+// doorway can reach, and some more: the doorways between one dominator and the
+// next are forgotten.
 class BeamFlood {
  public:
   explicit BeamFlood(const RegionGraph& regions);
 
   // Sets in `reached` (by cell) what is reached; all cells, if telling would
-  // take too many tests, and then returns false.
+  // take too many tests or doorways, and then returns false.
   bool Run(const DoorwayGroup& firsts, std::vector<bool>& reached);
 
  private:
@@ -58,26 +61,39 @@ class BeamFlood {
   struct Node {
     const Doorway* door = nullptr;
     std::vector<Point3> region;
-    uint32_t growths = 0;  // of the region
-    bool is_whole = false;
+    uint32_t dominator = 0;   // the nearest, a node; kNone for a first doorway
+    uint32_t growths = 0;     // of the region
+    uint64_t changed_at = 0;  // its region or dominator; by clock_
+    uint64_t passed_at = 0;
+    bool is_first = false;  // whole, and nothing before it: it never changes
     bool is_waiting = false;
   };
 
+  // Where lines can go beyond a doorway, and which they have passed.
+  struct Beam {
+    std::vector<DoorPlane> planes;
+    std::vector<uint32_t> passed;  // nodes, the last first
+  };
+
   void Begin(const DoorwayGroup& firsts);
-  void Reach(const Doorway& door, std::vector<Point3> region);
-  // Where lines from the source through the node's region can go.
-  [[nodiscard]] std::vector<DoorPlane> BeamThrough(const Node& node) const;
-  [[nodiscard]] bool IsWhole(const Doorway& door) const;
-  // Whether the beam through the node reaches the doorway; its part is part_.
-  bool FindPart(const Node& node,
-                const std::vector<DoorPlane>& beam,
-                const Doorway& next);
+  // From the node `from`, or kNone.
+  void Reach(const Doorway& door, std::vector<Point3> region, uint32_t from);
+  void Wait(uint32_t number);
+  // Whether a dominator has changed since the node was last passed.
+  [[nodiscard]] bool IsOutdated(const Node& node) const;
+  // The nearest node that is a dominator of both, or one of them; or kNone.
+  [[nodiscard]] uint32_t CommonDominator(uint32_t a, uint32_t b) const;
+  void LookThrough(uint32_t number, Beam* beam) const;
+  [[nodiscard]] bool IsFirst(const Doorway& door) const;
+  // Whether the beam reaches the doorway; its part is part_.
+  bool FindPart(const Beam& beam, const Doorway& next);
 
   const RegionGraph* regions_;
   std::vector<uint32_t> node_of_;  // by doorway
   std::vector<Node> nodes_;
-  std::vector<uint32_t> waiting_;  // nodes, first come first served
-  std::vector<Point3> source_;     // corners of a hull of the first doorways
+  std::deque<uint32_t> waiting_;  // nodes, first come first served
+  uint64_t clock_ = 0;
+  std::vector<Point3> source_;  // corners of a hull of the first doorways
   std::vector<Point3> part_, clipped_;
 };
 

@@ -5,10 +5,11 @@
 namespace enfilade {
 namespace {
 
-// Thinner portals count as slivers: narrower than the cracks that the partition
-// closes, so that their normal is lost in rounding.
-constexpr double kSliverMetres = 2e-5;
+// Thinner portals count as slivers: their normal is lost in rounding.
+constexpr double kSliverMetres = 1e-6;
 constexpr double kLeastEdgeMetres = 1e-7;
+// Doorways of one plane: a line passes at most one of them.
+constexpr double kLeastAheadMetres = 1e-6;
 
 // Edge rows mix directions and moments: in this unit both are of order one.
 constexpr double kRowUnitMetres = 8;
@@ -89,7 +90,13 @@ void ClipBeyondInto(const std::vector<Point3>& polygon,
 
 bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane) {
   return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
-    return plane.Beyond(p) <= kStabToleranceMetres;
+    return plane.Beyond(p) < -kLeastAheadMetres;
+  });
+}
+
+bool ReachesBeyond(const std::vector<Point3>& polygon, const DoorPlane& plane) {
+  return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
+    return plane.Beyond(p) > kLeastAheadMetres;
   });
 }
 

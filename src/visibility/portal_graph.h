@@ -70,8 +70,11 @@ void ClipBeyondInto(const std::vector<Point3>& polygon,
                     const DoorPlane& plane,
                     std::vector<Point3>& kept);
 
-// Whether some point lies before the plane, within the tolerance.
+// Whether some point lies before the plane, and not in it.
 bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane);
+
+// Likewise beyond it.
+bool ReachesBeyond(const std::vector<Point3>& polygon, const DoorPlane& plane);
 
 // Appends the rows that a line through the polygon satisfies, the polygon
 // enlarged by the tolerance. Coordinates are taken relative to `origin` and

@@ -2,6 +2,7 @@
 
 #include "visibility/set_agreement.h"
 
+#include <array>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -43,6 +44,74 @@ TEST(BeamFlood, KnowsTheWallsWithinACell) {
 TEST(BeamFlood, MillimetresDecide) {
   EXPECT_TRUE(SeenFromCell0(0.999)[2]);
   EXPECT_FALSE(SeenFromCell0(1.001)[2]);
+}
+
+// A row of cells behind each other with a door at x = 1, 2, ... between them.
+std::vector<bool> SeenAlong(const std::vector<std::array<double, 2>>& doors) {
+  const size_t cells = doors.size() + 1;
+  Regions regions;
+  for (size_t i = 0; i < cells; ++i) {
+    regions.cell_of.emplace_back(i);
+  }
+  for (size_t i = 0; i < doors.size(); ++i) {
+    regions.openings.push_back(
+        {CellId(i + 1),
+         CellId(i),
+         Across(static_cast<double>(i) + 1, doors[i][0], doors[i][1])});
+  }
+  const RegionGraph graph(cells, regions);
+  std::vector<bool> reached(cells);
+  BeamFlood flood(graph);
+  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
+  return reached;
+}
+
+// The second and the third door let lines through that rise by 0.9 to 1 a
+// metre, of those through the first and the third alone some rise by 0.45:
+// they would reach the last one.
+TEST(BeamFlood, HoldsALineToEveryDoorItHasPassed) {
+  EXPECT_FALSE(SeenAlong({{0, 1}, {0.9, 1}, {1.9, 2}, {2.3, 2.5}})[4]);
+  EXPECT_TRUE(SeenAlong({{0, 1}, {0.9, 1}, {1.9, 2}, {2.3, 3}})[4]);
+  EXPECT_TRUE(SeenAlong({{0, 1}, {0.9, 1.7}, {1.9, 2}, {2.3, 2.5}})[4]);
+}
+
+// Two ways lead from the first door to the third: what is known of the one does
+// not hold for the other.
+TEST(BeamFlood, ForgetsADoorThatCanBePassedBy) {
+  Regions regions;
+  for (uint32_t i = 0; i < 5; ++i) {
+    regions.cell_of.emplace_back(i);
+  }
+  const auto open = [&](uint32_t from,
+                        uint32_t to,
+                        double x,
+                        double y0,
+                        double y1) {
+    regions.openings.push_back({CellId(to), CellId(from), Across(x, y0, y1)});
+  };
+  open(0, 1, 1, 0, 1);
+  open(1, 2, 2, 0.9, 1);
+  open(1, 2, 2, 1.4, 1.5);
+  open(2, 3, 3, 1.9, 2);
+  open(3, 4, 4, 2.3, 2.5);
+  const RegionGraph graph(5, regions);
+  std::vector<bool> reached(5);
+  BeamFlood flood(graph);
+  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
+  EXPECT_TRUE(reached[4]);
+}
+
+// Out of the plane of a door a line does not come back into it.
+TEST(BeamFlood, PassesAPlaneOnce) {
+  Regions regions;
+  regions.cell_of = {CellId(0U), CellId(1U), CellId(2U)};
+  regions.openings.push_back({CellId(1U), CellId(0U), Across(1, 0, 1)});
+  regions.openings.push_back({CellId(1U), CellId(2U), Across(1, 1, 2)});
+  const RegionGraph graph(3, regions);
+  std::vector<bool> reached(3);
+  BeamFlood flood(graph);
+  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
+  EXPECT_EQ(reached, (std::vector<bool>{false, true, false}));
 }
 
 TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
