@@ -139,6 +139,28 @@ struct Box3 {
   }
 };
 
+// Whether the box meets the convex hull of `a` and `b`: one of the boxes that
+// lie between them, corner by corner.
+inline bool MeetsHull(const Box3& box, const Box3& a, const Box3& b) {
+  double first = 0;  // shares of the way from a to b
+  double last = 1;
+  // Keeps the shares with from + t * (to - from) >= 0.
+  const auto keep = [&](double from, double to) {
+    if (from < 0 && to < 0) {
+      last = -1;
+    } else if (from < 0) {
+      first = std::max(first, from / (from - to));
+    } else if (to < 0) {
+      last = std::min(last, from / (from - to));
+    }
+  };
+  for (size_t i = 0; i < 3; ++i) {
+    keep(box.high[i] - a.low[i], box.high[i] - b.low[i]);
+    keep(a.high[i] - box.low[i], b.high[i] - box.low[i]);
+  }
+  return first <= last;
+}
+
 inline Box3 BoundsOf(std::span<const Point3> points) {
   Box3 box;
   for (const Point3 p : points) {

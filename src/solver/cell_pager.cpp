@@ -202,6 +202,9 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
     add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
   }
   uint64_t room = budget_->FreeBytes();
+  if (need + build <= room) {
+    return true;
+  }
   for (const auto& [key, item] : items_) {
     room += item.value.use_count() > 1 ? 0 : BytesOf(key, item);
   }

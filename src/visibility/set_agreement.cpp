@@ -160,14 +160,14 @@ VisibleSet SetAgreement::Finish(CellId receiver) {
   }
   VisibleSet set;
   for (const SeenCell& pair : agreed) {
-    Box3 hull = cells[receiver.Index()].bounds;
-    hull.Include(cells[pair.cell.Index()].bounds);
+    const Box3& here = cells[receiver.Index()].bounds;
+    const Box3& there = cells[pair.cell.Index()].bounds;
     VisibleCell visible{pair.cell, {}};
     const auto theirs = AgreedBy(pair.cell);
     for (const CellId cell : *theirs) {
       const bool lies_between =
           is_mine[cell.Index()] &&
-          (pair.is_loose ? cells[cell.Index()].bounds.Overlaps(hull)
+          (pair.is_loose ? MeetsHull(cells[cell.Index()].bounds, here, there)
                          : std::binary_search(
                                pair.between.begin(), pair.between.end(), cell));
       if (lies_between) {

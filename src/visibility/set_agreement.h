@@ -30,7 +30,8 @@ class SetAgreement {
   void Agree();
 
   // After Agree: without what one of the two does not see after all. Where
-  // both are loose, the cells that both see and that meet the box around both.
+  // both are loose, the cells that both see and that meet the hull of their
+  // boxes.
   VisibleSet Finish(CellId receiver);
 
  private:
