@@ -220,15 +220,17 @@ class Auditor {
     runs_.clear();
   }
 
-  // Whether a ray that hit a patch from behind began between it and the surface
-  // that it was put before (overlap.h), which nothing else can see.
-  [[nodiscard]] bool IsCovered(const TraceRay& ray, const TraceHit& hit) {
+  // Whether a patch may be hit from behind: it is a luminaire, whose back is
+  // black, or the ray began between it and the surface that it was put before
+  // (overlap.h), which nothing else can see.
+  [[nodiscard]] bool HasOpenBack(const TraceRay& ray, const TraceHit& hit) {
     if (behind_cell_ != hit.cell) {
       behind_cell_ = hit.cell;
       behind_ = LoadCellPatches(*store_, hit.cell).patches;
     }
-    const Vec3 n = PatchNormal(behind_[hit.patch.Index()]);
-    return hit.distance * Dot(ray.direction, n) <= (kMostLayers + 1) * kApartM;
+    const Patch& patch = behind_[hit.patch.Index()];
+    const double depth = hit.distance * Dot(ray.direction, PatchNormal(patch));
+    return patch.emits || depth <= (kMostLayers + 1) * kApartM;
   }
 
   void LoadSources(CellId receiver) {
@@ -247,7 +249,7 @@ class Auditor {
       return;
     }
     if (!hit.on_front) {
-      summary_.audit_leaks += IsCovered(ray, hit) ? 0U : 1U;
+      summary_.audit_leaks += HasOpenBack(ray, hit) ? 0U : 1U;
       return;
     }
     if (!std::binary_search(sources_.begin(), sources_.end(), hit.cell)) {

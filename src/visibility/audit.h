@@ -28,7 +28,8 @@ struct AuditSummary {
   // Rays that came through no opening: they hit a patch from behind, joined a
   // missing pair that not all of four rays beside them, 0.1 mm away, join, or
   // left or met a patch where its cell is thinner than that. Rays from under a
-  // surface that lies on another are none.
+  // surface that lies on another are none, nor those that meet the black back
+  // of a luminaire.
   uint64_t audit_leaks = 0;
   uint64_t conservative_pairs = 0;  // ordered, as VisibilitySummary counts
   uint64_t sampled_pairs = 0;       // ordered: that a ray joined, either way

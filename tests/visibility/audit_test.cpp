@@ -118,6 +118,25 @@ TEST(Audit, ReportsPairsThatTheSetsLack) {
   }
 }
 
+// A panel below the ceiling of the first room, seen from its lower side only.
+uint64_t LeaksAtPanel(bool emits) {
+  Row row;
+  BuildRow(2, row);
+  CellPatches room = Room(0, 2);
+  room.patches.push_back(Rectangle({0.5, 0.5, 1.8}, {0, 1, 0}, {1, 0, 0}));
+  room.patches.back().emits = emits;
+  row.store.Put({BlockKind::kCellPatches, 0}, EncodeCellPatches(room));
+  MemoryBudget budget(kMuch);
+  BuildTraceChunks(row.store, budget);
+  BuildVisibleSets(row.partition, {}, row.store);
+  return AuditOf(row.store, 50000, kMuch).audit_leaks;
+}
+
+TEST(Audit, TheBackOfALuminaireIsNoLeak) {
+  EXPECT_LT(LeaksAtPanel(true), 20U);
+  EXPECT_GT(LeaksAtPanel(false), 500U);
+}
+
 TEST(Audit, IsTheSameWhateverTheBudgetAndTheThreads) {
   Row row;
   BuildRow(5, row);
