@@ -27,6 +27,9 @@ void CellsBetween::Pin(CellId cell) {
 }
 
 void CellsBetween::Hold() {
+  if (!pins_.empty()) {
+    return;
+  }
   is_paged_ = is_paged_ || !pager_->CanHoldBlockers(all_);
   blockers_.paged = is_paged_ ? &paged_ : nullptr;
   for (const CellId cell : is_paged_ ? ends_ : all_) {

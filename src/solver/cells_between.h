@@ -24,8 +24,8 @@ class CellsBetween {
                const VisibleCell& source,
                std::vector<const ShaftBlockers*> gates);
 
-  // Takes them into memory: after it the blockers may be asked, and the pager
-  // by nobody else, until Release().
+  // Takes them into memory unless they are: after it the blockers may be asked,
+  // and the pager by nobody else, until Release() or the end.
   void Hold();
   void Release();
 

@@ -34,7 +34,7 @@ constexpr uint32_t kMostCycles = 40;
 // order: as many as make some of these numbers of links, so that neither memory
 // nor threads waiting for the last one matter. By the links of the group
 // before, so that groups are cut alike in every run.
-constexpr uint32_t kMostGroupParts = 128;
+constexpr uint32_t kMostGroupParts = 512;
 constexpr size_t kFewGroupLinks = 4000;
 constexpr size_t kManyGroupLinks = 12000;
 // What a group may make at most, and each of its parts; a group of so many
@@ -376,7 +376,9 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   while (state_.cursor.work.item < refiner.ItemCount()) {
     between.Hold();
     const size_t links = RefineGroup(refiner, &results);
-    between.Release();  // the trees may need its room
+    if (links > 0) {
+      between.Release();  // the trees may need its room
+    }
     for (const RawLinks& result : results) {
       row.squared_error += result.squared_error;
       state_.rays += result.rays;
