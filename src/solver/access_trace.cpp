@@ -8,6 +8,7 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostAccesses = 1 << 17;
+constexpr size_t kMostBlocks = 1 << 15;
 
 }  // namespace
 
@@ -31,7 +32,7 @@ void AccessTrace::RecordHit(const BlockKey& key) {
 
 void AccessTrace::Append(uint32_t block) {
   accesses_.push_back(block);
-  if (accesses_.size() >= kMostAccesses) {
+  if (accesses_.size() >= kMostAccesses || bytes_.size() >= kMostBlocks) {
     Fold();
   }
 }

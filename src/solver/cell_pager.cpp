@@ -201,14 +201,16 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
         patches * sizeof(PatchGeometry));
     add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
   }
+  // What the process takes beyond all charges has no room either.
+  need += build + budget_->ResidentExcess();
   uint64_t room = budget_->FreeBytes();
-  if (need + build <= room) {
+  if (need <= room) {
     return true;
   }
   for (const auto& [key, item] : items_) {
     room += item.value.use_count() > 1 ? 0 : BytesOf(key, item);
   }
-  return need + build <= room;
+  return need <= room;
 }
 
 Box CellPager::BoundsOf(CellId cell) const {

@@ -90,38 +90,31 @@ void PullFrom(const ShapeBasis& basis,
 CellTree::CellTree(TreeShape shape, std::span<const PatchGeometry> patches)
     : CellTree(shape) {
   patch_count_ = patches.size();
-  elements_.resize(patches.size());
   for (size_t i = 0; i < patches.size(); ++i) {
-    elements_[i].patch = static_cast<uint32_t>(i);
+    elements_.PushBack({static_cast<uint32_t>(i), 0, {}});
     patch_shapes_.push_back(patches[i].shape);
   }
   GrowCoefficients();
 }
 
 void CellTree::GrowCoefficients() {
-  gathered_.GrowTo(elements_.size());
-  sent_.GrowTo(elements_.size());
-  delta_.GrowTo(elements_.size());
-  gain_.GrowTo(elements_.size());
-  detail_.resize(elements_.size());
+  gathered_.GrowTo(elements_.Size());
+  sent_.GrowTo(elements_.Size());
+  delta_.GrowTo(elements_.Size());
+  gain_.GrowTo(elements_.Size());
+  detail_.GrowTo(elements_.Size());
 }
 
 void CellTree::AppendChildren(uint32_t parent, PatchShape patch_shape) {
   const Element from = elements_[parent];
-  elements_[parent].first_child = static_cast<uint32_t>(elements_.size());
-  if (elements_.capacity() < elements_.size() + kChildren) {
-    // By an eighth and not by doubling: memory counts more than moves.
-    const size_t room = elements_.size() + elements_.size() / 8 + 64;
-    elements_.reserve(room);
-    detail_.reserve(room);
-  }
+  elements_[parent].first_child = static_cast<uint32_t>(elements_.Size());
   for (size_t c = 0; c < kChildren; ++c) {
-    elements_.push_back({from.patch, 0, ChildOf(from.frame, patch_shape, c)});
+    elements_.PushBack({from.patch, 0, ChildOf(from.frame, patch_shape, c)});
   }
 }
 
 void CellTree::Split(ElementId e, PatchShape patch_shape) {
-  const size_t first = elements_.size();
+  const size_t first = elements_.Size();
   AppendChildren(e.value, patch_shape);
   GrowCoefficients();
   const ShapeBasis& basis = shape_.basis->On(patch_shape);
@@ -160,7 +153,7 @@ std::pair<ElementId, size_t> CellTree::FindDeepest(PatchId patch,
 
 void CellTree::UpdateDetail() {
   std::vector<float> pushed(shape_.Stride());
-  for (size_t i = elements_.size(); i-- > 0;) {
+  for (size_t i = elements_.Size(); i-- > 0;) {
     const Element& parent = elements_[i];
     detail_[i] = 0;
     if (parent.first_child == 0) {
@@ -183,8 +176,8 @@ void CellTree::UpdateDetail() {
 void CellTree::Save(BlockStorage& store, CellId cell) const {
   // Children come in the order in which their parents were split, so the list
   // of parents in that order is the structure.
-  std::vector<uint32_t> parents((elements_.size() - patch_count_) / kChildren);
-  for (size_t i = 0; i < elements_.size(); ++i) {
+  std::vector<uint32_t> parents((elements_.Size() - patch_count_) / kChildren);
+  for (size_t i = 0; i < elements_.Size(); ++i) {
     if (elements_[i].first_child != 0) {
       parents[(elements_[i].first_child - patch_count_) / kChildren] =
           static_cast<uint32_t>(i);
@@ -219,9 +212,8 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
     throw DamagedStoreError("an element tree does not match its cell");
   }
   CellTree tree(shape, patches);
-  tree.elements_.reserve(patch_count + kChildren * parents.size());
   for (const uint32_t parent : parents) {
-    if (parent >= tree.elements_.size() ||
+    if (parent >= tree.elements_.Size() ||
         tree.elements_[parent].first_child != 0) {
       throw DamagedStoreError("an element tree is not a tree");
     }
@@ -262,8 +254,8 @@ uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
 
 uint64_t CellTree::Digest() const {
   ByteWriter out;
-  for (const Element& e : elements_) {
-    out.Put(e.first_child);
+  for (size_t i = 0; i < elements_.Size(); ++i) {
+    out.Put(elements_[i].first_child);
   }
   uint64_t digest = HashBytes(out.View());
   for (size_t page = 0; page < gathered_.PageCount(); ++page) {
@@ -273,17 +265,17 @@ uint64_t CellTree::Digest() const {
 }
 
 uint64_t CellTree::SizeBytes() const {
-  return elements_.capacity() * sizeof(Element) + gathered_.SizeBytes() +
-         sent_.SizeBytes() + delta_.SizeBytes() + gain_.SizeBytes() +
-         detail_.capacity() * sizeof(float) + patch_shapes_.capacity();
+  return elements_.SizeBytes() + gathered_.SizeBytes() + sent_.SizeBytes() +
+         delta_.SizeBytes() + gain_.SizeBytes() + detail_.SizeBytes() +
+         patch_shapes_.capacity();
 }
 
 bool CellTree::IsValid() const {
-  for (size_t i = 0; i < elements_.size(); ++i) {
+  for (size_t i = 0; i < elements_.Size(); ++i) {
     const Element& e = elements_[i];
     const bool children_follow =
         e.first_child == 0 ||
-        (e.first_child > i && e.first_child + kChildren <= elements_.size());
+        (e.first_child > i && e.first_child + kChildren <= elements_.Size());
     if (!children_follow || e.patch >= patch_count_) {
       return false;
     }

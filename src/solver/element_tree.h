@@ -22,6 +22,7 @@
 #include "base/block_storage.h"
 #include "base/bytes.h"
 #include "base/ids.h"
+#include "base/paged_vector.h"
 #include "solver/basis.h"
 #include "solver/coefficient_array.h"
 #include "solver/geometry.h"
@@ -97,7 +98,7 @@ class CellTree {
   // Hash of what is the solution: structure and `gathered`.
   [[nodiscard]] uint64_t Digest() const;
 
-  [[nodiscard]] size_t Size() const { return elements_.size(); }
+  [[nodiscard]] size_t Size() const { return elements_.Size(); }
 
   [[nodiscard]] size_t PatchCount() const { return patch_count_; }
 
@@ -159,13 +160,13 @@ class CellTree {
 
   TreeShape shape_;
   size_t patch_count_ = 0;
-  std::vector<Element> elements_;
+  PagedVector<Element> elements_;
   std::vector<PatchShape> patch_shapes_;
   CoefficientArray gathered_;
   CoefficientArray sent_;
   CoefficientArray delta_;
   CoefficientArray gain_;
-  std::vector<float> detail_;
+  PagedVector<float> detail_;
 };
 
 // Pushes the parent's coefficients to a child: to[c][q] = sum Push from[c][g].

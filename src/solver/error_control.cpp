@@ -14,7 +14,7 @@ constexpr double kFirstLinksPerPatch = 3;
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
 // Error over residual, measured: docs/decisions/residual-check.md.
-constexpr double kErrorPerResidual = 1.1;
+constexpr double kErrorPerResidual = 1.2;
 // Predictions up to this multiple of the requested error are checked.
 constexpr double kCheckedFrom = 1.5;
 // The error falls a little slower than the root of tau.
