@@ -30,7 +30,7 @@ class RegionGraph {
   // The openings out of a cell to other cells.
   [[nodiscard]] DoorwayGroup DoorwaysOut(CellId cell) const;
 
- public:
+ private:
   PortalGraph graph_;
   std::vector<CellId> cell_of_;               // by region
   std::vector<std::vector<CellId>> regions_;  // by cell
