@@ -19,9 +19,17 @@ namespace {
 // store with its page cache (`solve -v` of a small scene tells peak and
 // budget), plus 6 MiB for stacks of more threads and the allocator's slack.
 constexpr uint64_t kFixedBytes = 20ULL << 20;
+// Of the rest, one part in so many is left to the allocator, whose slack grows
+// with what it holds: schependomlaan took 0.1 MiB more than a cap of 256M.
+constexpr uint64_t kSlackParts = 100;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 // Room that the resident size should leave below the cap.
 constexpr uint64_t kResidentSlack = 12ULL << 20;
+
+// The cap that leaves a budget of so many bytes.
+uint64_t CapOf(uint64_t budget_bytes) {
+  return kFixedBytes + budget_bytes + budget_bytes / (kSlackParts - 1) + 1;
+}
 
 }  // namespace
 
@@ -56,26 +64,27 @@ uint64_t MemoryBudget::ResidentExcess() const {
     return 0;
   }
   const uint64_t resident = ResidentBytes() + kResidentSlack;
-  const uint64_t cap = limit_bytes_ + kFixedBytes;
+  const uint64_t cap = CapOf(limit_bytes_);
   return resident > cap ? resident - cap : 0;
 }
 
 uint64_t MemoryBudget::BudgetUnderCap(uint64_t cap_bytes) {
-  if (cap_bytes < kFixedBytes + kLeastBudgetBytes) {
+  const uint64_t least = CapForBudget(0);
+  if (cap_bytes < least) {
     throw DoesNotFitError(
         fmt::format("--memory {}M is less than the program itself needs; the "
                     "least cap for any scene is {}M",
                     cap_bytes >> 20,
-                    (kFixedBytes + kLeastBudgetBytes) >> 20));
+                    least >> 20));
   }
-  return cap_bytes - kFixedBytes;
+  const uint64_t rest = cap_bytes - kFixedBytes;
+  return rest - rest / kSlackParts;
 }
 
 uint64_t MemoryBudget::CapForBudget(uint64_t budget_bytes) {
   constexpr uint64_t kMiB = 1 << 20;
-  const uint64_t cap =
-      std::max(budget_bytes, kLeastBudgetBytes) + kFixedBytes + kMiB - 1;
-  return cap / kMiB * kMiB;
+  const uint64_t cap = CapOf(std::max(budget_bytes, kLeastBudgetBytes));
+  return (cap + kMiB - 1) / kMiB * kMiB;
 }
 
 bool MemoryBudget::TryCharge(uint64_t bytes) {
@@ -94,13 +103,13 @@ bool MemoryBudget::TryCharge(uint64_t bytes) {
 
 void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
   if (!TryCharge(bytes)) {
-    const uint64_t least = UsedBytes() + bytes + kFixedBytes;
+    const uint64_t least = CapForBudget(UsedBytes() + bytes);
     throw DoesNotFitError(
         fmt::format("{} needs {:.1f} MiB more than the memory cap leaves; run "
                     "again with --memory {}M",
                     what,
                     static_cast<double>(bytes - FreeBytes()) / (1 << 20),
-                    (least >> 20) + 1));
+                    least >> 20));
   }
 }
 

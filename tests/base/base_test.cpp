@@ -138,6 +138,15 @@ TEST(MemoryBudget, RefusalNamesWhatAndACap) {
   EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
+// The cap that a refusal names is enough, and a megabyte less is not.
+TEST(MemoryBudget, TheLeastCapForABudgetLeavesIt) {
+  for (const uint64_t budget : {20'000'000ULL, 123'456'789ULL, 7ULL << 30}) {
+    const uint64_t cap = MemoryBudget::CapForBudget(budget);
+    EXPECT_GE(MemoryBudget::BudgetUnderCap(cap), budget);
+    EXPECT_LT(MemoryBudget::BudgetUnderCap(cap - (1 << 20)), budget);
+  }
+}
+
 TEST(MemoryBudget, ChargeEndsWithItsLastOwner) {
   MemoryBudget budget(100);
   MemoryCharge outer;
