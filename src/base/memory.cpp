@@ -58,12 +58,12 @@ void ReleaseFreedMemory() {
   malloc_trim(0);
 }
 
-uint64_t MemoryBudget::ResidentExcess() const {
+uint64_t MemoryBudget::ResidentExcess(uint64_t coming_bytes) const {
   constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max() / 2;
   if (limit_bytes_ > kUnlimited) {
     return 0;
   }
-  const uint64_t resident = ResidentBytes() + kResidentSlack;
+  const uint64_t resident = ResidentBytes() + coming_bytes + kResidentSlack;
   const uint64_t cap = CapOf(limit_bytes_);
   return resident > cap ? resident - cap : 0;
 }

@@ -54,8 +54,9 @@ class MemoryBudget {
   }
 
   // How many bytes less the process should take so as not to come near the
-  // cap, by its resident size: the allocator's slack is in nobody's charge.
-  [[nodiscard]] uint64_t ResidentExcess() const;
+  // cap, by its resident size (the allocator's slack is in nobody's charge) and
+  // what is to come.
+  [[nodiscard]] uint64_t ResidentExcess(uint64_t coming_bytes = 0) const;
 
   // Charges if it fits; false and unchanged otherwise.
   [[nodiscard]] bool TryCharge(uint64_t bytes);

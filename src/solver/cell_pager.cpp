@@ -201,8 +201,7 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
         patches * sizeof(PatchGeometry));
     add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
   }
-  // What the process takes beyond all charges has no room either.
-  need += build + budget_->ResidentExcess();
+  need += build;
   uint64_t room = budget_->FreeBytes();
   if (need <= room) {
     return true;
@@ -323,17 +322,17 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
       return;
     }
   }
-  HoldResident();
+  HoldResident(bytes);
 }
 
-void CellPager::HoldResident() {
-  uint64_t excess = budget_->ResidentExcess();
+void CellPager::HoldResident(uint64_t coming_bytes) {
+  uint64_t excess = budget_->ResidentExcess(coming_bytes);
   if (excess <= accepted_excess_) {
     return;
   }
   do {
     ReleaseFreedMemory();
-    excess = budget_->ResidentExcess();
+    excess = budget_->ResidentExcess(coming_bytes);
   } while (excess > 0 && EvictOne());
   constexpr uint64_t kStep = 1 << 20;
   accepted_excess_ = excess > 0 ? excess + kStep : 0;

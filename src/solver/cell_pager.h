@@ -114,7 +114,7 @@ class CellPager {
   Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   bool EvictOne();
   // Evicts while the process itself comes near the cap, whatever was charged.
-  void HoldResident();
+  void HoldResident(uint64_t coming_bytes);
   void Drop(std::map<ItemKey, Item>::iterator item);
   void WriteTree(CellId cell, Item* item);
 
