@@ -28,10 +28,13 @@ class AccessTrace {
   // Adds what was recorded to the sums and forgets it.
   void Measure(uint64_t* belady_bytes, uint64_t* compulsory_bytes);
 
-  // What it holds now: bounded, however long the solve goes on without a read.
+  // What it holds now, the nodes of the index as they are in memory: bounded,
+  // however long the solve goes on.
   [[nodiscard]] uint64_t SizeBytes() const {
+    constexpr uint64_t kLinksOfANode = 4 * sizeof(void*);
     return accesses_.capacity() * sizeof(uint32_t) +
-           bytes_.capacity() * sizeof(uint64_t);
+           bytes_.capacity() * sizeof(uint64_t) +
+           index_.size() * (sizeof(*index_.begin()) + kLinksOfANode);
   }
 
  private:

@@ -1,5 +1,7 @@
 #include "solver/access_trace.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -19,6 +21,23 @@ TEST(AccessTrace, StaysSmallHoweverOftenABlockIsHit) {
   trace.Measure(&belady, &compulsory);
   EXPECT_EQ(belady, 100U);
   EXPECT_EQ(compulsory, 100U);
+}
+
+// A solve that reads ever other blocks: each is read once, whatever is kept.
+TEST(AccessTrace, StaysSmallHoweverManyBlocksThereAre) {
+  AccessTrace trace(1000);
+  constexpr uint32_t kBlocks = 300'000;
+  uint64_t most = 0;
+  for (uint32_t i = 0; i < kBlocks; ++i) {
+    trace.Record({BlockKind::kLinks, i}, 10);
+    most = std::max(most, trace.SizeBytes());
+  }
+  EXPECT_LT(most, 4U << 20);
+  uint64_t belady = 0;
+  uint64_t compulsory = 0;
+  trace.Measure(&belady, &compulsory);
+  EXPECT_EQ(belady, 10U * kBlocks);
+  EXPECT_EQ(compulsory, 10U * kBlocks);
 }
 
 }  // namespace
