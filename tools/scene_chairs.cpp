@@ -72,22 +72,21 @@ void RequireChairCount(uint32_t count, uint32_t least) {
   }
 }
 
-// How far a chair may move in its cell without leaving it; UsageError if it
-// does not even fit.
-double FreePlay(const Room& room) {
+// The chairs of a room: their size, 1 where the cells of the grid have room for
+// it, and how far one may move in its cell without leaving it, metres.
+struct ChairFit {
+  double scale = 1;
+  double play = 0;
+};
+
+ChairFit FitChairs(const Room& room) {
+  const double needed = 2 * (kChairRadius + kClearance);
   const double cell =
       std::min(room.width / room.columns, room.depth / room.rows);
-  const double play = cell / 2 - kChairRadius - kClearance;
-  if (play < 0) {
-    throw UsageError(fmt::format(
-        "{} x {} chairs do not fit into a room of {} m x {} m; take fewer, or "
-        "--scaling both",
-        room.columns,
-        room.rows,
-        room.width,
-        room.depth));
-  }
-  return play;
+  ChairFit fit;
+  fit.scale = std::min(1.0, cell / needed);
+  fit.play = (cell - fit.scale * needed) / 2;
+  return fit;
 }
 
 void AddChairs(ObjWriter& out,
@@ -96,13 +95,13 @@ void AddChairs(ObjWriter& out,
                uint64_t seed,
                ChairBuild build,
                std::span<const MaterialId> materials) {
-  const double play = FreePlay(room);
+  const ChairFit fit = FitChairs(room);
   for (uint32_t i = 0; i < count; ++i) {
     Random random(MixKey(seed, i));
     const uint32_t column = i % room.columns;
     const uint32_t row = i / room.columns;
-    const double dx = (2 * random.Next() - 1) * play;
-    const double dy = (2 * random.Next() - 1) * play;
+    const double dx = (2 * random.Next() - 1) * fit.play;
+    const double dy = (2 * random.Next() - 1) * fit.play;
     const double turn = (2 * random.Next() - 1) * kMaxTurn;
     const Point3 origin = {(column + 0.5) * room.width / room.columns + dx,
                            (row + 0.5) * room.depth / room.rows + dy,
@@ -110,7 +109,7 @@ void AddChairs(ObjWriter& out,
     out.BeginObject(fmt::format("chair{}", i + 1));
     out.UseMaterial(
         materials[random.NextBelow(static_cast<uint32_t>(materials.size()))]);
-    AddChair(out, Placement(origin, turn), build);
+    AddChair(out, Placement(origin, turn, fit.scale), build);
   }
 }
 
@@ -153,7 +152,6 @@ void WriteRoomOfChairs(const ChairsOptions& options,
                        uint32_t lights,
                        ObjWriter& out) {
   const Room room = RoomFor(options);
-  FreePlay(room);
   AddOpenRoom(out, room);
   AddOverheadLights(out, room, lights);
   const std::array<MaterialId, 4> fabrics = {

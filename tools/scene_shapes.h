@@ -56,23 +56,27 @@ void AddPanel(ObjWriter& out,
 void AddLining(
     ObjWriter& out, Axis axis, double a0, double a1, const Rect& opening);
 
-// Where a piece of furniture stands: its own frame, turned about Z by `angle`
-// (radians), then moved to `origin`.
+// Where a piece of furniture stands: its own frame, made `scale` times as large,
+// turned about Z by `angle` (radians), then moved to `origin`.
 class Placement {
  public:
-  Placement(Point3 origin, double angle)
-      : origin_(origin), cos_(std::cos(angle)), sin_(std::sin(angle)) {}
+  Placement(Point3 origin, double angle, double scale = 1)
+      : origin_(origin),
+        cos_(scale * std::cos(angle)),
+        sin_(scale * std::sin(angle)),
+        scale_(scale) {}
 
   [[nodiscard]] Point3 At(Point3 p) const {
     return {origin_.x + cos_ * p.x - sin_ * p.y,
             origin_.y + sin_ * p.x + cos_ * p.y,
-            origin_.z + p.z};
+            origin_.z + scale_ * p.z};
   }
 
  private:
   Point3 origin_;
   double cos_;
   double sin_;
+  double scale_;
 };
 
 // The faces of a box, to be combined with |.
