@@ -217,6 +217,21 @@ void AddReflectanceScenes(CLI::App& scenes) {
   AddExample(*command, "--reflectance 0.9 tube.obj");
 }
 
+void AddBulbsScene(CLI::App& scenes) {
+  CLI::App* command = nullptr;
+  const auto bulbs = AddScene(scenes,
+                              command,
+                              "bulbs",
+                              "A room and a table, lit by two bulbs of facets",
+                              &WriteBulbs);
+  command
+      ->add_option("--slices",
+                   bulbs->slices,
+                   "of a bulb from pole to pole, twice as many around")
+      ->capture_default_str();
+  AddExample(*command, "--slices 6 bulbs.obj");
+}
+
 void AddPieceOptions(CLI::App& command, FloorplanOptions& plan) {
   CLI::Option* const pieces =
       command
@@ -287,6 +302,7 @@ void AddSceneCommand(CLI::App& app) {
   AddChairScenes(*scenes);
   AddTwoPatchScenes(*scenes);
   AddReflectanceScenes(*scenes);
+  AddBulbsScene(*scenes);
   AddFloorplanScene(*scenes);
 }
 

@@ -94,4 +94,52 @@ void WriteTube(const TubeOptions& options, ObjWriter& out) {
   AddRect(out, {Axis::kX, 0, true}, {0, 0.5, 0, 0.5});
 }
 
+namespace {
+
+void AddBulb(ObjWriter& out, Point3 center, double radius, uint32_t n) {
+  const auto at = [&](uint32_t latitude, uint32_t longitude) {
+    const double theta = kPi * latitude / n;
+    const double phi = kPi * (longitude % (2 * n)) / n;
+    return center + Vec3{std::sin(theta) * std::cos(phi),
+                         std::sin(theta) * std::sin(phi),
+                         std::cos(theta)} *
+                        radius;
+  };
+  for (uint32_t i = 0; i < n; ++i) {
+    for (uint32_t k = 0; k < 2 * n; ++k) {
+      if (i > 0) {
+        out.AddPolygon({at(i, k), at(i + 1, k), at(i, k + 1)});
+      }
+      if (i + 1 < n) {
+        out.AddPolygon({at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void WriteBulbs(const BulbsOptions& options, ObjWriter& out) {
+  if (options.slices < 2 || options.slices > 1000) {
+    throw UsageError(
+        fmt::format("--slices {}: must be from 2 to 1000", options.slices));
+  }
+  const Placement here(Point3{}, 0);
+  Begin(out, {"wall", Grey(0.7), {}});
+  const Rect plan = {0, 4, 0, 4};
+  AddRect(out, {Axis::kZ, 0, true}, plan);
+  AddRect(out, {Axis::kZ, 2.7, false}, plan);
+  AddLining(out, Axis::kZ, 0, 2.7, plan);
+  Begin(out, {"table", {0.4, 0.3, 0.2}, {}});
+  AddBox(out, here, {{1.2, 1, 0.7}, {2.4, 2, 0.74}});
+  for (const double x : {1.25, 2.3}) {
+    for (const double y : {1.05, 1.9}) {
+      AddBox(out, here, {{x, y, 0}, {x + 0.05, y + 0.05, 0.7}});
+    }
+  }
+  Begin(out, {"bulb", {}, Grey(1000)});
+  AddBulb(out, {1.5, 1.7, 2.2}, 0.03, options.slices);
+  AddBulb(out, {3, 3, 2.2}, 0.03, options.slices);
+}
+
 }  // namespace enfilade

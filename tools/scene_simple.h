@@ -1,8 +1,10 @@
-// The small scenes of Willmott & Heckbert 1997, section 3.1, with few polygons
-// and, for two of them, a closed form: see scenes/*.md for expected values.
-// Each throws UsageError for a parameter out of its range.
+// The small scenes, most of Willmott & Heckbert 1997, section 3.1, with few
+// polygons and, for two of them, a closed form: see scenes/*.md for expected
+// values. Each throws UsageError for a parameter out of its range.
 
 #pragma once
+
+#include <cstdint>
 
 #include "tools/obj_writer.h"
 
@@ -48,5 +50,14 @@ struct TubeOptions {
 };
 
 void WriteTube(const TubeOptions& options, ObjWriter& out);
+
+// A closed room 4 x 4 x 2.7 with a table, lit by two bulbs: balls of radius
+// 0.03 in 2 n slices around and n from pole to pole, 4 n (n - 1) triangles
+// each, exitance 1000. 36 + 8 n (n - 1) polygons. Not of the paper.
+struct BulbsOptions {
+  uint32_t slices = 6;  // n, 2 to 1000
+};
+
+void WriteBulbs(const BulbsOptions& options, ObjWriter& out);
 
 }  // namespace enfilade

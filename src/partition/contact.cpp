@@ -86,24 +86,6 @@ DisjointSets ChainsOf(const std::vector<Segment>& segments) {
   return chains;
 }
 
-// Those that reach far together with all that they hang together with.
-std::vector<Segment> LongOnes(const std::vector<Segment>& segments) {
-  DisjointSets chains = ChainsOf(segments);
-  std::vector<Polygon> ends(segments.size());
-  for (uint32_t i = 0; i < segments.size(); ++i) {
-    Polygon& of_chain = ends[chains.Find(i)];
-    of_chain.push_back(segments[i].a);
-    of_chain.push_back(segments[i].b);
-  }
-  std::vector<Segment> kept;
-  for (uint32_t i = 0; i < segments.size(); ++i) {
-    if (Length(BoundsOf(ends[chains.Find(i)]).Extent()) >= kLeastContactM) {
-      kept.push_back(segments[i]);
-    }
-  }
-  return kept;
-}
-
 // What stands or lies on one patch.
 struct Contacts {
   std::vector<Segment> rims;
@@ -125,8 +107,9 @@ class ContactCutter {
     std::vector<Patch> kept;
     kept.reserve(patches_.size());
     for (uint32_t i = 0; i < patches_.size(); ++i) {
-      if (!patches_[i].reflects || patches_[i].is_enclosed) {
-        kept.push_back(patches_[i]);
+      const Patch& patch = patches_[i];
+      if (!(patch.reflects || patch.emits) || patch.is_enclosed) {
+        kept.push_back(patch);
       } else {
         Cut(i, &kept);
       }
@@ -136,6 +119,41 @@ class ContactCutter {
   }
 
  private:
+  // Segments that reach far together with all that they hang together with, or
+  // are as near to a lamp as they are long.
+  [[nodiscard]] std::vector<Segment> ThoseThatMatter(
+      const std::vector<Segment>& segments) const {
+    DisjointSets chains = ChainsOf(segments);
+    std::vector<Polygon> ends(segments.size());
+    for (uint32_t i = 0; i < segments.size(); ++i) {
+      Polygon& of_chain = ends[chains.Find(i)];
+      of_chain.push_back(segments[i].a);
+      of_chain.push_back(segments[i].b);
+    }
+    std::vector<bool> matters(segments.size());
+    for (uint32_t i = 0; i < segments.size(); ++i) {
+      if (!ends[i].empty()) {
+        const Box3 box = BoundsOf(ends[i]);
+        const double length = Length(box.Extent());
+        matters[i] = length >= kLeastContactM || MeetsLamp(Grown(box, length));
+      }
+    }
+    std::vector<Segment> kept;
+    for (uint32_t i = 0; i < segments.size(); ++i) {
+      if (matters[chains.Find(i)]) {
+        kept.push_back(segments[i]);
+      }
+    }
+    return kept;
+  }
+
+  [[nodiscard]] bool MeetsLamp(const Box3& box) const {
+    bool meets = false;
+    tree_->ForOverlaps(box,
+                       [&](uint32_t k) { meets = meets || patches_[k].emits; });
+    return meets;
+  }
+
   [[nodiscard]] Contacts ContactsOf(uint32_t own,
                                     const Polygon& polygon,
                                     const Plane& plane) const {
@@ -159,7 +177,7 @@ class ContactCutter {
         AddRim(other, &contacts.rims);
       }
     }
-    contacts.rims = LongOnes(contacts.rims);
+    contacts.rims = ThoseThatMatter(contacts.rims);
     return contacts;
   }
 

@@ -71,7 +71,7 @@ CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
                                            SemiIteration* iteration) {
   CellTree& tree = *cell_.tree;
   const auto& patches = cell_.geometry->patches;
-  const GatherSide side{patches, &tree};
+  const GatherSide side{patches, &tree, &cell_.geometry->groups};
   CoefficientArray step(tree.Shape().Stride());
   step.GrowTo(tree.Size());
   double first = 0;
@@ -90,7 +90,8 @@ CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
     const auto weight = static_cast<float>(iteration->NextWeight(last));
     step.Blend(weight, unsent, weight - 1);
     const Stopwatch watch(&times_->gather_seconds);
-    links_.ForEach(tree.Size(), tree.Size(), [&](const LinkBlock& block) {
+    const LinkEnds ends{tree.Size(), tree.Size(), side.groups->All().size()};
+    links_.ForEach(ends, [&](const LinkBlock& block) {
       Gather(block, side, side, step, tree.Gathered());
     });
     tree.Sent().Add(step);

@@ -16,13 +16,13 @@ constexpr double kBoundsMargin = 5e-3;
 
 uint64_t CellGeometry::SizeBytes() const {
   return patches.size() * sizeof(PatchGeometry) + portals->SizeBytes() +
-         clusters->SizeBytes();
+         clusters->SizeBytes() + groups.SizeBytes();
 }
 
 uint64_t CellGeometry::BytesFor(size_t patches, size_t portal_triangles) {
   return patches * sizeof(PatchGeometry) +
          ShaftBlockers::BytesFor(portal_triangles) +
-         ClusterTree::HeldBytesFor(patches);
+         ClusterTree::HeldBytesFor(patches) + SourceGroups::BytesFor(patches);
 }
 
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene) {
@@ -126,6 +126,9 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   geometry->portals = PortalsOf(cell);
   geometry->clusters = std::make_unique<ClusterTree>(
       geometry->patches, WholePatches(geometry->patches.size()));
+  if (!shape_.basis->HasOwnNodes()) {
+    geometry->groups = SourceGroups(geometry->patches);
+  }
   const uint64_t bytes = geometry->SizeBytes();
   MakeRoom(bytes, "the geometry of a cell");
   Insert(key, geometry, bytes);

@@ -17,6 +17,7 @@
 #include "solver/next_use.h"
 #include "solver/push_pull.h"
 #include "solver/shaft.h"
+#include "solver/source_group.h"
 #include "visibility/occlusion.h"
 
 #include <cstdint>
@@ -31,6 +32,7 @@ struct CellGeometry {
   std::vector<PatchGeometry> patches;
   std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
   std::unique_ptr<ClusterTree> clusters;   // of its patches
+  SourceGroups groups;                     // of those that emit
 
   [[nodiscard]] uint64_t SizeBytes() const;
 

@@ -43,11 +43,18 @@ constexpr size_t kMostGroupLinks = 64000;
 constexpr size_t kMostPartLinks = 16000;
 constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 
+// The light before the first round is guessed with at most this reflectance.
+constexpr double kMostGuessedReflectance = 0.8;
+
 // The residual is worth a ray per link, and at least these.
 constexpr uint64_t kLeastResidualRays = 2 << 20;
 
-double PowerOf(const Rgb& exitance) {
-  return (exitance[0] + exitance[1] + exitance[2]) / 3;
+double MeanOf(const Rgb& channels) {
+  return (channels[0] + channels[1] + channels[2]) / 3;
+}
+
+GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
+  return {geometry.patches, &tree, &geometry.groups};
 }
 
 }  // namespace
@@ -104,23 +111,28 @@ void Engine::Start() {
   state_.cells.resize(partition_.cells.size());
   double emitted = 0;
   double area = 0;
+  double reflecting = 0;  // area times reflectance
   double patches = 0;
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
     CellRow& row = state_.cells[i];
     for (const Patch& p : LoadCellPatches(*store_, CellId(i)).patches) {
       const Material& m = scene_.materials.at(p.material.Index());
       if (p.emits) {
-        emitted += PatchArea(p) * PowerOf(m.exitance);
+        emitted += PatchArea(p) * MeanOf(m.exitance);
         row.peak =
             std::max(row.peak, static_cast<float>(MaxChannel(m.exitance)));
       }
       row.area += p.reflects ? PatchArea(p) : 0;
+      reflecting += p.reflects ? PatchArea(p) * MeanOf(m.reflectance) : 0;
       ++patches;
     }
     area += row.area;
   }
-  // A guess until the first round has measured it.
-  state_.mean_reflected = 0.5 * emitted / std::max(area, 1e-12);
+  // A guess until the first round has measured it: as if nothing were lost.
+  const double reflectance =
+      std::min(reflecting / std::max(area, 1e-12), kMostGuessedReflectance);
+  state_.mean_reflected =
+      emitted / std::max(area, 1e-12) * reflectance / (1 - reflectance);
   StartRound(FirstTau(state_, area, patches));
 }
 
@@ -357,7 +369,11 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   const Refiner refiner(
       options,
       {r.id, r.geometry->patches, r.tree.get(), r.receivers.get()},
-      {source.source, geometry->patches, tree.get(), geometry->clusters.get()},
+      {source.source,
+       geometry->patches,
+       tree.get(),
+       geometry->clusters.get(),
+       &geometry->groups},
       between.All());
   CellRow& row = state_.cells[r.id.Index()];
   LinkWriter writer(*store_,
@@ -366,8 +382,8 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                     [&](const LinkBlock& block) {
                       const Stopwatch watch(&state_.times.gather_seconds);
                       Gather(block,
-                             {r.geometry->patches, r.tree.get()},
-                             {geometry->patches, tree.get()},
+                             {r.geometry->patches, r.tree.get(), nullptr},
+                             SourceSide(*geometry, *tree),
                              tree->Sent(),
                              r.tree->Gathered());
                       row.links += block.links.size();
@@ -445,18 +461,18 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
   const auto geometry = pager_.Geometry(source);
   const auto tree = pager_.Tree(source);
   const Stopwatch watch(&state_.times.gather_seconds);
-  ForEachLinkBlock(*store_,
-                   {r.id, source},
-                   r.tree->Size(),
-                   tree->Size(),
-                   pager_.Trace(),
-                   [&](const LinkBlock& block) {
-                     Gather(block,
-                            {r.geometry->patches, r.tree.get()},
-                            {geometry->patches, tree.get()},
-                            tree->Delta(),
-                            r.tree->Gathered());
-                   });
+  ForEachLinkBlock(
+      *store_,
+      {r.id, source},
+      {r.tree->Size(), tree->Size(), geometry->groups.All().size()},
+      pager_.Trace(),
+      [&](const LinkBlock& block) {
+        Gather(block,
+               {r.geometry->patches, r.tree.get(), nullptr},
+               SourceSide(*geometry, *tree),
+               tree->Delta(),
+               r.tree->Gathered());
+      });
   pager_.MarkDirty(r.id);
 }
 

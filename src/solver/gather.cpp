@@ -58,6 +58,35 @@ void GatherKernel(const Collector& to,
   }
 }
 
+void GatherGroup(const Collector& to,
+                 size_t receiver_nodes,
+                 const GroupCoefficients& coefficients,
+                 const GroupRadiosity& radiosity) {
+  for (size_t c = 0; c < to.channels; ++c) {
+    float* h = to.target + c * to.stride;
+    for (size_t g = 0; g < receiver_nodes; ++g) {
+      h[g] += DecodeCoefficient(coefficients[g]) * radiosity.mean[c];
+    }
+  }
+}
+
+// What the groups that the links of a block name send, by their index.
+std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
+                                     const GatherSide& source,
+                                     const CoefficientArray& radiosity) {
+  std::vector<GroupRadiosity> groups;
+  if (!block.group.empty()) {
+    for (const SourceGroup& group : source.groups->All()) {
+      groups.push_back(RadiosityOf(*source.groups,
+                                   group,
+                                   source.patches,
+                                   source.tree->Shape(),
+                                   radiosity));
+    }
+  }
+  return groups;
+}
+
 void MaskKernel(uint16_t visible, Kernel* kernel) {
   for (size_t i = 0; i < kernel->size(); ++i) {
     (*kernel)[i] = (visible >> i & 1) != 0 ? (*kernel)[i] : 0.0F;
@@ -72,12 +101,19 @@ Kernel StoredKernel(const NearCoefficients& coefficients) {
   return kernel;
 }
 
+// What a source sends: its elements, and its groups.
+struct SentLight {
+  const CoefficientArray* radiosity;
+  std::vector<GroupRadiosity> groups;
+};
+
 void GatherRange(const LinkBlock& block,
                  LinkRange range,
                  const GatherSide& receiver,
                  const GatherSide& source,
-                 const CoefficientArray& radiosity,
+                 const SentLight& sent,
                  CoefficientArray& gathered) {
+  const CoefficientArray& radiosity = *sent.radiosity;
   const TreeShape& shape = receiver.tree->Shape();
   if (shape.basis->HasOwnNodes()) {
     GatherAtNodes(block, range, receiver, source, radiosity, gathered);
@@ -89,23 +125,31 @@ void GatherRange(const LinkBlock& block,
   for (size_t i = range.first; i < range.last; ++i) {
     const Link& link = block.links[i];
     const Element& re = receiver.tree->At(ElementId(link.receiver));
-    const Element& se = source.tree->At(ElementId(link.source));
-    const PatchGeometry& sp = source.patches[se.patch];
     const Collector to{
         shape.channels, shape.NodeStride(), gathered.At(link.receiver)};
+    const size_t receiver_nodes =
+        shape.basis->On(receiver.patches[re.patch].shape).NodeCount();
+    if (link.kind == LinkKind::kGroup) {
+      GatherGroup(to,
+                  receiver_nodes,
+                  block.group[link.index],
+                  sent.groups[link.source]);
+      continue;
+    }
+    const Element& se = source.tree->At(ElementId(link.source));
+    const PatchGeometry& sp = source.patches[se.patch];
     const float* b = radiosity.At(link.source);
     if (link.kind == LinkKind::kWeak) {
-      const size_t rn =
-          shape.basis->On(receiver.patches[re.patch].shape).NodeCount();
-      const size_t sn = shape.basis->On(sp.shape).NodeCount();
-      GatherWeak(to, rn, DecodeCoefficient(link.value), b, sn);
+      const size_t source_nodes = shape.basis->On(sp.shape).NodeCount();
+      GatherWeak(
+          to, receiver_nodes, DecodeCoefficient(link.value), b, source_nodes);
       continue;
     }
     if (constant) {
       continue;  // a constant basis has weak links only
     }
     if (link.kind == LinkKind::kNear) {
-      GatherKernel(to, StoredKernel(block.near[link.near_index]), b);
+      GatherKernel(to, StoredKernel(block.near[link.index]), b);
       continue;
     }
     if (link.receiver != r_id) {
@@ -139,12 +183,13 @@ void Gather(const LinkBlock& block,
             const CoefficientArray& radiosity,
             CoefficientArray& gathered) {
   const auto bounds = TaskBounds(block);
+  const SentLight sent{&radiosity, GroupsOf(block, source, radiosity)};
   ParallelFor(bounds.size() - 1, [&](size_t task) {
     GatherRange(block,
                 {bounds[task], bounds[task + 1]},
                 receiver,
                 source,
-                radiosity,
+                sent,
                 gathered);
   });
 }

@@ -6,6 +6,7 @@
 #include "solver/element_tree.h"
 #include "solver/geometry.h"
 #include "solver/link_block.h"
+#include "solver/source_group.h"
 
 #include <span>
 #include <vector>
@@ -16,6 +17,7 @@ namespace enfilade {
 struct GatherSide {
   std::span<const PatchGeometry> patches;
   const CellTree* tree = nullptr;
+  const SourceGroups* groups = nullptr;  // of the source
 };
 
 // Adds to `gathered` (an array like CellTree::Gathered() of the receiver) what

@@ -18,6 +18,10 @@ int64_t UnZigZag(uint64_t v) {
   return static_cast<int64_t>(v >> 1) ^ -static_cast<int64_t>(v & 1);
 }
 
+bool HasValue(LinkKind kind) {
+  return kind == LinkKind::kWeak || kind == LinkKind::kFar;
+}
+
 }  // namespace
 
 uint16_t EncodeCoefficient(float value) {
@@ -38,15 +42,32 @@ void SortLinks(LinkBlock* block) {
               return std::tie(a.receiver, a.source, a.kind, a.value) <
                      std::tie(b.receiver, b.source, b.kind, b.value);
             });
-  std::vector<NearCoefficients> near;
-  near.reserve(block->near.size());
+  LinkBlock sorted;
+  sorted.near.reserve(block->near.size());
+  sorted.group.reserve(block->group.size());
   for (Link& link : block->links) {
-    if (link.kind == LinkKind::kNear) {
-      near.push_back(block->near[link.near_index]);
-      link.near_index = static_cast<uint32_t>(near.size() - 1);
-    }
+    link.index = sorted.TakeCoefficients(*block, link);
   }
-  block->near = std::move(near);
+  block->near = std::move(sorted.near);
+  block->group = std::move(sorted.group);
+}
+
+void LinkBlock::AppendFrom(const LinkBlock& other, size_t i) {
+  Link link = other.links[i];
+  link.index = TakeCoefficients(other, link);
+  links.push_back(link);
+}
+
+uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
+  if (link.kind == LinkKind::kNear) {
+    near.push_back(other.near[link.index]);
+    return static_cast<uint32_t>(near.size() - 1);
+  }
+  if (link.kind == LinkKind::kGroup) {
+    group.push_back(other.group[link.index]);
+    return static_cast<uint32_t>(group.size() - 1);
+  }
+  return 0;
 }
 
 Bytes EncodeLinks(const LinkBlock& block) {
@@ -62,19 +83,20 @@ Bytes EncodeLinks(const LinkBlock& block) {
     source = link.source;
   }
   for (const Link& link : block.links) {
-    if (link.kind != LinkKind::kNear) {
+    if (HasValue(link.kind)) {
       out.Put(link.value);
     }
   }
   for (const NearCoefficients& n : block.near) {
     out.Put(n);
   }
+  for (const GroupCoefficients& g : block.group) {
+    out.Put(g);
+  }
   return out.Take();
 }
 
-LinkBlock DecodeLinks(std::span<const std::byte> bytes,
-                      size_t receiver_elements,
-                      size_t source_elements) {
+LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
   ByteReader in(bytes);
   LinkBlock block;
   const uint64_t count = in.GetVarint();
@@ -85,31 +107,39 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes,
   uint64_t receiver = 0;
   int64_t source = 0;
   uint32_t near = 0;
+  uint32_t group = 0;
   for (Link& link : block.links) {
     const uint64_t step = in.GetVarint();
     receiver += step >> 2;
     source += UnZigZag(in.GetVarint());
     link.kind = static_cast<LinkKind>(step & 3);
-    if (receiver >= receiver_elements || source < 0 ||
-        source >= static_cast<int64_t>(source_elements) ||
-        link.kind > LinkKind::kNear) {
+    const size_t sources =
+        link.kind == LinkKind::kGroup ? ends.groups : ends.sources;
+    if (receiver >= ends.receivers || source < 0 ||
+        source >= static_cast<int64_t>(sources)) {
       throw DamagedStoreError(
           "a link block names an element that is not there");
     }
     link.receiver = static_cast<uint32_t>(receiver);
     link.source = static_cast<uint32_t>(source);
     if (link.kind == LinkKind::kNear) {
-      link.near_index = near++;
+      link.index = near++;
+    } else if (link.kind == LinkKind::kGroup) {
+      link.index = group++;
     }
   }
   for (Link& link : block.links) {
-    if (link.kind != LinkKind::kNear) {
+    if (HasValue(link.kind)) {
       link.value = in.Get<uint16_t>();
     }
   }
   block.near.resize(near);
   for (NearCoefficients& n : block.near) {
     n = in.Get<NearCoefficients>();
+  }
+  block.group.resize(group);
+  for (GroupCoefficients& g : block.group) {
+    g = in.Get<GroupCoefficients>();
   }
   return block;
 }

@@ -4,11 +4,12 @@
 // kernel is rebuilt from the geometry while streaming (gather.h).
 //
 //   kind    stored                       meaning
-//   weak    one coefficient              constant transfer of the mean
-//   radiosity far     16 bits V_gq                 K_gq V_gq, K by plain
-//   quadrature near    16 coefficients              K_gq V_gq, where quadrature
-//   is too
-//                                        crude to be rebuilt cheaply
+//   weak    one coefficient    constant transfer of the mean radiosity
+//   far     16 bits V_gq       K_gq V_gq, K by plain quadrature
+//   near    16 coefficients    K_gq V_gq, where quadrature is too crude to be
+//                              rebuilt cheaply
+//   group   4 coefficients     F_g V_g of a group of patches, which sends its
+//                              mean radiosity (source_group.h)
 //
 // Coefficients are 16-bit floats without sign (EncodeCoefficient).
 
@@ -25,9 +26,10 @@
 
 namespace enfilade {
 
-enum class LinkKind : uint8_t { kWeak = 0, kFar = 1, kNear = 2 };
+enum class LinkKind : uint8_t { kWeak = 0, kFar = 1, kNear = 2, kGroup = 3 };
 
 using NearCoefficients = std::array<uint16_t, kTransferNodes * kTransferNodes>;
+using GroupCoefficients = std::array<uint16_t, kTransferNodes>;
 
 // Six bits of exponent, ten of fraction: [2^-47, 2^17), relative error at most
 // 2^-11; smaller values become zero, larger ones the largest.
@@ -39,36 +41,50 @@ inline float DecodeCoefficient(uint16_t code) {
   return std::bit_cast<float>(code == 0 ? 0U : bits);
 }
 
-// A link of a cell pair; element ids are local to the two cells.
+// A link of a cell pair; ids are local to the two cells.
 struct Link {
-  uint32_t receiver = 0;
-  uint32_t source = 0;
+  uint32_t receiver = 0;  // an element
+  uint32_t source = 0;    // an element; group: a group
   LinkKind kind{};
-  uint16_t value = 0;       // weak: coefficient; far: visibility bits
-  uint32_t near_index = 0;  // near: which of the block's coefficients
+  uint16_t value = 0;  // weak: coefficient; far: visibility bits
+  uint32_t index = 0;  // near, group: which of the block's coefficients
 };
 
 // A chunk of links in memory, ascending by receiver, then source.
 struct LinkBlock {
   std::vector<Link> links;
   std::vector<NearCoefficients> near;
+  std::vector<GroupCoefficients> group;
 
   [[nodiscard]] uint64_t SizeBytes() const {
     return links.capacity() * sizeof(Link) +
-           near.capacity() * sizeof(NearCoefficients);
+           near.capacity() * sizeof(NearCoefficients) +
+           group.capacity() * sizeof(GroupCoefficients);
   }
+
+  // Appends link `i` of another block, with its coefficients.
+  void AppendFrom(const LinkBlock& other, size_t i);
+
+  // Appends the coefficients of a link of another block, if it has any;
+  // returns where they are.
+  uint32_t TakeCoefficients(const LinkBlock& other, const Link& link);
 };
 
-// Sorts the links (and renumbers near_index in their order).
+// What the ids of a block's links count: elements of the two cells, and groups
+// of the source's.
+struct LinkEnds {
+  size_t receivers = 0;
+  size_t sources = 0;
+  size_t groups = 0;
+};
+
+// Sorts the links (and renumbers their coefficients in their order).
 void SortLinks(LinkBlock* block);
 
 // Requires a sorted block. Receivers and sources are delta-coded.
 Bytes EncodeLinks(const LinkBlock& block);
 
-// Throws DamagedStoreError unless all receivers and sources are below the
-// given numbers of elements.
-LinkBlock DecodeLinks(std::span<const std::byte> bytes,
-                      size_t receiver_elements,
-                      size_t source_elements);
+// Throws DamagedStoreError unless all ids are below what they count.
+LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends);
 
 }  // namespace enfilade

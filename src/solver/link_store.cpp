@@ -52,30 +52,24 @@ void LinkWriter::Flush() {
   }
   SortLinks(&pending_);
   // A group of receivers may have brought far more than one chunk.
-  uint32_t near = 0;
   for (size_t first = 0; first < pending_.links.size(); first += kChunkLinks) {
     const size_t last = std::min(first + kChunkLinks, pending_.links.size());
     LinkBlock chunk;
-    chunk.links.assign(
-        pending_.links.begin() + static_cast<std::ptrdiff_t>(first),
-        pending_.links.begin() + static_cast<std::ptrdiff_t>(last));
-    for (Link& link : chunk.links) {
-      if (link.kind == LinkKind::kNear) {
-        link.near_index = static_cast<uint32_t>(chunk.near.size());
-        chunk.near.push_back(pending_.near[near++]);
-      }
+    chunk.links.reserve(last - first);
+    for (size_t i = first; i < last; ++i) {
+      chunk.AppendFrom(pending_, i);
     }
     on_chunk_(chunk);
     store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(chunk));
   }
   pending_.links.clear();
   pending_.near.clear();
+  pending_.group.clear();
 }
 
 void ForEachLinkBlock(const BlockStorage& store,
                       CellPair pair,
-                      size_t receiver_elements,
-                      size_t source_elements,
+                      const LinkEnds& ends,
                       AccessTrace& trace,
                       const std::function<void(LinkBlock&&)>& visit) {
   for (uint32_t chunk = 0;; ++chunk) {
@@ -83,12 +77,11 @@ void ForEachLinkBlock(const BlockStorage& store,
     if (!bytes) {
       return;
     }
-    visit(DecodeLinks(*bytes, receiver_elements, source_elements));
+    visit(DecodeLinks(*bytes, ends));
   }
 }
 
-void LinkCache::ForEach(size_t receiver_elements,
-                        size_t source_elements,
+void LinkCache::ForEach(const LinkEnds& ends,
                         const std::function<void(const LinkBlock&)>& visit) {
   for (size_t chunk = 0; chunk < kept_.size(); ++chunk) {
     trace_->RecordHit(ChunkKey(pair_, static_cast<uint32_t>(chunk)));
@@ -100,7 +93,7 @@ void LinkCache::ForEach(size_t receiver_elements,
       complete_ = kept_.size() == chunk;
       return;
     }
-    LinkBlock block = DecodeLinks(*bytes, receiver_elements, source_elements);
+    LinkBlock block = DecodeLinks(*bytes, ends);
     visit(block);
     // A third of the free budget stays free for others, and some of it in any
     // case.

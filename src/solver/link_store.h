@@ -48,8 +48,7 @@ class LinkWriter {
 // Visits the chunks of a pair in order.
 void ForEachLinkBlock(const BlockStorage& store,
                       CellPair pair,
-                      size_t receiver_elements,
-                      size_t source_elements,
+                      const LinkEnds& ends,
                       AccessTrace& trace,
                       const std::function<void(LinkBlock&&)>& visit);
 
@@ -64,8 +63,7 @@ class LinkCache {
             AccessTrace& trace)
       : store_(&store), budget_(&budget), pair_(pair), trace_(&trace) {}
 
-  void ForEach(size_t receiver_elements,
-               size_t source_elements,
+  void ForEach(const LinkEnds& ends,
                const std::function<void(const LinkBlock&)>& visit);
 
  private:

@@ -18,41 +18,6 @@ constexpr std::array<float, 5> kResidual = {0, 0.9F, 0.6F, 1.05F, 0.92F};
 // end rather than on the end with which they vary.
 constexpr float kVarianceNoise = 0.15F;
 
-// The point of an element that is nearest to p, a little off the rim.
-UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
-  const PatchGeometry& patch = *end.patch;
-  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
-  const Vec3f u = patch.u * end.frame.scale;
-  const Vec3f v = patch.v * end.frame.scale;
-  const float uu = Dot(u, u);
-  const float uv = Dot(u, v);
-  const float vv = Dot(v, v);
-  const float determinant = std::max(uu * vv - uv * uv, 1e-20F);
-  const float du = Dot(d, u);
-  const float dv = Dot(d, v);
-  constexpr float kRim = 0.03F;
-  float s = std::clamp((vv * du - uv * dv) / determinant, kRim, 1 - kRim);
-  float t = std::clamp((uu * dv - uv * du) / determinant, kRim, 1 - kRim);
-  if (patch.shape == PatchShape::kTriangle && s + t > 1 - kRim) {
-    const float scale = (1 - kRim) / (s + t);
-    s *= scale;
-    t *= scale;
-  }
-  return {static_cast<double>(s), static_cast<double>(t)};
-}
-
-// Where the receiver's basis is tested: off its nodes, a little off its rim.
-std::span<const UnitPoint> TestPoints(PatchShape shape) {
-  static constexpr std::array<UnitPoint, 5> kSquare = {
-      {{0.5, 0.5}, {0.04, 0.5}, {0.96, 0.5}, {0.5, 0.04}, {0.5, 0.96}}};
-  static constexpr std::array<UnitPoint, 4> kTriangle = {
-      {{1.0 / 3, 1.0 / 3}, {0.48, 0.04}, {0.04, 0.48}, {0.48, 0.48}}};
-  if (shape == PatchShape::kTriangle) {
-    return kTriangle;
-  }
-  return kSquare;
-}
-
 // The values of the functions of a basis at the test points. Of the constant
 // basis those of second order: its receivers are sampled as well.
 struct TestTable {
@@ -92,6 +57,54 @@ float WeightedSum(const float* row,
 }
 
 }  // namespace
+
+UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
+  const PatchGeometry& patch = *end.patch;
+  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
+  const Vec3f u = patch.u * end.frame.scale;
+  const Vec3f v = patch.v * end.frame.scale;
+  const float uu = Dot(u, u);
+  const float uv = Dot(u, v);
+  const float vv = Dot(v, v);
+  const float determinant = std::max(uu * vv - uv * uv, 1e-20F);
+  const float du = Dot(d, u);
+  const float dv = Dot(d, v);
+  constexpr float kRim = 0.03F;
+  float s = std::clamp((vv * du - uv * dv) / determinant, kRim, 1 - kRim);
+  float t = std::clamp((uu * dv - uv * du) / determinant, kRim, 1 - kRim);
+  if (patch.shape == PatchShape::kTriangle && s + t > 1 - kRim) {
+    const float scale = (1 - kRim) / (s + t);
+    s *= scale;
+    t *= scale;
+  }
+  return {static_cast<double>(s), static_cast<double>(t)};
+}
+
+std::span<const UnitPoint> TestPoints(PatchShape shape) {
+  static constexpr std::array<UnitPoint, 5> kSquare = {
+      {{0.5, 0.5}, {0.04, 0.5}, {0.96, 0.5}, {0.5, 0.04}, {0.5, 0.96}}};
+  static constexpr std::array<UnitPoint, 4> kTriangle = {
+      {{1.0 / 3, 1.0 / 3}, {0.48, 0.04}, {0.04, 0.48}, {0.48, 0.48}}};
+  if (shape == PatchShape::kTriangle) {
+    return kTriangle;
+  }
+  return kSquare;
+}
+
+float SecondOrderAt(PatchShape shape,
+                    UnitPoint at,
+                    const std::array<float, kTransferNodes>& at_nodes) {
+  const auto functions = TestsOf({2, false}).basis.On(shape).Evaluate(at);
+  float value = 0;
+  for (size_t g = 0; g < kTransferNodes; ++g) {
+    value += static_cast<float>(functions[g]) * at_nodes[g];
+  }
+  return value;
+}
+
+float ResidualScale(const Basis& basis) {
+  return kResidual[basis.kind.order];
+}
 
 bool IsNear(const TransferEnd& r, const TransferEnd& s) {
   return Length(s.center - r.center) - 0.5F * r.diameter <
@@ -302,7 +315,7 @@ Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
   } else {
     light.TakeFrom(j, at_nodes);
   }
-  j.receiver_error = kResidual[basis.kind.order] *
+  j.receiver_error = ResidualScale(basis) *
                      std::sqrt(MeanSquareResidual(r, s, j.near, &light));
   // The source's radiosity beyond its nodes, damped by the kernel's
   // smoothness: one order of distance per order of the basis.

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace enfilade {
 
@@ -49,5 +50,17 @@ float FormFactorBound(const TransferEnd& receiver, const TransferEnd& source);
 float ReceiverShare(uint16_t bits,
                     const TransferEnd& receiver,
                     const TransferEnd& source);
+
+// For oracles of other sources: where the receiver's basis is tested, off its
+// nodes and a little off its rim; the point of an element that is nearest to p,
+// likewise; the second-order function of these values at the transfer nodes;
+// and the RMS over the element of what the basis cannot follow, per RMS over
+// the test points.
+std::span<const UnitPoint> TestPoints(PatchShape shape);
+UnitPoint NearestOn(const TransferEnd& end, Vec3f p);
+float SecondOrderAt(PatchShape shape,
+                    UnitPoint at,
+                    const std::array<float, kTransferNodes>& at_nodes);
+float ResidualScale(const Basis& basis);
 
 }  // namespace enfilade

@@ -1,21 +1,21 @@
 #include "solver/refiner.h"
 
 #include "base/random.h"
+#include "solver/refiner_task.h"
 #include "solver/transfer_sample.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 namespace enfilade {
 namespace {
 
 // Constants of the oracle: docs/decisions/0011-oracle.md.
 // What sixteen rays leave unknown, as a share of the unoccluded transfer: per
-// root of p (1 - p) where some are blocked, and where none or all are.
+// root of p (1 - p) where some are blocked, and where all are; where none is:
+// kUnprovenClear.
 constexpr float kMixedVisibility = 0.5F;
-constexpr float kUnprovenClear = 0.03F;
 constexpr float kUnprovenBlocked = 0.04F;
 // Shadows cost bases of higher order more, on their larger elements, than rays
 // tell: measured, docs/decisions/0017-higher-orders.md.
@@ -33,30 +33,10 @@ constexpr float kWeakGain = 1;
 // Black surfaces receive too, for probes, but need less care.
 constexpr float kLeastWeightReflectance = 0.1F;
 
-// One item of work: kItemReceivers receivers and this many sources.
-constexpr size_t kItemSources = 32;
 // Pairs of clusters are sampled where each pair of their items is kept with at
 // most this probability, and these many are to be expected.
 constexpr float kMostProbable = 0.5F;
 constexpr float kFewLinks = 2;
-
-// What rays that are all blocked leave unknown, per unoccluded transfer.
-float UnknownBlocked(bool few, int blocked) {
-  return (few ? kUnprovenByFour : kUnprovenBlocked) *
-         std::pow(kBlockedDecay, static_cast<float>(blocked));
-}
-
-// The error that the rays of a link leave, likewise.
-float UnknownShare(float visible, bool proven, bool few, int blocked) {
-  if (proven) {
-    return 0;
-  }
-  if (visible <= 0) {
-    return UnknownBlocked(few, blocked);
-  }
-  return kMixedVisibility * std::sqrt(visible * (1 - visible)) +
-         (few ? kUnprovenByFour : kUnprovenClear);
-}
 
 float LongestExtent(const Cluster& c) {
   const Vec3f e = c.box.Extent();
@@ -79,6 +59,13 @@ void AddGain(const TreeShape& shape,
     to[g] +=
         std::inner_product(from.begin(), from.end(), rows[g].begin(), 0.0F);
   }
+}
+
+GroupCoefficients EncodedGain(const std::array<float, kTransferNodes>& gain) {
+  GroupCoefficients coefficients{};
+  std::transform(
+      gain.begin(), gain.end(), coefficients.begin(), EncodeCoefficient);
+  return coefficients;
 }
 
 }  // namespace
@@ -108,11 +95,15 @@ void ApplyLinks(const RawLinks& raw,
                                      link.receiver_path,
                                      receiver_patches)
                        .value;
-    out.source =
-        source
-            .FindOrCreate(
-                PatchId(link.source_patch), link.source_path, source_patches)
-            .value;
+    if (link.kind == LinkKind::kGroup) {
+      out.source = link.source_patch;
+    } else {
+      out.source =
+          source
+              .FindOrCreate(
+                  PatchId(link.source_patch), link.source_path, source_patches)
+              .value;
+    }
     out.kind = link.kind;
     out.value = link.value;
     AddGain(receiver.Shape(),
@@ -120,48 +111,15 @@ void ApplyLinks(const RawLinks& raw,
             link.gain,
             receiver.Gain().At(out.receiver));
     if (link.kind == LinkKind::kNear) {
-      out.near_index = static_cast<uint32_t>(block->near.size());
+      out.index = static_cast<uint32_t>(block->near.size());
       block->near.push_back(raw.near[link.near_index]);
+    } else if (link.kind == LinkKind::kGroup) {
+      out.index = static_cast<uint32_t>(block->group.size());
+      block->group.push_back(EncodedGain(link.gain));
     }
     block->links.push_back(out);
   }
 }
-
-// A part of an item of work.
-struct Refiner::Task {
-  struct Pending {
-    RawLink link;
-    float coefficient;
-    float error;  // W/m, if the ray gets through
-  };
-
-  // Whether links to a receiver on the part's way belong to it.
-  [[nodiscard]] bool Takes(const Receiver& r) const {
-    return part.Owns(r.level);
-  }
-
-  // Whether one of the receivers [first, first + count) is of the part.
-  [[nodiscard]] bool Meets(uint32_t first, uint32_t count) const {
-    const uint32_t low = first_receiver + part.FirstReceiver();
-    return first < low + part.ReceiverCount() && low < first + count;
-  }
-
-  RawLinks* out = nullptr;
-  WorkPart part;
-  size_t most = 0;  // links
-  // The ends of the item's clusters, made when first asked for.
-  uint32_t first_receiver = 0;
-  uint32_t first_source = 0;
-  std::array<std::optional<Receiver>, kItemReceivers> receivers;
-  std::array<std::optional<Source>, kItemSources> sources;
-  // What blocked transfers would add to the squared error if half of all rays
-  // of the item were blocked, and its rays.
-  double blocked_squared = 0;
-  RayCount rays;
-  // Weak links wait for their rays until the packet is full.
-  SegmentPacket packet{};
-  std::array<Pending, 16> pending{};
-};
 
 Refiner::Refiner(const RefineOptions& options,
                  const RefineSide& receiver,
@@ -184,10 +142,16 @@ Refiner::Refiner(const RefineOptions& options,
   std::vector<float> peaks;
   std::vector<float> fluxes;
   for (const ClusterItem& item : source.clusters->Items()) {
+    if (InGroup(item.patch)) {
+      peaks.push_back(0);
+      fluxes.push_back(0);
+      continue;
+    }
     const Source s = RootSource(item);
     peaks.push_back(PeakOf(s));
     fluxes.push_back(PeakOf(s) * s.end.area);
   }
+  SetGroups();
   peaks_ = source.clusters->LargestOf(peaks);
   fluxes_ = source.clusters->LargestOf(fluxes);
 }
@@ -315,11 +279,19 @@ void Refiner::Refine(const WorkPart& part, size_t most, RawLinks* out) const {
   task.out = out;
   task.part = part;
   task.most = part.depth < WorkPart::kMostDepth ? most : SIZE_MAX;
-  const uint32_t r = receiver_front_[part.item / source_front_.size()];
-  const uint32_t s = source_front_[part.item % source_front_.size()];
+  const size_t columns = source_front_.size() + GroupCount();
+  const uint32_t r = receiver_front_[part.item / columns];
+  const size_t column = part.item % columns;
   task.first_receiver = receiver_.clusters->Clusters()[r].first;
-  task.first_source = source_.clusters->Clusters()[s].first;
-  VisitClusters(r, s, &task);
+  if (column < source_front_.size()) {
+    const uint32_t s = source_front_[column];
+    task.first_source = source_.clusters->Clusters()[s].first;
+    VisitClusters(r, s, &task);
+  } else {
+    VisitGroups(receiver_.clusters->Clusters()[r],
+                source_.groups->Roots()[column - source_front_.size()],
+                &task);
+  }
   FlushWeak(&task);
   out->rays += task.rays.traced;
   const double seen = (static_cast<double>(task.rays.seen) + 1) /
@@ -360,7 +332,7 @@ void Refiner::VisitClusters(uint32_t receiver,
 void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
   for (uint32_t i = r.first; i < r.first + r.count; ++i) {
     for (uint32_t k = s.first; k < s.first + s.count; ++k) {
-      if (task->Meets(i, 1)) {
+      if (task->Meets(i, 1) && !InGroup(source_.clusters->Items()[k].patch)) {
         Visit(ReceiverAt(i, task), SourceAt(k, task), 0, task);
       }
     }
@@ -388,10 +360,10 @@ void Refiner::SamplePairs(ClusterPair pair,
     }
     at += static_cast<uint64_t>(misses);
     const uint32_t i = r.first + static_cast<uint32_t>(at / s.count);
-    if (task->Meets(i, 1)) {
+    const uint32_t k = s.first + static_cast<uint32_t>(at % s.count);
+    if (task->Meets(i, 1) && !InGroup(source_.clusters->Items()[k].patch)) {
       const Receiver& receiver = ReceiverAt(i, task);
-      const Source& source =
-          SourceAt(s.first + static_cast<uint32_t>(at % s.count), task);
+      const Source& source = SourceAt(k, task);
       const float f =
           std::min(form_factor, FormFactorBound(receiver.end, source.end));
       AddWeak(receiver,
@@ -523,6 +495,24 @@ void Refiner::AcceptBlocked(const Receiver& r,
   }
 }
 
+// What rays that are all blocked leave unknown, per unoccluded transfer.
+float Refiner::UnknownBlocked(bool few, int blocked) {
+  return (few ? kUnprovenByFour : kUnprovenBlocked) *
+         std::pow(kBlockedDecay, static_cast<float>(blocked));
+}
+
+// The error that the rays of a link leave, likewise.
+float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
+  if (proven) {
+    return 0;
+  }
+  if (visible <= 0) {
+    return UnknownBlocked(few, blocked);
+  }
+  return kMixedVisibility * std::sqrt(visible * (1 - visible)) +
+         (few ? kUnprovenByFour : kUnprovenClear);
+}
+
 // Whether what four rays leave unknown of a transfer, where they agree, is
 // little.
 bool Refiner::FewDecide(float transfer, int blocked) const {
@@ -546,9 +536,8 @@ void Refiner::SplitReceiver(const Receiver& r,
                             const Source& s,
                             int blocked,
                             Task* task) const {
-  const bool is_above = r.level < task->part.Levels();
   for (size_t c = 0; c < kChildren; ++c) {
-    if (!is_above || c == task->part.ChildAt(r.level)) {
+    if (task->Enters(r, c)) {
       Visit(ChildReceiver(r, c), s, blocked, task);
     }
   }
@@ -665,11 +654,18 @@ void Refiner::AddWeak(const Receiver& r,
     return;
   }
   const float coefficient = sample.form_factor / probability;
-  task->pending[task->packet.count] = {
-      LinkBetween(r, s),
-      coefficient,
-      r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability)};
-  AddSegment(sample.ray, &task->packet);
+  AddPending({LinkBetween(r, s),
+              coefficient,
+              r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability)},
+             sample.ray,
+             task);
+}
+
+void Refiner::AddPending(const PendingLink& link,
+                         PointPair ray,
+                         Task* task) const {
+  task->pending[task->packet.count] = link;
+  AddSegment(ray, &task->packet);
   if (task->packet.count == task->pending.size()) {
     FlushWeak(task);
   }

@@ -22,6 +22,7 @@
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
+#include "solver/group_transfer.h"
 #include "solver/link_block.h"
 #include "solver/link_rays.h"
 #include "solver/oracle.h"
@@ -49,13 +50,15 @@ struct RefineSide {
   const CellTree* tree = nullptr;
   // Of the elements at which refinement begins; whole patches for the source.
   const ClusterTree* clusters = nullptr;
+  // Of the source: patches that count as one. Null: none.
+  const SourceGroups* groups = nullptr;
 };
 
 // A link before its elements have ids.
 struct RawLink {
   uint32_t receiver_patch = 0;
   ElementPath receiver_path = kRootPath;
-  uint32_t source_patch = 0;
+  uint32_t source_patch = 0;  // group: which group
   ElementPath source_path = kRootPath;
   LinkKind kind{};
   uint16_t value = 0;
@@ -95,7 +98,7 @@ class Refiner {
 
   // How many items of work there are.
   [[nodiscard]] size_t ItemCount() const {
-    return receiver_front_.size() * source_front_.size();
+    return receiver_front_.size() * (source_front_.size() + GroupCount());
   }
 
   // Appends the links of a part of an item; stops, overflowed, where there are
@@ -132,6 +135,13 @@ class Refiner {
     const Judgement* judgement = nullptr;
     const Shaft* shaft = nullptr;
     int blocked = 0;
+  };
+
+  // A weak link that waits for its ray.
+  struct PendingLink {
+    RawLink link;
+    float coefficient = 0;
+    float error = 0;  // W/m, if the ray gets through
   };
 
   struct ClusterPair {
@@ -187,6 +197,8 @@ class Refiner {
                                 const Source& s,
                                 const Sight& sight,
                                 LinkRays* rays) const;
+  static float UnknownBlocked(bool few, int blocked);
+  static float UnknownShare(float visible, bool proven, bool few, int blocked);
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
   static void AddError(float error, Task* task);
   static void AddBlockedError(float error, Task* task);
@@ -202,12 +214,60 @@ class Refiner {
                float bound,
                float drawn,
                Task* task) const;
+  void AddPending(const PendingLink& link, PointPair ray, Task* task) const;
   void FlushWeak(Task* task) const;
   void Accept(const Receiver& r,
               const Source& s,
               const Judgement& judgement,
               uint16_t visible,
               Task* task) const;
+
+  // The groups: refiner_groups.cpp.
+  struct Group {
+    const SourceGroup* group = nullptr;
+    float radiosity = 0;  // of the brightest channel, W/m2
+    float spread = 0;     // RMS of what its patches deviate from it
+  };
+
+  // What is known when a group is looked at.
+  struct GroupVisit {
+    uint32_t group = 0;
+    int blocked = 0;  // as in Visit
+  };
+
+  void SetGroups();
+
+  [[nodiscard]] size_t GroupCount() const {
+    return source_.groups == nullptr ? 0 : source_.groups->Roots().size();
+  }
+
+  [[nodiscard]] bool InGroup(uint32_t patch) const;
+  [[nodiscard]] uint64_t KeyOf(const Receiver& r, uint32_t group) const;
+  void VisitGroups(const Cluster& r, uint32_t group, Task* task) const;
+  void VisitGroup(const Receiver& r,
+                  GroupVisit visit,
+                  const GroupPart& candidates,
+                  Task* task) const;
+  void VisitSeenGroup(const Receiver& r,
+                      GroupVisit visit,
+                      GroupTransfer* transfer,
+                      Task* task) const;
+  void SplitGroupReceiver(const Receiver& r,
+                          GroupVisit visit,
+                          const GroupPart& facing,
+                          Task* task) const;
+  void SplitGroup(const Receiver& r,
+                  GroupVisit visit,
+                  const GroupPart& facing,
+                  Task* task) const;
+  void AddWeakGroup(const Receiver& r,
+                    uint32_t group,
+                    const GroupTransfer& transfer,
+                    Task* task) const;
+  void AcceptGroup(const Receiver& r,
+                   uint32_t group,
+                   const std::array<float, kTransferNodes>& gain,
+                   Task* task) const;
 
   static RawLink LinkBetween(const Receiver& r, const Source& s);
   [[nodiscard]] uint64_t PairKey() const;
@@ -226,6 +286,7 @@ class Refiner {
   std::vector<float> weights_;
   std::vector<float> peaks_;   // radiosity, W/m2
   std::vector<float> fluxes_;  // radiosity times area, W
+  std::vector<Group> groups_;
 };
 
 }  // namespace enfilade

@@ -55,6 +55,11 @@ bool AllOnSide(std::span<const Vec3f> points,
   });
 }
 
+bool IsBehindSource(std::span<const Vec3f> blocker, const Shaft& shaft) {
+  return shaft.source != nullptr &&
+         AllOnSide(blocker, shaft.source->origin, shaft.source->normal, -1);
+}
+
 }  // namespace
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
@@ -72,6 +77,28 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
       shaft.box.Add(p);
     }
   }
+  return shaft;
+}
+
+Shaft ShaftBetween(const PatchGeometry& receiver,
+                   ElementFrame receiver_frame,
+                   const Box& source) {
+  Shaft shaft;
+  shaft.receiver = &receiver;
+  const Corners r = CornersOf(receiver, receiver_frame);
+  for (const Vec3f p : r.View()) {
+    shaft.ends[shaft.count++] = p;
+    shaft.box.Add(p);
+  }
+  const auto corner = [&](size_t i) {
+    return Vec3f{(i & 1) != 0 ? source.high.x : source.low.x,
+                 (i & 2) != 0 ? source.high.y : source.low.y,
+                 (i & 4) != 0 ? source.high.z : source.low.z};
+  };
+  for (size_t i = 0; i < 8; ++i) {
+    shaft.ends[shaft.count++] = corner(i);
+  }
+  shaft.box.Add(source);
   return shaft;
 }
 
@@ -110,7 +137,7 @@ bool ShaftBlockers::LeaveEmpty(const Group& group, const Shaft& shaft) const {
         !AllOnSide(both, blocker[0], normals_[i], -1) &&
         !AllOnSide(
             blocker, shaft.receiver->origin, shaft.receiver->normal, -1) &&
-        !AllOnSide(blocker, shaft.source->origin, shaft.source->normal, -1)) {
+        !IsBehindSource(blocker, shaft)) {
       return false;
     }
   }

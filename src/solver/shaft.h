@@ -15,8 +15,8 @@ namespace enfilade {
 // The space between two elements.
 struct Shaft {
   const PatchGeometry* receiver = nullptr;
-  const PatchGeometry* source = nullptr;
-  std::array<Vec3f, 8> ends;  // the corners of both
+  const PatchGeometry* source = nullptr;  // null: many
+  std::array<Vec3f, 12> ends;             // the corners of both
   size_t count = 0;
   Box box;  // of both
 };
@@ -25,6 +25,11 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const PatchGeometry& source,
                    ElementFrame source_frame);
+
+// The space between an element and whatever is in a box.
+Shaft ShaftBetween(const PatchGeometry& receiver,
+                   ElementFrame receiver_frame,
+                   const Box& source);
 
 // The blockers of one cell, in small groups with boxes.
 class ShaftBlockers {

@@ -18,35 +18,6 @@ float RimShare(const TransferEnd& end) {
   return std::min(kMostRimShare, kRimM * end.diameter / end.area);
 }
 
-// A random point in the part of an element that node g stands for: a quarter
-// of a parallelogram, the third of a triangle nearest to a corner.
-Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
-  float s = static_cast<float>(random->Next());
-  float t = static_cast<float>(random->Next());
-  const float rim = RimShare(end);
-  if (end.node_count == 4) {
-    s = 0.5F * (s + static_cast<float>(g & 1));
-    t = 0.5F * (t + static_cast<float>(g >> 1));
-    return PointOn(*end.patch,
-                   end.frame,
-                   rim + (1 - 2 * rim) * s,
-                   rim + (1 - 2 * rim) * t);
-  }
-  if (s + t > 1) {
-    s = 1 - s;
-    t = 1 - t;
-  }
-  // Nodes 0, 1, 2 lie near the corners of weight (1 - s - t), s, t.
-  std::array<float, 3> corner = {1 - s - t, s, t};
-  const size_t largest = static_cast<size_t>(
-      std::max_element(corner.begin(), corner.end()) - corner.begin());
-  std::swap(corner[largest], corner[g]);
-  return PointOn(*end.patch,
-                 end.frame,
-                 rim + (1 - 3 * rim) * corner[1],
-                 rim + (1 - 3 * rim) * corner[2]);
-}
-
 // The kernel varies much over the two elements.
 bool AreClose(const TransferEnd& r, const TransferEnd& s) {
   return Length(s.center - r.center) < 2.0F * std::max(r.diameter, s.diameter);
@@ -232,6 +203,33 @@ SampledTransfer SampleFar(const TransferEnd& r,
 }
 
 }  // namespace
+
+Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
+  float s = static_cast<float>(random->Next());
+  float t = static_cast<float>(random->Next());
+  const float rim = RimShare(end);
+  if (end.node_count == 4) {
+    s = 0.5F * (s + static_cast<float>(g & 1));
+    t = 0.5F * (t + static_cast<float>(g >> 1));
+    return PointOn(*end.patch,
+                   end.frame,
+                   rim + (1 - 2 * rim) * s,
+                   rim + (1 - 2 * rim) * t);
+  }
+  if (s + t > 1) {
+    s = 1 - s;
+    t = 1 - t;
+  }
+  // Nodes 0, 1, 2 lie near the corners of weight (1 - s - t), s, t.
+  std::array<float, 3> corner = {1 - s - t, s, t};
+  const size_t largest = static_cast<size_t>(
+      std::max_element(corner.begin(), corner.end()) - corner.begin());
+  std::swap(corner[largest], corner[g]);
+  return PointOn(*end.patch,
+                 end.frame,
+                 rim + (1 - 3 * rim) * corner[1],
+                 rim + (1 - 3 * rim) * corner[2]);
+}
 
 Vec3f RandomPoint(const TransferEnd& end, Random* random) {
   return PointNearNode(

@@ -19,6 +19,10 @@ struct PointPair {
 // A random point of an element.
 Vec3f RandomPoint(const TransferEnd& end, Random* random);
 
+// One in the part of an element that its node g stands for: a quarter of a
+// parallelogram, the third of a triangle nearest to a corner.
+Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random);
+
 // A pair of random points, one in the part of the receiver that its node g
 // stands for, one in the part of the source that its node q does. Where the
 // kernel varies much over the two elements, the pair is drawn by it: the near

@@ -97,6 +97,32 @@ TEST(Contact, LeavesTheFloorUnderALeg) {
   EXPECT_EQ(patches.size(), 5U);
 }
 
+// A lamp that is as near as the contact is long lights its rim; one on the
+// ceiling does not count.
+TEST(Contact, CutsTheFloorUnderALegBesideALamp) {
+  Patch lamp = Rectangle(FaceId(9U), {1.1, 1, 0.02}, kEast * 0.03, kUp * 0.03);
+  lamp.emits = true;
+  std::vector<Patch> leg = Walls({1, 1, 0}, {0.05, 0.05, 0.4});
+  leg.push_back(lamp);
+  auto patches = FloorWith(leg);
+  EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
+  EXPECT_NEAR(AreaOf(PartsOf(patches, kFloorFace)), 12, 1e-9);
+  leg.back().origin.z = 2;
+  patches = FloorWith(leg);
+  EXPECT_EQ(CutAlongContacts(patches).cut, 0U);
+}
+
+// So that either all of its facet is in front of the wall or nothing.
+TEST(Contact, CutsALampThatAWallGoesThrough) {
+  Patch lamp = Rectangle(FaceId(9U), {1.1, 1, 0.02}, kEast * 0.03, kUp * 0.03);
+  lamp.emits = true;
+  lamp.reflects = false;
+  std::vector<Patch> patches = {
+      lamp, Rectangle(FaceId(1U), {1.12, 0, -1}, kNorth * 3, kUp * 3)};
+  EXPECT_EQ(CutAlongContacts(patches).cut, 2U);
+  EXPECT_EQ(PartsOf(patches, FaceId(9U)).size(), 2U);
+}
+
 // Of a round foot each side is short, but not all of them together.
 TEST(Contact, CutsAroundARoundFoot) {
   std::vector<Patch> foot;

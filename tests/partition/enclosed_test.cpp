@@ -60,8 +60,9 @@ TEST(Enclosed, AreNoneWhereALampIsInside) {
 TEST(Enclosed, AreThoseBehindALampThatHangsOnTheSolid) {
   SceneBuilder scene = RoomWithCupboard();
   scene.Add({2, 1.5, 1.4, 1.2, 1.6, 1.3}, kLamp);
-  const double back_of_the_lamp = 0.2 * 0.1;
-  EXPECT_NEAR(EnclosedArea(scene), 4 + back_of_the_lamp, 1e-9);
+  // Its back, and what it hides of the solid.
+  const double lamp = 0.2 * 0.1;
+  EXPECT_NEAR(EnclosedArea(scene), 4 + 2 * lamp, 1e-9);
 }
 
 // A room of one closed surface, with a lamp in the plane of its ceiling: none

@@ -16,12 +16,18 @@ LinkBlock RandomBlock(size_t count, uint64_t seed) {
     Link link;
     link.receiver = random.NextBelow(500);
     link.source = random.NextBelow(700);
-    link.kind = static_cast<LinkKind>(random.NextBelow(3));
+    link.kind = static_cast<LinkKind>(random.NextBelow(4));
     if (link.kind == LinkKind::kNear) {
-      link.near_index = static_cast<uint32_t>(block.near.size());
+      link.index = static_cast<uint32_t>(block.near.size());
       NearCoefficients n{};
       n[i % n.size()] = static_cast<uint16_t>(random.NextBelow(65536));
       block.near.push_back(n);
+    } else if (link.kind == LinkKind::kGroup) {
+      link.source = random.NextBelow(30);
+      link.index = static_cast<uint32_t>(block.group.size());
+      GroupCoefficients g{};
+      g[i % g.size()] = static_cast<uint16_t>(random.NextBelow(65536));
+      block.group.push_back(g);
     } else {
       link.value = static_cast<uint16_t>(random.NextBelow(65536));
     }
@@ -42,22 +48,53 @@ TEST(Coefficient, KeepsElevenBits) {
 
 TEST(LinkBlock, SurvivesEncoding) {
   const LinkBlock block = RandomBlock(2000, 1);
-  const LinkBlock read = DecodeLinks(EncodeLinks(block), 500, 700);
+  const LinkBlock read = DecodeLinks(EncodeLinks(block), {500, 700, 30});
   ASSERT_EQ(read.links.size(), block.links.size());
   ASSERT_EQ(read.near, block.near);
+  ASSERT_EQ(read.group, block.group);
   for (size_t i = 0; i < block.links.size(); ++i) {
     EXPECT_EQ(read.links[i].receiver, block.links[i].receiver);
     EXPECT_EQ(read.links[i].source, block.links[i].source);
     EXPECT_EQ(read.links[i].kind, block.links[i].kind);
     EXPECT_EQ(read.links[i].value, block.links[i].value);
-    EXPECT_EQ(read.links[i].near_index, block.links[i].near_index);
+    EXPECT_EQ(read.links[i].index, block.links[i].index);
+  }
+}
+
+// Whatever the order, a link keeps the coefficients that it came with.
+TEST(LinkBlock, KeepsCoefficientsWithTheirLinks) {
+  LinkBlock block;
+  for (uint32_t i = 0; i < 40; ++i) {
+    Link link;
+    link.receiver = (i * 17) % 40;
+    link.kind = i % 2 == 0 ? LinkKind::kNear : LinkKind::kGroup;
+    link.index = i / 2;
+    const auto tag = static_cast<uint16_t>(link.receiver);
+    if (i % 2 == 0) {
+      block.near.push_back({tag});
+    } else {
+      block.group.push_back({tag});
+    }
+    block.links.push_back(link);
+  }
+  SortLinks(&block);
+  LinkBlock half;
+  for (size_t i = 20; i < 40; ++i) {
+    half.AppendFrom(block, i);
+  }
+  for (const LinkBlock* b : {&block, &half}) {
+    for (const Link& link : b->links) {
+      EXPECT_EQ(link.kind == LinkKind::kNear ? b->near[link.index][0]
+                                             : b->group[link.index][0],
+                link.receiver);
+    }
   }
 }
 
 TEST(LinkBlock, EveryTruncationIsNamedAsDamage) {
   const Bytes bytes = EncodeLinks(RandomBlock(40, 2));
   for (size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_THROW(DecodeLinks(std::span(bytes).first(size), 500, 700),
+    EXPECT_THROW(DecodeLinks(std::span(bytes).first(size), {500, 700, 30}),
                  DamagedStoreError)
         << size;
   }
@@ -65,8 +102,9 @@ TEST(LinkBlock, EveryTruncationIsNamedAsDamage) {
 
 TEST(LinkBlock, ElementsThatAreNotThereAreNamedAsDamage) {
   const Bytes bytes = EncodeLinks(RandomBlock(400, 3));
-  EXPECT_THROW(DecodeLinks(bytes, 100, 700), DamagedStoreError);
-  EXPECT_THROW(DecodeLinks(bytes, 500, 100), DamagedStoreError);
+  EXPECT_THROW(DecodeLinks(bytes, {100, 700, 30}), DamagedStoreError);
+  EXPECT_THROW(DecodeLinks(bytes, {500, 100, 30}), DamagedStoreError);
+  EXPECT_THROW(DecodeLinks(bytes, {500, 700, 10}), DamagedStoreError);
 }
 
 }  // namespace

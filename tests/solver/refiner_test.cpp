@@ -11,7 +11,9 @@
 #include <memory>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
+#include "tests/solver/test_bulbs.h"
 #include "tests/solver/test_cells.h"
 #include "tests/visibility/test_rooms.h"
 #include <gtest/gtest.h>
@@ -249,6 +251,21 @@ TEST(WeakLinks, BringNothingFromBehind) {
 
 constexpr Box3 kRoom = {{0, 0, 0}, {4, 5, 3}};
 
+// The mean over a patch of what its points gain.
+double MeanGainOf(BrightCell& cell, uint32_t patch) {
+  double mean = 0;
+  for (size_t i = 0; i < cell.Tree().Size(); ++i) {
+    const Element& e = cell.Tree().At(ElementId(i));
+    if (e.patch == patch) {
+      const auto gain = cell.Tree().Gain()[ElementId(i)];
+      const double sum = std::accumulate(gain.begin(), gain.end(), 0.0);
+      mean += sum / static_cast<double>(gain.size()) *
+              static_cast<double>(e.frame.scale * e.frame.scale);
+    }
+  }
+  return mean;
+}
+
 struct Gains {
   std::vector<double> means;  // over each patch, of the gain of its points
   double squared_error = 0;   // as refinement predicts it, (W/m)^2
@@ -303,6 +320,47 @@ TEST_P(FineLinks, OfEachWallOfABareRoomSeeAWholeHemisphere) {
           << "tau " << tau;
     }
   }
+}
+
+// A bulb over a floor, with a plate that hides a part of it: the floor gains
+// from it as one what its facets bring one by one.
+TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
+  const Basis basis(GetParam());
+  std::vector<Patch> patches = {
+      test::Rectangle({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}),
+      test::Rectangle({-0.2, -0.5, 1}, {0, 1, 0}, {1, 0, 0})};
+  Append(patches, test::Bulb({0, 0, 2}, 0.05, 5));
+  const Scenery scenery(patches);
+  RefineOptions options;
+  options.tau = 3e-6;
+  options.tau_weak = 0.5 * options.tau;
+  const auto link = [&](bool as_one) {
+    BrightCell cell(0, basis, patches);
+    const SourceGroups groups(cell.Geometry());
+    RefineSide source = cell.Side();
+    source.groups = as_one ? &groups : nullptr;
+    LinkBlock block;
+    double squared_error = 0;
+    for (const RawLinks& item :
+         RefineAll(options, cell.Side(), source, scenery.All())) {
+      squared_error += item.squared_error;
+      ApplyLinks(item,
+                 cell.Geometry(),
+                 cell.Tree(),
+                 cell.Geometry(),
+                 cell.Tree(),
+                 &block);
+    }
+    EXPECT_EQ(block.group.empty(), !as_one);
+    return std::pair(MeanGainOf(cell, 0), std::sqrt(squared_error));
+  };
+  const auto [apart, apart_error] = link(false);
+  const auto [as_one, as_one_error] = link(true);
+  // Errors are of rho times the irradiance, integrated over the floor's 16 m2.
+  const double floor = kReflectance * std::sqrt(16.0);
+  EXPECT_GT(apart, 0);
+  EXPECT_NEAR(as_one, apart, (apart_error + as_one_error) / floor);
+  EXPECT_NEAR(as_one, apart, 0.01 * apart);
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, FineLinks, ::testing::Values(1, 2));

@@ -47,6 +47,25 @@ TEST(SmallScenes, FacesAreSound) {
   EXPECT_TRUE(AllFacesAreSound(Generate(WriteTube, {})));
 }
 
+// Each face of a bulb looks away from its centre.
+TEST(SmallScenes, BulbsAreClosedAndLookOutwards) {
+  for (const uint32_t n : {2U, 6U}) {
+    const ReadScene scene = Generate(WriteBulbs, {n});
+    EXPECT_EQ(scene.polygons.size(), 36 + 8 * n * (n - 1));
+    EXPECT_TRUE(AllFacesAreSound(scene));
+    Vec3 sum{};
+    for (const ReadPolygon& p : scene.polygons) {
+      if (scene.exitance.contains(p.material)) {
+        const Point3 center =
+            p.vertices[0].x < 2 ? Point3{1.5, 1.7, 2.2} : Point3{3, 3, 2.2};
+        EXPECT_GT(Dot(AreaVector(p.vertices), p.vertices[0] - center), 0);
+        sum = sum + AreaVector(p.vertices);
+      }
+    }
+    EXPECT_NEAR(Length(sum), 0, 1e-9) << "closed: its area vectors cancel";
+  }
+}
+
 // Each of the two squares lies in front of the other.
 TEST(SmallScenes, TheTwoSquaresFaceEachOther) {
   for (const ReadScene& scene :
@@ -86,6 +105,7 @@ TEST(SmallScenes, ParametersOutOfRangeAreUsageErrors) {
   EXPECT_THROW(Generate(WritePerpendicular, {-0.1}), UsageError);
   EXPECT_THROW(Generate(WriteBlocker, {2.0}), UsageError);
   EXPECT_THROW(Generate(WriteBox, {0.0}), UsageError);
+  EXPECT_THROW(Generate(WriteBulbs, {1}), UsageError);
   EXPECT_THROW(Generate(WriteTube, {1.0}), UsageError);
   EXPECT_THROW(Generate(WriteTube, {std::nan("")}), UsageError);
   EXPECT_THROW(Generate(WriteChairs, {0}), UsageError);
@@ -123,14 +143,14 @@ TEST(Chairs, RoomGrowsAsTheScalingSays) {
   EXPECT_NEAR(wide.x / low.x, 2, 1e-9);
   EXPECT_NEAR(wide.z, low.z, 1e-9);
   EXPECT_EQ(room(9, ChairScaling::kNone), room(36, ChairScaling::kNone));
-  EXPECT_THROW(room(400, ChairScaling::kNone), UsageError);
+  EXPECT_EQ(room(400, ChairScaling::kNone), room(36, ChairScaling::kNone));
 }
 
-TEST(Chairs, StandApartAndInsideTheRoom) {
-  const ReadScene scene = Generate(WriteChairs, {36});
+// What stands in a room stands on its floor, inside, clear of the others.
+void ExpectChairsApart(const ReadScene& scene, int count, double scale) {
   const auto room = BoundsOf(Object(scene, "floor")[0].vertices);
   std::vector<Point3> centers;
-  for (int i = 1; i <= 36; ++i) {
+  for (int i = 1; i <= count; ++i) {
     Box3 box;
     for (const ReadPolygon& p : Object(scene, "chair" + std::to_string(i))) {
       box.Include(BoundsOf(p.vertices));
@@ -140,10 +160,23 @@ TEST(Chairs, StandApartAndInsideTheRoom) {
     EXPECT_LT(box.high.x, room.high.x);
     EXPECT_LT(box.high.y, room.high.y);
     for (const Point3 other : centers) {
-      EXPECT_GT(Length(box.Center() - other), 2 * kChairRadius - 1e-3);
+      EXPECT_GT(Length(box.Center() - other),
+                scale * (2 * kChairRadius - 1e-3));
     }
     centers.push_back(box.Center());
+    EXPECT_NEAR(box.low.z, 0, 1e-9);
+    EXPECT_NEAR(box.high.z, scale * kChairHeight, 1e-6);
   }
+}
+
+TEST(Chairs, StandApartAndInsideTheRoom) {
+  ExpectChairsApart(Generate(WriteChairs, {36}), 36, 1);
+}
+
+// 20 x 20 chairs on 6 m x 6 m: 0.3 m for what needs 0.678 m.
+TEST(Chairs, AreSmallerWhereARoomThatDoesNotGrowIsCrowded) {
+  ExpectChairsApart(
+      Generate(WriteChairs, {400, ChairScaling::kNone}), 400, 0.3 / 0.678);
 }
 
 TEST(Lights, CountOfPolygonsIs328PlusLights) {

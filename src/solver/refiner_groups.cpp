@@ -1,0 +1,256 @@
+// The part of refinement whose sources are groups of patches.
+
+#include "base/random.h"
+#include "solver/refiner_task.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace enfilade {
+namespace {
+
+// Rays of a look: points about each of the receiver's nodes, and rays of each.
+// What many rays leave unknown is what V varies by over the receiver, and their
+// noise, which strata make about half as large.
+constexpr size_t kManyPoints = 4;
+constexpr size_t kManyRays = 4;
+constexpr float kUnknownByReceiver = 0.5F;
+constexpr float kStratified = 0.5F;
+// Makes the keys of groups others than those of patches.
+constexpr uint64_t kGroupKey = uint64_t{1} << 31;
+
+// What rays leave unknown, as a share of the transfer, and how much of that is
+// the receiver's, whose points see different shares of the group, and not the
+// group's, whose points are seen or not.
+struct Unknown {
+  float share = 0;
+  float of_receiver = 0;
+};
+
+// Where all rays agree it is the larger end's.
+Unknown UnknownByAgreed(float share,
+                        float receiver_diameter,
+                        const Box& group) {
+  return {
+      share,
+      receiver_diameter / (receiver_diameter + Length(group.Extent()) + 1e-9F)};
+}
+
+Unknown UnknownByMixed(const GroupSight& sight) {
+  constexpr auto kRays = static_cast<float>(kManyPoints * kManyRays);
+  return {kUnknownByReceiver * std::sqrt(sight.by_receiver) +
+              kStratified * std::sqrt(sight.by_source / kRays) + kUnprovenClear,
+          sight.by_receiver / (sight.by_receiver + sight.by_source + 1e-9F)};
+}
+
+}  // namespace
+
+void Refiner::SetGroups() {
+  if (source_.groups == nullptr) {
+    return;
+  }
+  for (const SourceGroup& group : source_.groups->All()) {
+    const GroupRadiosity b = RadiosityOf(*source_.groups,
+                                         group,
+                                         source_.patches,
+                                         source_.tree->Shape(),
+                                         source_.tree->Sent());
+    float largest = 0;
+    for (const float mean : b.mean) {
+      largest = std::max(largest, std::abs(mean));
+    }
+    groups_.push_back({&group, largest, b.spread});
+  }
+}
+
+bool Refiner::InGroup(uint32_t patch) const {
+  return source_.groups != nullptr && source_.groups->Holds(patch);
+}
+
+uint64_t Refiner::KeyOf(const Receiver& r, uint32_t group) const {
+  const uint64_t ends = uint64_t{r.patch} << 32 | kGroupKey | group;
+  return MixKey(MixKey(PairKey(), ends), r.path);
+}
+
+void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
+  const GroupPart whole = WholeGroup(*groups_[group].group);
+  for (uint32_t i = r.first; i < r.first + r.count; ++i) {
+    if (task->Meets(i, 1)) {
+      VisitGroup(ReceiverAt(i, task), {group, 0}, whole, task);
+    }
+  }
+}
+
+void Refiner::VisitGroup(const Receiver& r,
+                         GroupVisit visit,
+                         const GroupPart& candidates,
+                         Task* task) const {
+  if (task->out->overflowed) {
+    return;
+  }
+  const Group& group = groups_[visit.group];
+  GroupTransfer transfer(
+      r.end, source_.patches, *source_.groups, *group.group, candidates);
+  if (transfer.Facing().count == 0) {
+    return;
+  }
+  const float bound =
+      r.weight * (group.radiosity + group.spread) * transfer.FormFactorBound();
+  if (bound < static_cast<float>(options_.tau_weak)) {
+    AddWeakGroup(r, visit.group, transfer, task);
+    return;
+  }
+  if (blockers_->Separate(
+          ShaftBetween(*r.end.patch, r.end.frame, group.group->box))) {
+    return;
+  }
+  transfer.Evaluate();
+  VisitSeenGroup(r, visit, &transfer, task);
+}
+
+// The part of a visit that needs form factors and rays.
+void Refiner::VisitSeenGroup(const Receiver& r,
+                             GroupVisit visit,
+                             GroupTransfer* transfer,
+                             Task* task) const {
+  const Group& group = groups_[visit.group];
+  const auto tau = static_cast<float>(options_.tau);
+  const float brightness = r.weight * group.radiosity;
+  const float light = brightness * transfer->FormFactor();
+  GroupRays rays(
+      *blockers_, r.end, *transfer, KeyOf(r, visit.group), &task->rays);
+  GroupSight sight = rays.Look(1, 1);
+  const bool few = sight.Agrees() && FewDecide(light, visit.blocked);
+  sight = few ? sight : rays.Look(1, kManyRays);
+  const bool agreed = sight.Agrees();
+  sight = agreed ? sight : rays.Look(kManyPoints, kManyRays);
+  const float visible = sight.fraction;
+  const float rough =
+      visible > 0 ? brightness * transfer->Residual(*basis_) : 0.0F;
+  const Unknown unknown =
+      agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
+                               r.end.diameter,
+                               group.group->box)
+             : UnknownByMixed(sight);
+  const float hidden = light * shadows_ * unknown.share;
+  float by_receiver = rough + unknown.of_receiver * hidden;
+  float by_source = (1 - unknown.of_receiver) * hidden;
+  // A proof costs as much as a kernel: only where it decides.
+  const bool proven = visible >= 1 && rough <= tau && rough + hidden > tau &&
+                      transfer->IsProvenClear(*blockers_);
+  if (proven) {
+    by_receiver = rough;
+    by_source = 0;
+  }
+  by_source +=
+      visible > 0 ? r.weight * group.spread * transfer->FormFactor() : 0.0F;
+  visit.blocked += visible > 0 ? 0 : 1;
+  if (by_receiver + by_source > tau) {
+    if (by_receiver >= by_source && CanSplit(r.end, r.path)) {
+      SplitGroupReceiver(r, visit, transfer->Facing(), task);
+    } else {
+      SplitGroup(r, visit, transfer->Facing(), task);
+    }
+    return;
+  }
+  if (!task->Takes(r)) {
+    return;
+  }
+  if (visible > 0) {
+    AddError(by_receiver + by_source, task);
+  } else {
+    AddBlockedError(by_receiver + by_source, task);
+  }
+  std::array<float, kTransferNodes> gain = transfer->AtNodes();
+  if (!proven) {
+    const auto shares =
+        rays.Look(few ? 1 : kManyPoints, agreed ? 1 : kManyRays);
+    std::transform(gain.begin(),
+                   gain.end(),
+                   shares.at_nodes.begin(),
+                   gain.begin(),
+                   std::multiplies<>());
+  }
+  AcceptGroup(r, visit.group, gain, task);
+}
+
+void Refiner::SplitGroupReceiver(const Receiver& r,
+                                 GroupVisit visit,
+                                 const GroupPart& facing,
+                                 Task* task) const {
+  for (size_t c = 0; c < kChildren; ++c) {
+    if (task->Enters(r, c)) {
+      VisitGroup(ChildReceiver(r, c), visit, facing, task);
+    }
+  }
+}
+
+void Refiner::SplitGroup(const Receiver& r,
+                         GroupVisit visit,
+                         const GroupPart& facing,
+                         Task* task) const {
+  const SourceGroup& group = *groups_[visit.group].group;
+  if (group.child != 0) {
+    for (const uint32_t half : {group.child, group.child + 1}) {
+      VisitGroup(
+          r, {half, visit.blocked}, WholeGroup(*groups_[half].group), task);
+    }
+    return;
+  }
+  const auto patches = source_.groups->PatchesOf(group);
+  for (size_t i = 0; i < facing.count; ++i) {
+    Visit(r,
+          RootSource({patches[facing.members[i]], kRootPath}),
+          visit.blocked,
+          task);
+  }
+}
+
+void Refiner::AcceptGroup(const Receiver& r,
+                          uint32_t group,
+                          const std::array<float, kTransferNodes>& gain,
+                          Task* task) const {
+  RawLink link{r.patch, r.path, group, kRootPath, LinkKind::kGroup, 0, 0, gain};
+  const float mean =
+      std::inner_product(gain.begin(), gain.end(), r.end.weight.begin(), 0.0F);
+  if (!(mean > 0)) {
+    return;
+  }
+  if (constant_basis_) {
+    link.gain.fill(mean);
+  }
+  task->out->links.push_back(link);
+  task->out->overflowed = task->out->links.size() > task->most;
+}
+
+// As AddWeak.
+void Refiner::AddWeakGroup(const Receiver& r,
+                           uint32_t group,
+                           const GroupTransfer& transfer,
+                           Task* task) const {
+  if (!task->Takes(r)) {
+    return;
+  }
+  const float brightness =
+      r.weight * (groups_[group].radiosity + groups_[group].spread);
+  const float probability = WeakProbability(
+      brightness * transfer.FormFactorBound(), transfer.FormFactorBound());
+  Random random(KeyOf(r, group));
+  if (random.Next() >= static_cast<double>(probability)) {
+    return;
+  }
+  const SampledTransfer sample = transfer.Sample(&random);
+  if (!(sample.form_factor > 0)) {
+    return;
+  }
+  const float coefficient = sample.form_factor / probability;
+  AddPending({{r.patch, r.path, group, kRootPath, LinkKind::kGroup, 0, 0, {}},
+              coefficient,
+              brightness * coefficient * std::sqrt(1 - probability)},
+             sample.ray,
+             task);
+}
+
+}  // namespace enfilade

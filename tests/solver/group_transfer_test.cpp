@@ -1,0 +1,197 @@
+// Transfers from groups: form factors against closed forms, rays against
+// shadows that are known.
+
+#include "solver/group_transfer.h"
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "tests/solver/test_bulbs.h"
+#include "tests/solver/test_cells.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::Append;
+using test::Bulb;
+using test::GeometryOf;
+using test::Rectangle;
+
+constexpr double kRadius = 0.1;
+constexpr double kHeight = 1;
+
+// A small square floor below a bulb, and what stands between.
+class Scene {
+ public:
+  explicit Scene(double floor_side, const std::vector<Patch>& blockers = {})
+      : patches_{Rectangle({-0.5 * floor_side, -0.5 * floor_side, 0},
+                           {floor_side, 0, 0},
+                           {0, floor_side, 0})} {
+    // Bulbs are lamps where little of a cell emits.
+    patches_.push_back(Rectangle({-5, -5, 9}, {0, 9, 0}, {9, 0, 0}));
+    Append(patches_, Bulb({0, 0, kHeight}, kRadius, 6));
+    Append(patches_, blockers);
+    geometry_ = GeometryOf(patches_);
+    groups_ = SourceGroups(geometry_);
+    receiver_ = MakeTransferEnd(geometry_[0], {});
+    CellPatches cell;
+    cell.bounds = {{-9, -9, -9}, {9, 9, 9}};
+    cell.patches = patches_;
+    occluder_ = device_.Build(cell);
+    shafts_ = std::make_unique<ShaftBlockers>(geometry_);
+    all_.occluders = {occluder_.get()};
+    all_.shafts = {shafts_.get()};
+  }
+
+  [[nodiscard]] const SourceGroup& Group() const {
+    return groups_.All()[groups_.Roots()[0]];
+  }
+
+  [[nodiscard]] GroupTransfer Transfer() const {
+    GroupTransfer transfer(
+        receiver_, geometry_, groups_, Group(), WholeGroup(Group()));
+    transfer.Evaluate();
+    return transfer;
+  }
+
+  GroupSight Look(uint64_t seed) {
+    const GroupTransfer transfer = Transfer();
+    return GroupRays(all_, receiver_, transfer, seed, &rays_).Look(8, 8);
+  }
+
+  [[nodiscard]] bool IsProvenClear() const {
+    return Transfer().IsProvenClear(all_);
+  }
+
+ private:
+  std::vector<Patch> patches_;
+  std::vector<PatchGeometry> geometry_;
+  SourceGroups groups_;
+  TransferEnd receiver_;
+  MemoryBudget budget_{1ULL << 30};
+  OcclusionDevice device_{budget_, Point3{}};
+  std::shared_ptr<const CellBlockers> occluder_;
+  std::unique_ptr<ShaftBlockers> shafts_;
+  Blockers all_;
+  RayCount rays_;
+};
+
+// A ball at distance d straight ahead covers (r / d)^2 of a hemisphere; the
+// body inscribed in it lies between that and the ball through the middles of
+// its facets, cos^2 (pi / 12) smaller.
+TEST(GroupTransfer, OfABallIsTheSquareOfItsSine) {
+  const Scene scene(1e-3);
+  const double ball = kRadius * kRadius / (kHeight * kHeight);
+  const double facets = std::pow(std::cos(kPi / 12), 2);
+  const GroupTransfer transfer = scene.Transfer();
+  const auto seen = static_cast<double>(transfer.FormFactor());
+  EXPECT_LT(seen, ball);
+  EXPECT_GT(seen, ball * facets * facets);
+  EXPECT_GE(transfer.FormFactorBound(), transfer.FormFactor());
+  // Those that look up are of no use below.
+  EXPECT_LT(transfer.Facing().count, scene.Group().count * 3 / 5);
+}
+
+// On one random point after another, the same as on the nodes.
+TEST(GroupTransfer, SamplesAreRightOnTheAverage) {
+  const Scene scene(1);
+  const GroupTransfer transfer = scene.Transfer();
+  Random random(5);
+  double sum = 0;
+  double square = 0;
+  constexpr int kSamples = 4000;
+  for (int i = 0; i < kSamples; ++i) {
+    const auto f = static_cast<double>(transfer.Sample(&random).form_factor);
+    sum += f;
+    square += f * f;
+  }
+  const double mean = sum / kSamples;
+  const double error = std::sqrt((square / kSamples - mean * mean) / kSamples);
+  // The mean over the floor, of points on a fine grid: cos^4 falls off.
+  double exact = 0;
+  constexpr int kGrid = 40;
+  for (int i = 0; i < kGrid; ++i) {
+    for (int k = 0; k < kGrid; ++k) {
+      std::array<float, kMostGroupPatches> unused{};
+      const auto x = static_cast<float>((i + 0.5) / kGrid - 0.5);
+      const auto y = static_cast<float>((k + 0.5) / kGrid - 0.5);
+      exact += static_cast<double>(transfer.FormFactorsOf({x, y, 0}, &unused));
+    }
+  }
+  exact /= kGrid * kGrid;
+  EXPECT_NEAR(mean, exact, 4 * error);
+  EXPECT_LT(error, 0.01 * exact);
+}
+
+TEST(GroupTransfer, IsRougherOnLargerReceivers) {
+  const Basis haar(1);
+  const Basis linear(2);
+  const auto residual = [](double side, const Basis& basis) {
+    const Scene scene(side);
+    const GroupTransfer transfer = scene.Transfer();
+    return transfer.Residual(basis) / transfer.FormFactor();
+  };
+  EXPECT_LT(residual(0.5, haar), 0.5F * residual(1, haar));
+  // Of second order: a quarter for half the side.
+  EXPECT_LT(residual(0.5, linear), 0.3F * residual(1, linear));
+  EXPECT_LT(residual(0.5, linear), residual(0.5, haar));
+}
+
+TEST(GroupRays, SeeAllWhereNothingStands) {
+  Scene scene(0.5);
+  const GroupSight sight = scene.Look(1);
+  EXPECT_EQ(sight.fraction, 1);
+  EXPECT_TRUE(sight.Agrees());
+  EXPECT_EQ(sight.by_receiver, 0);
+  EXPECT_EQ(sight.by_source, 0);
+  EXPECT_TRUE(scene.IsProvenClear());
+}
+
+TEST(GroupRays, SeeNothingBehindAPlate) {
+  Scene scene(0.5, {Rectangle({-1, -1, 0.5}, {2, 0, 0}, {0, 2, 0})});
+  const GroupSight sight = scene.Look(1);
+  EXPECT_EQ(sight.fraction, 0);
+  EXPECT_TRUE(sight.Agrees());
+  EXPECT_FALSE(scene.IsProvenClear());
+}
+
+// A plate close below half of the bulb hides that half from all of the floor.
+TEST(GroupRays, KnowAShadowOfTheGroup) {
+  Scene scene(0.05, {Rectangle({0, -1, kHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
+  const GroupSight sight = scene.Look(1);
+  EXPECT_NEAR(sight.fraction, 0.5, 0.1);
+  EXPECT_GT(sight.by_source, 10 * sight.by_receiver);
+  EXPECT_FALSE(scene.IsProvenClear());
+}
+
+// A plate close above half of the floor hides the whole bulb from that half.
+TEST(GroupRays, KnowAShadowOnTheReceiver) {
+  Scene scene(1, {Rectangle({0, -1, 0.002}, {1, 0, 0}, {0, 2, 0})});
+  const GroupSight sight = scene.Look(1);
+  EXPECT_NEAR(sight.fraction, 0.5, 0.1);
+  EXPECT_GT(sight.by_receiver, 10 * sight.by_source);
+  // Nodes 0 and 2 lie at u < 1/2.
+  EXPECT_GT(sight.at_nodes[0], 0.9F);
+  EXPECT_LT(sight.at_nodes[1], 0.1F);
+}
+
+// Over many looks the share is that of the area that is seen.
+TEST(GroupRays, AreUnbiased) {
+  Scene scene(0.05, {Rectangle({0, -1, kHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
+  double sum = 0;
+  constexpr int kLooks = 300;
+  for (int i = 0; i < kLooks; ++i) {
+    sum += static_cast<double>(scene.Look(static_cast<uint64_t>(i)).fraction);
+  }
+  // The plate's edge lies in the plane of symmetry, a little below the bulb:
+  // points of the floor off the middle look past it by a fortieth of their
+  // distance from it, both ways alike.
+  EXPECT_NEAR(sum / kLooks, 0.5, 0.01);
+}
+
+}  // namespace
+}  // namespace enfilade
