@@ -233,6 +233,9 @@ class Refiner {
   struct GroupVisit {
     uint32_t group = 0;
     int blocked = 0;  // as in Visit
+    // The probability with which it was chosen to be looked at; below 1 only
+    // where the transfer is weak.
+    float drawn = 1;
   };
 
   void SetGroups();
@@ -260,8 +263,9 @@ class Refiner {
                   GroupVisit visit,
                   const GroupPart& facing,
                   Task* task) const;
+  [[nodiscard]] float DrawGroup(const Receiver& r, uint32_t group) const;
   void AddWeakGroup(const Receiver& r,
-                    uint32_t group,
+                    GroupVisit visit,
                     const GroupTransfer& transfer,
                     Task* task) const;
   void AcceptGroup(const Receiver& r,

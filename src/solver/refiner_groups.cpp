@@ -77,10 +77,39 @@ uint64_t Refiner::KeyOf(const Receiver& r, uint32_t group) const {
 void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
   const GroupPart whole = WholeGroup(*groups_[group].group);
   for (uint32_t i = r.first; i < r.first + r.count; ++i) {
-    if (task->Meets(i, 1)) {
-      VisitGroup(ReceiverAt(i, task), {group, 0}, whole, task);
+    if (!task->Meets(i, 1)) {
+      continue;
+    }
+    const Receiver& receiver = ReceiverAt(i, task);
+    const float drawn = DrawGroup(receiver, group);
+    if (drawn > 0) {
+      VisitGroup(receiver, {group, 0, drawn}, whole, task);
     }
   }
+}
+
+// Whether a group is looked at: the probability with which it is, 0 if it is
+// not. Most pairs of a hall with many lamps are so weak that the box of the
+// group says so.
+float Refiner::DrawGroup(const Receiver& r, uint32_t group) const {
+  const SourceGroup& g = *groups_[group].group;
+  const Vec3f middle = (g.box.low + g.box.high) * 0.5F;
+  const float gap = Length(middle - r.end.center) -
+                    0.5F * (r.end.diameter + Length(g.box.Extent()));
+  if (gap <= 0) {
+    return 1;
+  }
+  const float form_factor =
+      std::min(1.0F, g.area / (static_cast<float>(kPi) * gap * gap));
+  const float bound = r.weight *
+                      (groups_[group].radiosity + groups_[group].spread) *
+                      form_factor;
+  if (bound >= static_cast<float>(options_.tau_weak)) {
+    return 1;
+  }
+  const float probability = WeakProbability(bound, form_factor);
+  Random random(MixKey(KeyOf(r, group), kGroupKey));
+  return random.Next() < static_cast<double>(probability) ? probability : 0;
 }
 
 void Refiner::VisitGroup(const Receiver& r,
@@ -98,8 +127,8 @@ void Refiner::VisitGroup(const Receiver& r,
   }
   const float bound =
       r.weight * (group.radiosity + group.spread) * transfer.FormFactorBound();
-  if (bound < static_cast<float>(options_.tau_weak)) {
-    AddWeakGroup(r, visit.group, transfer, task);
+  if (visit.drawn < 1 || bound < static_cast<float>(options_.tau_weak)) {
+    AddWeakGroup(r, visit, transfer, task);
     return;
   }
   if (blockers_->Separate(
@@ -195,7 +224,7 @@ void Refiner::SplitGroup(const Receiver& r,
   if (group.child != 0) {
     for (const uint32_t half : {group.child, group.child + 1}) {
       VisitGroup(
-          r, {half, visit.blocked}, WholeGroup(*groups_[half].group), task);
+          r, {half, visit.blocked, 1}, WholeGroup(*groups_[half].group), task);
     }
     return;
   }
@@ -227,18 +256,21 @@ void Refiner::AcceptGroup(const Receiver& r,
 
 // As AddWeak.
 void Refiner::AddWeakGroup(const Receiver& r,
-                           uint32_t group,
+                           GroupVisit visit,
                            const GroupTransfer& transfer,
                            Task* task) const {
   if (!task->Takes(r)) {
     return;
   }
   const float brightness =
-      r.weight * (groups_[group].radiosity + groups_[group].spread);
-  const float probability = WeakProbability(
-      brightness * transfer.FormFactorBound(), transfer.FormFactorBound());
-  Random random(KeyOf(r, group));
-  if (random.Next() >= static_cast<double>(probability)) {
+      r.weight * (groups_[visit.group].radiosity + groups_[visit.group].spread);
+  const float probability =
+      std::min(visit.drawn,
+               WeakProbability(brightness * transfer.FormFactorBound(),
+                               transfer.FormFactorBound()));
+  Random random(KeyOf(r, visit.group));
+  if (random.Next() * static_cast<double>(visit.drawn) >=
+      static_cast<double>(probability)) {
     return;
   }
   const SampledTransfer sample = transfer.Sample(&random);
@@ -246,11 +278,12 @@ void Refiner::AddWeakGroup(const Receiver& r,
     return;
   }
   const float coefficient = sample.form_factor / probability;
-  AddPending({{r.patch, r.path, group, kRootPath, LinkKind::kGroup, 0, 0, {}},
-              coefficient,
-              brightness * coefficient * std::sqrt(1 - probability)},
-             sample.ray,
-             task);
+  AddPending(
+      {{r.patch, r.path, visit.group, kRootPath, LinkKind::kGroup, 0, 0, {}},
+       coefficient,
+       brightness * coefficient * std::sqrt(1 - probability)},
+      sample.ray,
+      task);
 }
 
 }  // namespace enfilade

@@ -138,6 +138,11 @@ struct Statistics {
   double standard_error = 0;
 };
 
+Statistics StatisticsOf(double sum, double square, int count) {
+  const double mean = sum / count;
+  return {mean, std::sqrt((square / count - mean * mean) / count)};
+}
+
 // Over many seeds, what the floor's 4 x 4 tiles gain from tiles of 1 W/m2 that
 // are all too weak to be linked outright: its mean form factor to them.
 Statistics SampledFormFactor(const std::vector<Patch>& sources,
@@ -168,8 +173,7 @@ Statistics SampledFormFactor(const std::vector<Patch>& sources,
     sum += gain;
     square += gain * gain;
   }
-  const double mean = sum / seeds;
-  return {mean, std::sqrt((square / seeds - mean * mean) / seeds)};
+  return StatisticsOf(sum, square, seeds);
 }
 
 void ExpectUnbiased(const Statistics& seen, double form_factor) {
@@ -203,6 +207,61 @@ TEST(WeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
   const Statistics seen =
       SampledFormFactor(Tiled(Ceiling(1), 20), {plate}, 50000);
   ExpectUnbiased(seen, 0.199825 / 2);
+}
+
+// A ball of which half is below a plate, straight above a small floor: those of
+// its facets that are seen cover half of (r / d)^2.
+TEST(WeakLinks, OfABulbAsOneAreUnbiased) {
+  const Basis basis(2);
+  const std::vector<Patch> floor =
+      Tiled(test::Rectangle({-0.01, -0.01, 0}, {0.02, 0, 0}, {0, 0.02, 0}), 4);
+  const std::vector<Patch> bulb = test::Bulb({0, 0, 1}, 0.05, 5);
+  std::vector<Patch> lit = bulb;
+  // Lamps are lamps where little of a cell emits.
+  lit.push_back(test::Rectangle({-1, -1, 3}, {0, 2, 0}, {2, 0, 0}));
+  const BrightCell receiver(0, basis, floor);
+  BrightCell source(1, basis, lit);
+  for (float& b : source.Tree().Sent()[ElementId(lit.size() - 1)]) {
+    b = 0;
+  }
+  const SourceGroups groups(source.Geometry());
+  ASSERT_EQ(groups.Roots().size(), 1U);
+  std::vector<Patch> all = floor;
+  Append(all, lit);
+  all.push_back(test::Rectangle({0, -1, 0.94}, {1, 0, 0}, {0, 2, 0}));
+  const Scenery scenery(all);
+  RefineSide side = source.Side();
+  side.groups = &groups;
+  double exact = 0;
+  for (const Patch& p : bulb) {
+    const std::vector<PatchGeometry> facet = GeometryOf({p});
+    const Corners corners = CornersOf(facet[0], {});
+    if (Dot(Vec3f{0, 0, 0} - facet[0].origin, facet[0].normal) > 0) {
+      exact += static_cast<double>(
+          PointToPolygon({0, 0, 0}, {0, 0, 1}, corners.View()));
+    }
+  }
+  RefineOptions options;
+  options.tau = 1e9;
+  options.tau_weak = 1e9;
+  double sum = 0;
+  double square = 0;
+  constexpr int kSeeds = 200000;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    options.seed = MixKey(78, static_cast<uint64_t>(seed));
+    double gain = 0;
+    for (const RawLinks& item :
+         RefineAll(options, receiver.Side(), side, scenery.All())) {
+      for (const RawLink& link : item.links) {
+        gain += link.kind == LinkKind::kGroup ? MeanGain(link) / 16 : 0;
+      }
+    }
+    sum += gain;
+    square += gain * gain;
+  }
+  const Statistics seen = StatisticsOf(sum, square, kSeeds);
+  EXPECT_NEAR(seen.mean, 0.5 * exact, 4 * seen.standard_error);
+  EXPECT_LT(4 * seen.standard_error, 0.1 * exact);
 }
 
 TEST(WeakLinks, StoreTheirGainToHalfPrecision) {

@@ -27,7 +27,7 @@ TEST(SceneCommand, EveryHelpShowsAnExample) {
   const CLI::App* scenes = app.get_subcommand("scene");
   const auto commands =
       scenes->get_subcommands([](const CLI::App*) { return true; });
-  EXPECT_EQ(commands.size(), 9U);
+  EXPECT_EQ(commands.size(), 10U);
   for (const CLI::App* command : commands) {
     EXPECT_NE(command->help().find("enfilade scene " + command->get_name()),
               std::string::npos);
@@ -57,6 +57,9 @@ TEST(SceneCommand, OptionsReachTheirScenes) {
   RunScene("scene blocker --separation 1.5 " + out);
   EXPECT_NE(ReadFile(out).find("v -0.2 -0.2 1.5"), std::string::npos);
   EXPECT_NE(ReadFile(dir / "s.mtl").find("sides 1"), std::string::npos);
+  RunScene("scene bulbs --slices 2 --report " + (dir / "r.json") + " " + out);
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(dir / "r.json")).at("polygons"),
+            36 + 8 * 2);
   RunScene("scene box --reflectance 0.8 " + out);
   EXPECT_NE(ReadFile(dir / "s.mtl").find("Ke 12.5"), std::string::npos);
   RunScene("scene tube --reflectance 0.8 " + out);
