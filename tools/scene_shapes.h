@@ -56,8 +56,8 @@ void AddPanel(ObjWriter& out,
 void AddLining(
     ObjWriter& out, Axis axis, double a0, double a1, const Rect& opening);
 
-// Where a piece of furniture stands: its own frame, made `scale` times as large,
-// turned about Z by `angle` (radians), then moved to `origin`.
+// Where a piece of furniture stands: its own frame, made `scale` times as
+// large, turned about Z by `angle` (radians), then moved to `origin`.
 class Placement {
  public:
   Placement(Point3 origin, double angle, double scale = 1)
