@@ -4,7 +4,6 @@
 #include "solver/shaft.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -63,12 +62,8 @@ Vec3f GroupTransfer::DrawPoint(
     const std::array<float, kMostGroupPatches>& form_factors,
     float share,
     Random* random) const {
-  const auto all = std::span(form_factors).first(facing_.count);
-  float rest = share * std::accumulate(all.begin(), all.end(), 0.0F);
-  size_t i = 0;
-  while (i + 1 < all.size() && rest >= all[i]) {
-    rest -= all[i++];
-  }
+  const size_t i =
+      IndexAtShare(std::span(form_factors).first(facing_.count), share);
   return RandomPoint(MakeTransferEnd(PatchAt(i), {}), random);
 }
 

@@ -25,13 +25,7 @@ bool AreClose(const TransferEnd& r, const TransferEnd& s) {
 
 // An index, drawn by the weights; their sum is not zero.
 size_t DrawByWeight(std::span<const float> weights, Random* random) {
-  const float sum = std::accumulate(weights.begin(), weights.end(), 0.0F);
-  float rest = sum * static_cast<float>(random->Next());
-  size_t i = 0;
-  while (i + 1 < weights.size() && rest >= weights[i]) {
-    rest -= weights[i++];
-  }
-  return i;
+  return IndexAtShare(weights, static_cast<float>(random->Next()));
 }
 
 // The form factor of a point of `end` to all of `other`.
@@ -229,6 +223,15 @@ Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
                  end.frame,
                  rim + (1 - 3 * rim) * corner[1],
                  rim + (1 - 3 * rim) * corner[2]);
+}
+
+size_t IndexAtShare(std::span<const float> weights, float share) {
+  float rest = std::accumulate(weights.begin(), weights.end(), 0.0F) * share;
+  size_t i = 0;
+  while (i + 1 < weights.size() && rest >= weights[i]) {
+    rest -= weights[i++];
+  }
+  return i;
 }
 
 Vec3f RandomPoint(const TransferEnd& end, Random* random) {

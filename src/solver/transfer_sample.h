@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 
 namespace enfilade {
 
@@ -15,6 +16,9 @@ struct PointPair {
   Vec3f x;  // on the receiver
   Vec3f y;  // on the source
 };
+
+// Where `share`, in [0, 1), of the sum of the weights is reached.
+size_t IndexAtShare(std::span<const float> weights, float share);
 
 // A random point of an element.
 Vec3f RandomPoint(const TransferEnd& end, Random* random);

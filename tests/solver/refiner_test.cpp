@@ -346,13 +346,8 @@ Gains LinkToItself(const RefineOptions& options,
                cell->Tree(),
                &block);
   }
-  gains.means.resize(cell->Geometry().size());
-  for (size_t i = 0; i < cell->Tree().Size(); ++i) {
-    const Element& e = cell->Tree().At(ElementId(i));
-    const auto gain = cell->Tree().Gain()[ElementId(i)];
-    const double sum = std::accumulate(gain.begin(), gain.end(), 0.0);
-    gains.means[e.patch] += sum / static_cast<double>(gain.size()) *
-                            static_cast<double>(e.frame.scale * e.frame.scale);
+  for (uint32_t i = 0; i < cell->Geometry().size(); ++i) {
+    gains.means.push_back(MeanGainOf(*cell, i));
   }
   return gains;
 }
