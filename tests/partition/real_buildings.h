@@ -1,5 +1,4 @@
-// The real buildings that tests run on where their folder exists
-// (ENFILADE_DATA, or ../shared/data beside the sources).
+// The real buildings that tests run on where their folder exists.
 
 #pragma once
 
@@ -7,24 +6,16 @@
 #include "scene/import.h"
 #include "store/sqlite_store.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
 
+#include "tests/data_folder.h"
+#include "tests/temporary_folder.h"
 #include <gtest/gtest.h>
 
 namespace enfilade::testing {
-
-inline std::filesystem::path DataFolder() {
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets the environment.
-  if (const char* named = std::getenv("ENFILADE_DATA")) {
-    return named;
-  }
-  return std::filesystem::path(ENFILADE_SOURCE_DIR).parent_path() / "shared" /
-         "data";
-}
 
 // An imported building. Light is not this layer's matter: everything emits.
 struct Building {
@@ -35,8 +26,8 @@ struct Building {
 inline Building Import(const std::string& name,
                        MemoryBudget& budget,
                        bool strip_spaces = false) {
-  const std::filesystem::path overrides =
-      std::filesystem::path(::testing::TempDir()) / "building_overrides.json";
+  const TemporaryFolder folder;
+  const std::string overrides = folder / "overrides.json";
   std::ofstream(overrides)
       << R"({"materials": {"*": {"reflectance": 0.5, "exitance": 1}}})";
   ImportOptions options;

@@ -12,8 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "tests/data_folder.h"
+#include "tests/temporary_folder.h"
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 namespace enfilade {
 
@@ -21,33 +22,16 @@ inline constexpr uint64_t kTestBudgetBytes = 200ULL << 20;
 
 class TempScene {
  public:
-  TempScene() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("enfilade_scene_") + test->test_suite_name() + "_" +
-               test->name() + "_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-
-  ~TempScene() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-
-  TempScene(const TempScene&) = delete;
-  TempScene& operator=(const TempScene&) = delete;
-  TempScene(TempScene&&) = delete;
-  TempScene& operator=(TempScene&&) = delete;
-
   std::filesystem::path Write(const std::string& name,
                               const std::string& text) const {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
+    const std::filesystem::path path = folder_ / name;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path, std::ios::binary) << text;
+    return path;
   }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 // An imported scene with all its faces.
@@ -89,16 +73,6 @@ inline std::string ImportError(const std::filesystem::path& path,
     return error.what();
   }
   return "";
-}
-
-// The folder of real buildings, or nothing.
-inline std::filesystem::path DataFolder() {
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets the environment.
-  if (const char* named = std::getenv("ENFILADE_DATA")) {
-    return named;
-  }
-  return std::filesystem::path(ENFILADE_SOURCE_DIR).parent_path() / "shared" /
-         "data";
 }
 
 }  // namespace enfilade

@@ -74,7 +74,7 @@ void Mutate(BlockStorage& store, StoreModel& model, Random& random) {
 }
 
 TEST(StoreFaults, RandomOperationsEqualTheModel) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   Random random(11);
   StoreModel model;
@@ -130,7 +130,7 @@ uint32_t KillAfter(pid_t child, int pipe_end, useconds_t microseconds) {
 }
 
 TEST(StoreFaults, KilledWriterLeavesItsLastCommit) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   CreateStore(path).reset();
   Random random(5);
@@ -239,7 +239,7 @@ bool IsDamageNoticed(const std::filesystem::path& path,
 }
 
 TEST(StoreFaults, FlippedBytesAreNoticedOrHarmless) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const StoreModel model = MakeSample(folder / "a.enf");
   const auto bytes = ReadFile(folder / "a.enf");
   ASSERT_FALSE(IsDamageNoticed(folder / "a.enf", model));
@@ -275,7 +275,7 @@ bool IsBlockDamaged(const std::filesystem::path& path,
 }
 
 TEST(StoreFaults, EveryFlippedByteOfAFrameIsNoticed) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const BlockKey key{BlockKind::kLinks, 1, 2, 3};
   const Bytes content = TestContent(1, 100'000);
   uint64_t frame_bytes = 0;
@@ -301,7 +301,7 @@ TEST(StoreFaults, EveryFlippedByteOfAFrameIsNoticed) {
 }
 
 TEST(StoreFaults, TruncatedFileIsRefused) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const StoreModel model = MakeSample(folder / "a.enf");
   const auto bytes = ReadFile(folder / "a.enf");
   std::vector<size_t> sizes{0, 1, 15, 16, 99, 100, 101, 512, 32767};
@@ -355,7 +355,7 @@ void FillUntilFull(BlockStorage& store, uint32_t& committed) {
 TEST(StoreFaults, FullDiskKeepsThePreviousCommit) {
   for (const rlim_t limit :
        {70'000UL, 300'000UL, 700'000UL, 1'500'000UL, 4'000'000UL}) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const auto path = folder / "a.enf";
     uint32_t committed = 0;
     {
@@ -379,7 +379,7 @@ TEST(StoreFaults, FullDiskKeepsThePreviousCommit) {
 }
 
 TEST(StoreFaults, ReaderWorksBesideAWritingProcess) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   CreateStore(path).reset();
   int ends[2];

@@ -125,7 +125,7 @@ TEST(Store, StoredBytesAreTheCompressedBytesOfItsBlocks) {
 }
 
 TEST(Store, CommittedContentIsInOneFileAfterClosing) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const Bytes content = TestContent(7, 3'000'000);
   {
     const auto store = CreateStore(folder / "a.enf");
@@ -143,7 +143,7 @@ TEST(Store, CommittedContentIsInOneFileAfterClosing) {
 }
 
 TEST(Store, LargestBlockComesBack) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto store = CreateStore(folder / "a.enf");
   const Bytes content(64ULL << 20, std::byte{42});
   store->Put(kKey, content);
@@ -152,7 +152,7 @@ TEST(Store, LargestBlockComesBack) {
 }
 
 TEST(Store, SecondWriterIsRefused) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   auto store = CreateStore(folder / "a.enf");
   EXPECT_THROW(
       static_cast<void>(OpenStore(folder / "a.enf", StoreAccess::kWrite)),
@@ -163,7 +163,7 @@ TEST(Store, SecondWriterIsRefused) {
 }
 
 TEST(Store, ReaderSeesTheLastCommitBeforeItOpened) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto writer = CreateStore(folder / "a.enf");
   writer->SetMeta("n", "1");
   writer->Commit();
@@ -179,14 +179,14 @@ TEST(Store, ReaderSeesTheLastCommitBeforeItOpened) {
 }
 
 TEST(Store, CreateRefusesAnExistingFile) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   std::ofstream(folder / "a.enf") << "something dear";
   EXPECT_THROW(static_cast<void>(CreateStore(folder / "a.enf")), DiskError);
   EXPECT_EQ(std::filesystem::file_size(folder / "a.enf"), 14U);
 }
 
 TEST(Store, CreateIsNotConfusedByRemainsOfADeletedStore) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   std::ofstream(folder / "a.enf-wal") << std::string(100'000, 'x');
   std::ofstream(folder / "a.enf-lock");
   CreateStore(folder / "a.enf")->Commit();
@@ -194,7 +194,7 @@ TEST(Store, CreateIsNotConfusedByRemainsOfADeletedStore) {
 }
 
 TEST(Store, OpeningWhatIsNoStoreSaysSo) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   EXPECT_THROW(
       static_cast<void>(OpenStore(folder / "none.enf", StoreAccess::kRead)),
       DiskError);
@@ -218,7 +218,7 @@ void Tamper(const std::filesystem::path& path, const char* sql) {
 }
 
 TEST(Store, OtherDatabasesAndOtherFormatsAreNamed) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   Tamper(folder / "other.db", "CREATE TABLE t(x)");
   EXPECT_NE(MessageOfOpening(folder / "other.db").find("not an Enfilade store"),
             std::string::npos);
@@ -229,7 +229,7 @@ TEST(Store, OtherDatabasesAndOtherFormatsAreNamed) {
 }
 
 TEST(Store, BlockUnderAnotherKeyIsDamaged) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   {
     const auto store = CreateStore(path);
@@ -243,7 +243,7 @@ TEST(Store, BlockUnderAnotherKeyIsDamaged) {
 }
 
 TEST(Store, LostBlockIsFoundByVerifyAll) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   {
     const auto store = CreateStore(path);
@@ -258,7 +258,7 @@ TEST(Store, LostBlockIsFoundByVerifyAll) {
 }
 
 TEST(Store, ChangedMetaIsDamaged) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   {
     const auto store = CreateStore(path);
@@ -272,7 +272,7 @@ TEST(Store, ChangedMetaIsDamaged) {
 }
 
 TEST(Store, ThreadsMayPutAndGetAtOnce) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const auto store = CreateStore(folder / "a.enf");
   const auto work = [&](uint32_t thread) {
     for (uint32_t i = 0; i < 50; ++i) {

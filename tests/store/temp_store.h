@@ -1,5 +1,4 @@
-// A folder of its own for a test's store, removed at the end, and a model in
-// memory to compare a store with.
+// Contents for stores under test, and a model in memory to compare one with.
 
 #pragma once
 
@@ -7,36 +6,12 @@
 #include "base/random.h"
 #include "store/sqlite_store.h"
 
-#include <cstdlib>
-#include <filesystem>
 #include <map>
 #include <string>
 
+#include "tests/temporary_folder.h"
+
 namespace enfilade {
-
-class TempFolder {
- public:
-  TempFolder() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "enfilade-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-
-  ~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-
-  [[nodiscard]] std::filesystem::path operator/(const char* name) const {
-    return path_ / name;
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 // Bytes with some order in them, so that they compress by a half or so.
 inline Bytes TestContent(uint64_t seed, size_t size) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/temporary_folder.h"
 #include "tools/export_elements.h"
 #include <gtest/gtest.h>
 
@@ -37,15 +38,7 @@ class ExportFixture : public testing::Test {
             visit(leaf);
           }
         };
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("enfilade_") + info->test_suite_name() + "_" +
-               info->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
   }
-
-  ~ExportFixture() override { std::filesystem::remove_all(folder_); }
 
   [[nodiscard]] std::filesystem::path Path(const std::string& name) const {
     return folder_ / name;
@@ -58,7 +51,7 @@ class ExportFixture : public testing::Test {
 
   [[nodiscard]] size_t FilesInFolder() const {
     return static_cast<size_t>(
-        std::distance(std::filesystem::directory_iterator(folder_), {}));
+        std::distance(std::filesystem::directory_iterator(folder_.Path()), {}));
   }
 
   template <typename T>
@@ -71,7 +64,7 @@ class ExportFixture : public testing::Test {
 
   std::vector<std::vector<LeafElement>> cells_;
   ElementSource source_;
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 }  // namespace enfilade

@@ -21,7 +21,7 @@ class SlowRealSolves : public testing::RealBuildings {};
 
 TEST_P(SlowRealSolves, MeetErrorAndCap) {
   const TemporaryFolder folder;
-  const std::string scene = (testing::DataFolder() / GetParam()).string();
+  const std::string scene = (DataFolder() / GetParam()).string();
   const std::string store = folder / "building.enf";
   const std::string report = folder / "verify.json";
   const ProgramResult solve = RunProgram({"solve",

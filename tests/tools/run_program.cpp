@@ -49,17 +49,6 @@ void WriteBox(std::ostream& out,
 
 }  // namespace
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (fs::temp_directory_path() / "enfilade_XXXXXX").string();
-  ENFILADE_CHECK(mkdtemp(name.data()) != nullptr, "{}", name);
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 RunningProgram::RunningProgram(const std::vector<std::string>& arguments) {
   std::vector<std::string> words = {ENFILADE_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());

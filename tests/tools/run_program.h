@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/temporary_folder.h"
 #include <sys/types.h>
 
 namespace enfilade {
@@ -17,24 +18,6 @@ struct ProgramResult {
   std::string out;     // standard output
   std::string err;     // standard error
   uint64_t peak_rss_bytes = 0;
-};
-
-// A fresh folder that is removed with its owner.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] std::filesystem::path Path() const { return path_; }
-
-  [[nodiscard]] std::string operator/(const std::string& name) const {
-    return (path_ / name).string();
-  }
-
- private:
-  std::filesystem::path path_;
 };
 
 // The program, started with these arguments and not waited for yet.
