@@ -7,25 +7,29 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace enfilade {
 namespace {
 
 // A point is covered if this many random directions, cosine-weighted, are all
-// blocked within the reach, and so are as many others. In a corner between two
-// walls half of them are, below a cover all.
+// blocked within the reach, and so are as many others, and these again. In a
+// corner between two walls half of them are, below a cover all.
 constexpr int kDirections = 8;
-// Points that a narrow view is left to, as in a bowl, pass the first of the two
-// tests now and then and fail the second. There is no edge to be found where
-// not this share of those that pass the first pass both.
+// Points that a narrow view is left to, as in a bowl, pass a test now and then
+// and fail the next. There is no edge to be found where not this share of those
+// that pass two tests pass the third; fewer failures than these are chance.
 constexpr float kSharpShare = 0.7F;
+constexpr size_t kLeastFailures = 4;
 constexpr float kReach = 0.35F;  // m
-// One sample point for this area, so that a chair leg's foot is not missed.
+// Sample points of each projection that may cover: one for this area. Of the
+// sides of a chair's leg, their margins included, its foot is about a tenth.
 constexpr float kAreaPerPoint = 8e-4F;  // m2
-constexpr size_t kLeastPoints = 16;
-constexpr size_t kMostPoints = 2048;
+constexpr float kPoints = 32;           // at least, but where they overlap
+constexpr size_t kLeastPoints = 2;
+constexpr size_t kMostPoints = 256;
+// Where more may cover, the parts of a surface are looked at instead of all.
+constexpr size_t kMostCandidates = 64;
 // A surface can only be covered below what stands on it or hangs before it, or
 // inside of it: within this distance of what is projected onto it.
 constexpr float kMargin = 0.05F;  // m
@@ -60,6 +64,18 @@ struct Rect {
 
   [[nodiscard]] bool Has(float a, float b) const {
     return a >= low_a && a <= high_a && b >= low_b && b <= high_b;
+  }
+
+  // Requires an overlap.
+  [[nodiscard]] Rect ClippedTo(const Rect& other) const {
+    return {std::max(low_a, other.low_a),
+            std::min(high_a, other.high_a),
+            std::max(low_b, other.low_b),
+            std::min(high_b, other.high_b)};
+  }
+
+  [[nodiscard]] float Area() const {
+    return (high_a - low_a) * (high_b - low_b);
   }
 };
 
@@ -153,6 +169,16 @@ class Candidates {
   std::vector<Rect> rects_;
 };
 
+// The element's, or of a triangle that of the parallelogram around it.
+Rect RectOf(ElementFrame frame) {
+  const float end_a = frame.a + frame.scale;
+  const float end_b = frame.b + frame.scale;
+  return {std::min(frame.a, end_a),
+          std::max(frame.a, end_a),
+          std::min(frame.b, end_b),
+          std::max(frame.b, end_b)};
+}
+
 // The receivers of all patches of a cell so far. When there are too many all
 // searches end: what they found is of no use.
 struct Found {
@@ -170,6 +196,13 @@ struct Sink {
   void Add(ElementPath path) const {
     paths->push_back(path);
     ++all->receivers;
+  }
+
+  // Puts one in the place of the last ones.
+  void Replace(size_t count, ElementPath path) const {
+    paths->resize(paths->size() - count);
+    all->receivers -= count;
+    Add(path);
   }
 };
 
@@ -190,13 +223,15 @@ class Search {
         occluders_(occluders),
         sink_(sink) {}
 
-  void Visit(ElementPath path,
+  // Adds the receivers of an element; false if nothing covers any of it, and
+  // it is one receiver.
+  bool Visit(ElementPath path,
              ElementFrame frame,
              const std::vector<Rect>& candidates) {
     if (sink_.all->TooMany()) {
-      return;
+      return true;
     }
-    const std::vector<Rect> here = Within(frame, candidates);
+    const std::vector<Rect> here = Within(RectOf(frame), candidates);
     const float diameter = DiameterOf(*patch_, frame);
     const float area = AreaOf(*patch_, frame);
     // No cover at all can hide more than this.
@@ -204,88 +239,131 @@ class Search {
     if (here.empty() || most <= static_cast<float>(options_->tau) ||
         diameter <= options_->least_diameter || IsDeepest(path)) {
       sink_.Add(path);
-      return;
+      return false;
+    }
+    if (here.size() > kMostCandidates) {
+      if (VisitChildren(path, frame, here)) {
+        return true;
+      }
+      sink_.Replace(kChildren, path);
+      return false;
     }
     const float share = CoveredShare(path, frame, here);
     const float error = reflected_ * std::sqrt(share * (1 - share) * area);
     if (error <= static_cast<float>(options_->tau)) {
       sink_.Add(path);
-      return;
+      return share > 0;
     }
-    for (size_t c = 0; c < kChildren; ++c) {
-      Visit(ChildPath(path, c), ChildOf(frame, patch_->shape, c), here);
-    }
+    VisitChildren(path, frame, here);
+    return true;
   }
 
   [[nodiscard]] uint64_t Rays() const { return rays_; }
 
  private:
-  static std::vector<Rect> Within(ElementFrame frame,
+  bool VisitChildren(ElementPath path,
+                     ElementFrame frame,
+                     const std::vector<Rect>& candidates) {
+    bool is_covered = false;
+    for (size_t c = 0; c < kChildren; ++c) {
+      is_covered |= Visit(
+          ChildPath(path, c), ChildOf(frame, patch_->shape, c), candidates);
+    }
+    return is_covered;
+  }
+
+  static std::vector<Rect> Within(const Rect& element,
                                   const std::vector<Rect>& rects) {
-    const float end_a = frame.a + frame.scale;
-    const float end_b = frame.b + frame.scale;
     std::vector<Rect> within;
-    std::copy_if(rects.begin(),
-                 rects.end(),
-                 std::back_inserter(within),
-                 [&](const Rect& r) {
-                   return r.high_a >= std::min(frame.a, end_a) &&
-                          r.low_a <= std::max(frame.a, end_a) &&
-                          r.high_b >= std::min(frame.b, end_b) &&
-                          r.low_b <= std::max(frame.b, end_b);
-                 });
+    for (const Rect& r : rects) {
+      const Rect part = r.ClippedTo(element);
+      if (part.low_a < part.high_a && part.low_b < part.high_b) {
+        within.push_back(part);
+      }
+    }
     return within;
   }
 
-  // The points of a packet that may be covered.
+  // Points of a packet that may be covered, and for how much each counts.
   struct Suspects {
-    std::array<Vec3f, 16> points;
+    std::array<Vec3f, 16> points{};
+    std::array<float, 16> shares{};
     size_t count = 0;
+
+    [[nodiscard]] float Share() const {
+      float sum = 0;
+      for (size_t i = 0; i < count; ++i) {
+        sum += shares[i];
+      }
+      return sum;
+    }
   };
 
+  // Points are drawn on each of the candidates, which may overlap: one that
+  // lies on several could have come from any of them.
   [[nodiscard]] float CoveredShare(ElementPath path,
                                    ElementFrame frame,
                                    const std::vector<Rect>& candidates) {
-    const float wanted = AreaOf(*patch_, frame) / kAreaPerPoint;
-    const size_t points =
-        std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
+    // Of the parallelogram around the element.
+    const float fill = patch_->shape == PatchShape::kTriangle ? 0.5F : 1.0F;
+    const float area = AreaOf(*patch_, frame) / fill;
+    const float rect_area = RectOf(frame).Area();
+    float layers = 0;  // of candidates, mean over the element
+    for (const Rect& rect : candidates) {
+      layers += rect.Area() / rect_area;
+    }
     Random random(MixKey(key_, path));
-    size_t once = 0;
-    size_t twice = 0;
-    for (size_t first = 0; first < points; first += 16) {
-      Suspects suspects = DrawSuspects(
-          frame, std::min<size_t>(16, points - first), candidates, &random);
-      KeepCovered(&suspects, &random);
-      once += suspects.count;
-      KeepCovered(&suspects, &random);
-      twice += suspects.count;
+    float twice = 0;
+    float thrice = 0;
+    size_t failures = 0;
+    for (const Rect& rect : candidates) {
+      const float share = rect.Area() / rect_area;
+      const float wanted = std::max(kPoints, share * area / kAreaPerPoint) /
+                           std::max(layers, 1.0F);
+      const size_t points =
+          std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
+      const float scale = share / (fill * static_cast<float>(points));
+      for (size_t first = 0; first < points; first += 16) {
+        const size_t drawn = std::min<size_t>(16, points - first);
+        Suspects suspects =
+            DrawSuspects(frame, rect, drawn, candidates, &random);
+        KeepCovered(&suspects, &random);
+        KeepCovered(&suspects, &random);
+        twice += scale * suspects.Share();
+        failures += suspects.count;
+        KeepCovered(&suspects, &random);
+        thrice += scale * suspects.Share();
+        failures -= suspects.count;
+      }
     }
-    if (static_cast<float>(twice) < kSharpShare * static_cast<float>(once)) {
-      return 0;
-    }
-    return static_cast<float>(twice) / static_cast<float>(points);
+    return failures >= kLeastFailures && thrice < kSharpShare * twice
+               ? 0
+               : std::min(thrice, 1.0F);
   }
 
-  // Those of `drawn` <= 16 random points that candidates hide from above.
+  // The points of the element among `drawn` <= 16 random ones of a candidate.
   Suspects DrawSuspects(ElementFrame frame,
+                        const Rect& rect,
                         size_t drawn,
                         const std::vector<Rect>& candidates,
                         Random* random) const {
     Suspects suspects;
     for (size_t i = 0; i < drawn; ++i) {
-      auto s = static_cast<float>(random->Next());
-      auto t = static_cast<float>(random->Next());
-      if (patch_->shape == PatchShape::kTriangle && s + t > 1) {
-        s = 1 - s;
-        t = 1 - t;
+      const auto s = static_cast<float>(random->Next());
+      const auto t = static_cast<float>(random->Next());
+      const float a = rect.low_a + s * (rect.high_a - rect.low_a);
+      const float b = rect.low_b + t * (rect.high_b - rect.low_b);
+      if (patch_->shape == PatchShape::kTriangle &&
+          (a - frame.a + b - frame.b) / frame.scale > 1) {
+        continue;
       }
-      const float a = frame.a + frame.scale * s;
-      const float b = frame.b + frame.scale * t;
-      if (std::any_of(candidates.begin(), candidates.end(), [&](const Rect& r) {
+      const auto over = std::count_if(
+          candidates.begin(), candidates.end(), [&](const Rect& r) {
             return r.Has(a, b);
-          })) {
-        suspects.points[suspects.count++] = PointOn(*patch_, frame, s, t);
-      }
+          });
+      suspects.shares[suspects.count] =
+          1 / static_cast<float>(std::max<std::ptrdiff_t>(over, 1));
+      suspects.points[suspects.count++] = PointOn(*patch_, {}, a, b);
     }
     return suspects;
   }
@@ -310,6 +388,7 @@ class Search {
       size_t left = 0;
       for (size_t i = 0; i < packet.count; ++i) {
         if ((blocked >> i & 1) != 0) {
+          suspects->shares[left] = suspects->shares[i];
           suspects->points[left++] = suspects->points[i];
         }
       }

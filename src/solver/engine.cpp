@@ -46,7 +46,9 @@ constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 // The light before the first round is guessed with at most this reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
-// The residual is worth a ray per link, and at least these.
+// The residual is worth so many rays per link, and at least these: a round too
+// many costs more.
+constexpr uint64_t kResidualRaysPerLink = 4;
 constexpr uint64_t kLeastResidualRays = 2 << 20;
 
 double MeanOf(const Rgb& channels) {
@@ -202,9 +204,10 @@ void Engine::CheckResidual() {
   options.seed = MixKey(state_.seed, state_.round);
   options.mean_reflected = state_.mean_reflected;
   options.decide_at = ResidualAtError(state_.error);
-  options.most_rays = std::max(kLeastResidualRays, state_.rounds.back().links);
+  options.most_rays = std::max(
+      kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
   const ResidualEstimate residual = MeasureResidual(*store_, options, *budget_);
-  TakeResidual(residual.value, &state_);
+  TakeResidual({residual.least, residual.most}, &state_);
   workspace_ = ReserveWorkspace();
 }
 

@@ -13,12 +13,16 @@ constexpr double kFirstLinksPerPatch = 3;
 // error falls, both measured.
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
-// Error over residual, measured: docs/decisions/residual-check.md.
-constexpr double kErrorPerResidual = 1.2;
-// Predictions up to this multiple of the requested error are checked.
-constexpr double kCheckedFrom = 1.5;
-// The error falls a little slower than the root of tau.
-constexpr double kTauPerError = 2.2;
+// Error over what rays say of it, measured: docs/decisions/residual-check.md.
+constexpr double kErrorPerResidual = 1.15;
+// Predictions up to this multiple of the requested error are checked: where
+// light is smooth, they are several times too large.
+constexpr double kCheckedFrom = 5;
+// The error falls a little slower than the root of tau, and the slower the more
+// of it is shadows: this power of it is tau where that is not known.
+constexpr double kTauPerError = 2.6;
+constexpr double kLeastTauPerError = 2.2;
+constexpr double kMostTauPerError = 3.2;
 constexpr double kMargin = 0.92;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
@@ -28,6 +32,46 @@ constexpr double kResidualShare = 0.01;
 bool ChangedByLight(const SolveState& state) {
   const size_t rounds = state.rounds.size();
   return rounds > 1 && state.rounds[rounds - 2].relit;
+}
+
+// The error of a round by what it changed: that is about the error of the one
+// before, and error falls with the number of links, or faster where rays say
+// so.
+double ErrorByChange(const RoundRecord& before, const RoundRecord& now) {
+  const double growth =
+      static_cast<double>(now.links) /
+      static_cast<double>(std::max<uint64_t>(before.links, 1));
+  double left = std::pow(std::max(growth, 1.0), -kErrorPerLinks);
+  if (now.residual_error > 0 && before.residual_error > 0) {
+    left = std::min(left, now.residual_error / before.residual_error);
+  }
+  return now.observed_change * left;
+}
+
+// Likewise of the last one; 0 where that says nothing.
+double ErrorByChange(const SolveState& state) {
+  const size_t rounds = state.rounds.size();
+  return rounds < 2 || ChangedByLight(state)
+             ? 0
+             : ErrorByChange(state.rounds[rounds - 2], state.rounds.back());
+}
+
+// Which power of the error tau is, by the last two rounds if rays saw both.
+double TauPerError(const SolveState& state) {
+  const size_t rounds = state.rounds.size();
+  if (rounds < 2) {
+    return kTauPerError;
+  }
+  const RoundRecord& before = state.rounds[rounds - 2];
+  const RoundRecord& last = state.rounds.back();
+  if (!(before.residual_error > 0 && last.residual_error > 0)) {
+    return kTauPerError;
+  }
+  const double error = std::log(last.residual_error / before.residual_error);
+  const double tau = std::log(last.tau / before.tau);
+  return error < 0 && tau < 0
+             ? std::clamp(tau / error, kLeastTauPerError, kMostTauPerError)
+             : kTauPerError;
 }
 
 }  // namespace
@@ -59,15 +103,8 @@ RoundRecord RecordRound(SolveState* state, double area) {
   record.observed_change = std::sqrt(changed / area) / state->mean_reflected;
   record.estimated_error = kPredictionFactor * record.predicted_error;
   if (!state->rounds.empty()) {
-    // What the round changed is about the error of the one before; error falls
-    // with the number of links.
-    const double growth =
-        static_cast<double>(record.links) /
-        static_cast<double>(std::max<uint64_t>(state->rounds.back().links, 1));
-    record.estimated_error =
-        std::max(record.estimated_error,
-                 record.observed_change *
-                     std::pow(std::max(growth, 1.0), -kErrorPerLinks));
+    record.estimated_error = std::max(
+        record.estimated_error, ErrorByChange(state->rounds.back(), record));
   }
   return record;
 }
@@ -80,21 +117,18 @@ bool HasMetError(const SolveState& state) {
 
 bool IsWorthChecking(const SolveState& state) {
   const RoundRecord& last = state.rounds.back();
-  if (state.rounds.size() < 2 || last.relit) {
-    return false;
-  }
-  return ChangedByLight(state) ? kPredictionFactor * last.predicted_error <=
-                                     kCheckedFrom * state.error
-                               : last.estimated_error <= state.error;
+  return !last.relit &&
+         kPredictionFactor * last.predicted_error <= kCheckedFrom * state.error;
 }
 
-void TakeResidual(double residual_error, SolveState* state) {
+void TakeResidual(RayBounds rays, SolveState* state) {
   RoundRecord& last = state->rounds.back();
-  last.residual_error = residual_error;
-  const double without = ChangedByLight(*state)
-                             ? kPredictionFactor * last.predicted_error
-                             : last.estimated_error;
-  last.estimated_error = std::max(without, kErrorPerResidual * residual_error);
+  last.residual_error =
+      std::clamp(kPredictionFactor / kErrorPerResidual * last.predicted_error,
+                 rays.least,
+                 rays.most);
+  last.estimated_error =
+      std::max(ErrorByChange(*state), kErrorPerResidual * last.residual_error);
 }
 
 double ResidualAtError(double error) {
@@ -135,8 +169,9 @@ double NextTau(const SolveState& state) {
   // The first tau was a guess, and may have been too small; but where cells
   // were lit late there were too few links to tell.
   const double first_most = last.relit ? 1 : 3;
-  const double most = rounds == 1 ? first_most : 0.6;
-  return state.tau * std::clamp(std::pow(wanted, kTauPerError), least, most);
+  const double most = rounds == 1 ? first_most : 0.7;
+  return state.tau *
+         std::clamp(std::pow(wanted, TauPerError(state)), least, most);
 }
 
 double ToleratedResidual(const SolveState& state, const CellRow& row) {

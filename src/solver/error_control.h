@@ -23,11 +23,18 @@ bool HasMetError(const SolveState& state);
 // lit late.
 bool IsWorthChecking(const SolveState& state);
 
-// Raises the estimate of the last round to what its residual says; where the
-// change says nothing, in its place.
-void TakeResidual(double residual_error, SolveState* state);
+// What rays say of an error, relative: it lies between these two.
+struct RayBounds {
+  double least = 0;
+  double most = 0;
+};
 
-// The residual that TakeResidual takes for the requested error.
+// Holds the prediction of the last round between what rays say; they take its
+// place where they are sure. The estimate is that, or what the change says if
+// that is more.
+void TakeResidual(RayBounds rays, SolveState* state);
+
+// What rays must say for the requested error.
 double ResidualAtError(double error);
 
 // More links have not helped for two rounds: what is left cannot be refined.

@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "partition/partition.h"
 #include "solver/lamps.h"
+#include "solver/reflected_error.h"
 #include "solver/solution.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
@@ -21,11 +22,11 @@ namespace {
 
 // Keeps the samples apart from those of every other part of the program.
 constexpr uint64_t kSeedDomain = 0x726573696475616cULL;
-constexpr uint32_t kPointsPerRound = 2048;
+constexpr uint32_t kPointsPerRound = 3072;
 // Of each of the two estimates at a point: strata of directions, lamps.
-constexpr uint32_t kStrata = 10;
+constexpr uint32_t kStrata = 8;
 constexpr uint32_t kDirections = kStrata * kStrata;
-constexpr uint32_t kLampSamples = 40;
+constexpr uint32_t kLampSamples = 25;
 constexpr uint32_t kSamples = kDirections + kLampSamples;
 constexpr uint32_t kHalves = 2;
 constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
@@ -33,6 +34,10 @@ constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
 // on sides that light may and may not reach.
 constexpr double kOpenShare = 0.15;
 constexpr double kEnclosedShare = 0.01;
+// So many points of a cell's patches say how much they reflect.
+constexpr double kWeighingPointsPerCell = 1024;
+// 1 over the plastic number.
+constexpr double kPlastic = 0.7548776662466927;
 // An interval of this half-width, relative, is narrow.
 constexpr double kNarrow = 0.06;
 constexpr double kDeviations = 1.96;
@@ -60,6 +65,20 @@ double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
   return Dot(d, at_x) > 0 && Dot(d, at_y) < 0 && square > 0
              ? cosines / (kPi * square * square)
              : 0;
+}
+
+double Fraction(double x) {
+  return x - std::floor(x);
+}
+
+// Sample k of the lamps: which one, and two coordinates on it. Evenly spread
+// both over all lamps and on the only one there may be: the additive recurrence
+// by powers of 1 over the plastic number, shifted at random.
+std::array<double, 3> LampSample(uint32_t k,
+                                 const std::array<double, 3>& shift) {
+  return {Fraction(static_cast<double>(k) / kLampSamples + shift[0]),
+          Fraction(k * kPlastic + shift[1]),
+          Fraction(k * kPlastic * kPlastic + shift[2])};
 }
 
 Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
@@ -101,6 +120,7 @@ class ResidualMeter {
         partition_(LoadPartition(store)),
         solution_(store, budget),
         lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
+        reflected_(partition_.cells, budget),
         weights_charge_(budget, WeightBytes(), "the weights of patches"),
         batch_points_(BatchPoints(budget)),
         batch_charge_(budget,
@@ -153,18 +173,47 @@ class ResidualMeter {
     weights_.push_back(0);
     for (uint32_t i = 0; i < partition_.cells.size(); ++i) {
       const CellPatches cell = LoadCellPatches(*store_, CellId(i));
-      std::vector<PatchPoint> middles;
-      for (size_t k = 0; k < cell.patches.size(); ++k) {
-        middles.push_back({CellId(i), PatchId(k), 0.4, 0.4});
-      }
-      const std::vector<Rgb> irradiance = solution_.Irradiance(middles);
       first_patch_.push_back(static_cast<uint32_t>(weights_.size() - 1));
-      for (size_t k = 0; k < cell.patches.size(); ++k) {
-        const Patch& p = cell.patches[k];
+      for (const double weight : WeightsOf(CellId(i), cell)) {
+        weights_.push_back(weights_.back() + weight);
+      }
+      for (const Patch& p : cell.patches) {
         area_ += p.reflects ? PatchArea(p) : 0;
-        weights_.push_back(weights_.back() + WeightOf(p, irradiance[k]));
       }
     }
+  }
+
+  // By a few points of every patch, more of the large ones of the cell.
+  std::vector<double> WeightsOf(CellId id, const CellPatches& cell) {
+    double area = 0;
+    for (const Patch& p : cell.patches) {
+      area += PatchArea(p);
+    }
+    std::vector<PatchPoint> points;
+    std::vector<size_t> ends;
+    for (size_t k = 0; k < cell.patches.size(); ++k) {
+      const double share = PatchArea(cell.patches[k]) / area;
+      const auto count =
+          1 + static_cast<size_t>(kWeighingPointsPerCell * share);
+      for (size_t i = 0; i < count; ++i) {
+        const auto [a, b] = UniformOn(
+            cell.patches[k],
+            (static_cast<double>(i) + 0.5) / static_cast<double>(count),
+            Fraction(0.4 + kPlastic * static_cast<double>(i)));
+        points.push_back({id, PatchId(k), a, b});
+      }
+      ends.push_back(points.size());
+    }
+    const std::vector<Rgb> irradiance = solution_.Irradiance(points);
+    std::vector<double> weights(ends.size());
+    size_t at = 0;
+    for (size_t k = 0; k < ends.size(); ++k) {
+      const double count = static_cast<double>(ends[k] - at);
+      for (; at < ends[k]; ++at) {
+        weights[k] += WeightOf(cell.patches[k], irradiance[at]) / count;
+      }
+    }
+    return weights;
   }
 
   [[nodiscard]] double WeightOf(const Patch& p, const Rgb& irradiance) const {
@@ -274,13 +323,12 @@ class ResidualMeter {
         batch->rays[first + k].direction =
             CosineDirection(probe.patch, probe.normal, s, t);
       }
+      const std::array<double, 3> shift = {
+          random.Next(), random.Next(), random.Next()};
       for (uint32_t k = 0; k < kLampSamples; ++k) {
-        const double choice = (k + random.Next()) / kLampSamples;
-        const double s = random.Next();
-        const double t = random.Next();
         AimAtLamp(probe,
                   lamps,
-                  {choice, s, t},
+                  LampSample(k, shift),
                   &batch->rays[first + kDirections + k],
                   &batch->light[first + kDirections + k]);
       }
@@ -375,11 +423,16 @@ class ResidualMeter {
             k % kSamples >= kDirections && batch.hits[at].hit;
         AddScaled(&arriving[k / kSamples], batch.light[at], is_blocked ? 0 : 1);
       }
+      ErrorProbe seen{GroupOf(probe), probe.weight, {}, rho};
       double square = 0;
       for (size_t c = 0; c < kRgbChannels; ++c) {
-        square += rho[c] * rho[c] * (arriving[0][c] - solved[i][c]) *
-                  (arriving[1][c] - solved[i][c]) / kRgbChannels;
+        const double first = rho[c] * (arriving[0][c] - solved[i][c]);
+        const double second = rho[c] * (arriving[1][c] - solved[i][c]);
+        square += first * second / kRgbChannels;
+        seen.residual[c] = (first + second) / 2;
       }
+      reflected_.AddProbe(seen);
+      AddRays(batch, i, seen.group);
       const double weighted = square * probe.weight;
       sum_ += weighted;
       squares_ += weighted * weighted;
@@ -387,11 +440,33 @@ class ResidualMeter {
     }
   }
 
+  [[nodiscard]] size_t GroupOf(const Probe& probe) const {
+    return reflected_.GroupOf(probe.on.cell, probe.origin);
+  }
+
+  // Where the light of a probe came from.
+  void AddRays(const Batch& batch, size_t probe, size_t group) {
+    const double share =
+        batch.probes[probe].weight / (double{kHalves} * kDirections);
+    for (size_t k = 0; k < kRaysPerPoint; ++k) {
+      const size_t at = probe * kRaysPerPoint + k;
+      const TraceHit& hit = batch.hits[at];
+      if (k % kSamples < kDirections && hit.hit && hit.on_front) {
+        const TraceRay& ray = batch.rays[at];
+        const Point3 y = ray.origin + ray.direction * hit.distance;
+        reflected_.AddRay(group, reflected_.GroupOf(hit.cell, y), share);
+      }
+    }
+  }
+
   [[nodiscard]] ResidualEstimate Estimate() const {
     const auto n = static_cast<double>(points_);
-    const double mean = sum_ / n;
+    const double local = sum_ / n;
+    const ErrorIntegral reflected = reflected_.Integral();
+    const double mean = local + reflected.value;
     const double deviation =
-        std::sqrt(std::max(0.0, squares_ / n - mean * mean) / n);
+        std::hypot(std::sqrt(std::max(0.0, squares_ / n - local * local) / n),
+                   reflected.deviation);
     const auto relative = [&](double integral) {
       return std::sqrt(std::max(0.0, integral) / area_) /
              options_.mean_reflected;
@@ -399,6 +474,8 @@ class ResidualMeter {
     return {relative(mean),
             relative(mean - kDeviations * deviation),
             relative(mean + kDeviations * deviation),
+            mean > kDeviations * deviation ? relative(mean) : 0,
+            relative(mean + deviation),
             points_,
             rays_};
   }
@@ -413,6 +490,7 @@ class ResidualMeter {
   Partition partition_;
   Solution solution_;
   Lamps lamps_;
+  ReflectedError reflected_;
   MemoryCharge weights_charge_;
   std::vector<double> weights_;        // one more than patches
   std::vector<uint32_t> first_patch_;  // by cell

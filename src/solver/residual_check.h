@@ -6,8 +6,8 @@
 //
 // which is 0 where B solves the equation. Rays see what the oracle cannot: a
 // rim of light between the nodes of an element, errors that many links share.
-// The error is r and what r becomes on its way through the building; it is
-// never far from r (docs/decisions/residual-check.md).
+// The error is r and what r becomes on its way through the building
+// (reflected_error.h); docs/decisions/residual-check.md.
 //
 // Points and rays are random, so r^2 is estimated without bias by the product
 // of two independent estimates of r. Emission is sampled both by the rays and
@@ -25,8 +25,8 @@ namespace enfilade {
 
 struct ResidualOptions {
   uint64_t seed = 0;
-  double mean_reflected = 1;  // W/m2: the residual is relative to it
-  // Points are added until the interval of the residual does not hold this
+  double mean_reflected = 1;  // W/m2: the error is relative to it
+  // Points are added until the interval of the error does not hold this
   // value, or is narrow, or these many rays have been traced.
   double decide_at = 0;
   uint64_t most_rays = 1 << 20;
@@ -34,11 +34,15 @@ struct ResidualOptions {
   const std::atomic<bool>* stop = nullptr;
 };
 
-// Relative RMS over the reflecting sides, and its 95 % interval.
+// Relative RMS of the error over the reflecting sides, and its 95 % interval.
 struct ResidualEstimate {
   double value = 0;
   double low = 0;
   double high = 0;
+  // Between which another estimate of the error is believed: the value, if
+  // there is any error to be seen at all, and one standard deviation above it.
+  double least = 0;
+  double most = 0;
   uint64_t points = 0;
   uint64_t rays = 0;
 };

@@ -69,26 +69,73 @@ TEST(ErrorControl, ARoundThatLitCellsLateDoesNotCount) {
   EXPECT_FALSE(HasMetError(state));
 }
 
-TEST(ErrorControl, TheResidualRaisesTheEstimate) {
+// What rays are sure of.
+RayBounds Sure(double error) {
+  return {error, error};
+}
+
+TEST(ErrorControl, RaysStandForThePredictionAndNotForTheChange) {
   SolveState state = StateOf(0.1);
-  state.rounds = {Round(0.05, 0.09, 10), Round(0.05, 0.09, 20)};
+  state.rounds = {Round(0.1, 0.14, 10), Round(0.1, 0.14, 10)};
   EXPECT_TRUE(IsWorthChecking(state));
-  TakeResidual(0.05, &state);
+  TakeResidual(Sure(0.05), &state);
   EXPECT_EQ(state.rounds.back().residual_error, 0.05);
-  EXPECT_EQ(state.rounds.back().estimated_error, 0.09) << "it was known";
+  EXPECT_LT(state.rounds.back().estimated_error, 0.1) << "light is smooth";
   EXPECT_TRUE(HasMetError(state));
-  TakeResidual(1.01 * ResidualAtError(0.1), &state);
+  TakeResidual(Sure(1.01 * ResidualAtError(0.1)), &state);
   EXPECT_FALSE(HasMetError(state));
   const double tau = NextTau(state);
-  TakeResidual(2 * ResidualAtError(0.1), &state);
+  TakeResidual(Sure(2 * ResidualAtError(0.1)), &state);
   EXPECT_LT(NextTau(state), tau);
+  // No more links than before, and the light has changed that much.
+  state.rounds.back().observed_change = 0.3;
+  TakeResidual(Sure(0.05), &state);
+  EXPECT_DOUBLE_EQ(state.rounds.back().estimated_error, 0.3);
+}
+
+TEST(ErrorControl, ThePredictionIsBelievedWhereRaysAreNotSure) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 0.07, 10)};
+  const double predicted = state.rounds[1].estimated_error;
+  TakeResidual({0, 1}, &state);
+  EXPECT_NEAR(state.rounds[1].estimated_error, predicted, 0.05 * predicted);
+  TakeResidual({0, 0.01}, &state);
+  EXPECT_NEAR(ResidualAtError(state.rounds[1].estimated_error), 0.01, 1e-12);
+  TakeResidual({0.2, 0.3}, &state);
+  EXPECT_NEAR(ResidualAtError(state.rounds[1].estimated_error), 0.2, 1e-12);
+}
+
+// Where rays saw both rounds, they say what is left of the change.
+TEST(ErrorControl, ErrorFallsAsRaysSay) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.2, 0.3, 10), Round(0.1, 0.3, 20)};
+  state.rounds[0].residual_error = 0.2;
+  state.rounds[1].observed_change = 0.4;
+  TakeResidual(Sure(0.02), &state);
+  EXPECT_DOUBLE_EQ(state.rounds[1].estimated_error, 0.04);
+}
+
+// tau is a power of the error that follows what the last two rounds showed, and
+// stays where errors fall with: the root and the cubic root of tau or so.
+TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
+  const auto step = [](double before) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    state.rounds[0].tau = 8;
+    state.rounds[0].residual_error = before;
+    state.rounds[1].residual_error = 0.16;
+    return NextTau(state);
+  };
+  EXPECT_LT(step(0.16 * 2), step(0.16 * 2.4)) << "cubic root, then steeper";
+  EXPECT_EQ(step(0.16 * 1.01), step(0.16 * 1.5)) << "not trusted";
 }
 
 TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.05, 0.09, 10)};
-  EXPECT_FALSE(IsWorthChecking(state)) << "one round is never enough";
-  state.rounds.push_back(Round(0.05, 0.3, 20));
+  EXPECT_TRUE(IsWorthChecking(state)) << "it says how far to go";
+  EXPECT_FALSE(HasMetError(state)) << "one round is never enough";
+  state.rounds.push_back(Round(0.9, 1.2, 20));
   EXPECT_FALSE(IsWorthChecking(state));
   state.rounds.back() = Round(0.05, 0.09, 20);
   state.rounds.back().relit = true;
@@ -101,7 +148,7 @@ TEST(ErrorControl, TheResidualStandsForAChangeByLight) {
   state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 2, 20)};
   state.rounds[0].relit = true;
   EXPECT_TRUE(IsWorthChecking(state));
-  TakeResidual(0.06, &state);
+  TakeResidual(Sure(0.06), &state);
   EXPECT_LT(state.rounds.back().estimated_error, 0.1);
   EXPECT_TRUE(HasMetError(state));
 }
@@ -122,7 +169,7 @@ TEST(ErrorControl, GivesUpWhereMoreLinksHelpNeitherWay) {
 TEST(ErrorControl, TauFallsUntilTheErrorIsMet) {
   SolveState state = StateOf(0.1);
   state.rounds = {
-      Round(0.2, 0.27, 10), Round(0.2, 0.27, 20), Round(0.2, 0.27, 40)};
+      Round(0.2, 0.2, 10), Round(0.2, 0.2, 20), Round(0.2, 0.2, 40)};
   const double larger = NextTau(state);
   EXPECT_LT(larger, state.tau);
   state.error = 0.05;

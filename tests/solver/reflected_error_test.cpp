@@ -1,0 +1,158 @@
+// What errors become by reflection, against closed forms.
+
+#include "solver/reflected_error.h"
+
+#include "base/random.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kArea = 6;     // m2, of all surfaces
+constexpr uint32_t kCells = 4;  // which see each other alike
+
+std::vector<CellInfo> Cells(size_t count) {
+  std::vector<CellInfo> cells(count);
+  for (size_t i = 0; i < count; ++i) {
+    const auto x = static_cast<double>(i);
+    cells[i].bounds = {{x, 0, 0}, {x + 1, 1, 1}};
+  }
+  return cells;
+}
+
+class ErrorOfCells {
+ public:
+  explicit ErrorOfCells(double reflectance)
+      : reflectance_{reflectance, reflectance, reflectance},
+        budget_(16ULL << 20),
+        error_(Cells(kCells), budget_) {}
+
+  // Probes with the residuals of their cells, and rays: a closed room if the
+  // shares of each cell's rays sum to 1.
+  template <typename Residual, typename Share>
+  ErrorIntegral Measure(int probes, Residual residual, Share share) {
+    for (int i = 0; i < probes; ++i) {
+      // Pairs, so that each half has as many probes of a cell.
+      const auto cell = static_cast<uint32_t>(i / 2) % kCells;
+      const double r = residual(cell);
+      const size_t group = GroupOf(cell);
+      error_.AddProbe({group, kArea, {r, r, r}, reflectance_});
+      for (uint32_t to = 0; to < kCells; ++to) {
+        error_.AddRay(group, GroupOf(to), kArea * share(cell, to));
+      }
+    }
+    return error_.Integral();
+  }
+
+ private:
+  [[nodiscard]] size_t GroupOf(uint32_t cell) const {
+    return error_.GroupOf(CellId(cell), {cell + 0.25, 0.25, 0.25});
+  }
+
+  Rgb reflectance_;
+  MemoryBudget budget_;
+  ReflectedError error_;
+};
+
+double Alike(uint32_t, uint32_t) {
+  return 1.0 / kCells;
+}
+
+// In a closed room an even residual r is an error of r / (1 - rho). The series
+// of bounces ends where one adds a thousandth of the sum: what it lacks is that
+// times rho / (1 - rho).
+TEST(ReflectedError, GrowsInAClosedRoomAsLightDoes) {
+  for (const double rho : {0.0, 0.5, 0.9}) {
+    const double r = 0.3;
+    const ErrorIntegral added = ErrorOfCells(rho).Measure(
+        80, [=](uint32_t) { return r; }, Alike);
+    const double whole = r / (1 - rho);
+    EXPECT_NEAR(added.value,
+                kArea * (whole * whole - r * r),
+                kArea * whole * whole * 2e-3 * rho / (1 - rho) + 1e-12)
+        << rho;
+    EXPECT_NEAR(added.deviation, 0, 1e-9) << "both halves agree";
+  }
+}
+
+// What is seen of the outside comes back from nowhere.
+TEST(ReflectedError, IsLessWhereLightEscapes) {
+  const auto half = [](uint32_t, uint32_t) { return 0.5 / kCells; };
+  const ErrorIntegral added = ErrorOfCells(0.8).Measure(
+      80, [](uint32_t) { return 1.0; }, half);
+  const double whole = 1 / (1 - 0.4);
+  EXPECT_NEAR(added.value, kArea * (whole * whole - 1), 0.02);
+}
+
+// Two sides that see only each other, one too bright and one too dark by as
+// much, mend each other: e = r / (1 + rho).
+TEST(ReflectedError, OfOppositeSignsShrinks) {
+  const auto other = [](uint32_t from, uint32_t to) {
+    return (from ^ to) == 1 ? 1.0 : 0.0;
+  };
+  const ErrorIntegral added = ErrorOfCells(0.5).Measure(
+      80, [](uint32_t cell) { return cell % 2 == 0 ? 1.0 : -1.0; }, other);
+  const double whole = 1 / 1.5;
+  EXPECT_NEAR(added.value, kArea * (whole * whole - 1), 0.02);
+}
+
+// Residuals of no mean have no light to reflect, however much they scatter: the
+// halves are independent, so that on the average nothing is added.
+TEST(ReflectedError, IsNotFooledByScatter) {
+  constexpr int kRuns = 400;
+  double sum = 0;
+  double squares = 0;
+  for (uint64_t seed = 0; seed < kRuns; ++seed) {
+    Random random(seed);
+    const double added =
+        ErrorOfCells(0.9)
+            .Measure(
+                64, [&](uint32_t) { return 2 * random.Next() - 1; }, Alike)
+            .value;
+    sum += added;
+    squares += added * added;
+  }
+  const double mean = sum / kRuns;
+  const double deviation = std::sqrt((squares / kRuns - mean * mean) / kRuns);
+  EXPECT_LE(std::abs(mean), 4 * deviation);
+  EXPECT_LE(4 * deviation, 0.5 * kArea) << "which would say nothing";
+}
+
+TEST(ReflectedError, LongCellsHaveSeveralGroups) {
+  MemoryBudget budget(16ULL << 20);
+  std::vector<CellInfo> tube(1);
+  tube[0].bounds = {{0, 0, 0}, {8, 0.5, 0.5}};
+  const ReflectedError error(tube, budget);
+  const auto group = [&](double x) {
+    return error.GroupOf(CellId(0U), {x, 0.1, 0});
+  };
+  EXPECT_EQ(group(0.05), group(0.06));
+  EXPECT_NE(group(0.05), group(0.95));
+  EXPECT_NE(group(0.05), group(7.95));
+  EXPECT_EQ(group(7.95), group(8.0001)) << "on the rim";
+}
+
+TEST(ReflectedError, TakesAnyNumberOfCells) {
+  for (const size_t count : {1U, 255U, 256U, 257U, 10000U}) {
+    MemoryBudget budget(16ULL << 20);
+    ReflectedError error(Cells(count), budget);
+    for (const size_t i : {size_t{0}, count / 2, count - 1}) {
+      const size_t group =
+          error.GroupOf(CellId(i), {static_cast<double>(i) + 0.5, 0.5, 0});
+      ASSERT_LT(group, 256U) << i << " of " << count;
+      for (int half = 0; half < 2; ++half) {
+        error.AddProbe({group, 1, {1, 1, 1}, {0.5, 0.5, 0.5}});
+        error.AddRay(group, group, 1);
+      }
+    }
+    EXPECT_GT(error.Integral().value, 0);
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
