@@ -22,8 +22,8 @@ namespace {
 
 // tau_weak over tau: docs/decisions/0011-oracle.md.
 constexpr double kWeakShare = 0.5;
-// Covers may leave edges of this many tau: they are few.
-constexpr double kCoverShare = 3;
+// Covers may leave edges of this many tau: docs/decisions/0011-oracle.md.
+constexpr double kCoverShare = 6;
 // A cell counts as lit from this share of the mean radiosity on.
 constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostRounds = 16;

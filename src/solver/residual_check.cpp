@@ -6,15 +6,16 @@
 #include "partition/partition.h"
 #include "solver/lamps.h"
 #include "solver/reflected_error.h"
+#include "solver/residual_probes.h"
 #include "solver/solution.h"
 #include "visibility/ray_tracer.h"
-#include "visibility/visible_set.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace enfilade {
@@ -30,14 +31,6 @@ constexpr uint32_t kLampSamples = 25;
 constexpr uint32_t kSamples = kDirections + kLampSamples;
 constexpr uint32_t kHalves = 2;
 constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
-// Points are as dense as the reflected radiosity and these shares of its mean,
-// on sides that light may and may not reach.
-constexpr double kOpenShare = 0.15;
-constexpr double kEnclosedShare = 0.01;
-// So many points of a cell's patches say how much they reflect.
-constexpr double kWeighingPointsPerCell = 1024;
-// 1 over the plastic number.
-constexpr double kPlastic = 0.7548776662466927;
 // An interval of this half-width, relative, is narrow.
 constexpr double kNarrow = 0.06;
 constexpr double kDeviations = 1.96;
@@ -46,16 +39,6 @@ constexpr uint64_t kRayBytes = sizeof(TraceRay) + sizeof(TraceHit) +
                                2 * sizeof(PatchPoint) + 2 * sizeof(Rgb) + 16;
 constexpr uint64_t kMostBatchBytes = 24ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
-
-Point3 PointAt(const Patch& p, double a, double b) {
-  return p.origin + p.u * a + p.v * b;
-}
-
-// The patch coordinates of a point uniform over a patch.
-std::pair<double, double> UniformOn(const Patch& p, double s, double t) {
-  const bool fold = p.shape == PatchShape::kTriangle && s + t > 1;
-  return fold ? std::pair(1 - s, 1 - t) : std::pair(s, t);
-}
 
 // cos_x cos_y / (pi r^2); 0 if the points are behind one another.
 double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
@@ -67,18 +50,14 @@ double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
              : 0;
 }
 
-double Fraction(double x) {
-  return x - std::floor(x);
-}
-
 // Sample k of the lamps: which one, and two coordinates on it. Evenly spread
-// both over all lamps and on the only one there may be: the additive recurrence
-// by powers of 1 over the plastic number, shifted at random.
+// both over all lamps and on the only one there may be.
 std::array<double, 3> LampSample(uint32_t k,
                                  const std::array<double, 3>& shift) {
-  return {Fraction(static_cast<double>(k) / kLampSamples + shift[0]),
-          Fraction(k * kPlastic + shift[1]),
-          Fraction(k * kPlastic * kPlastic + shift[2])};
+  const double along = static_cast<double>(k) / kLampSamples + shift[0];
+  return {along - std::floor(along),
+          EvenlySpread(k, 1, shift[1]),
+          EvenlySpread(k, 2, shift[2])};
 }
 
 Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
@@ -90,22 +69,11 @@ Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
          normal * std::sqrt(1 - s);
 }
 
-// Where a residual is measured.
-struct Probe {
-  PatchPoint on;
-  Patch patch;
-  Vec3 normal;
-  Point3 origin;      // of its rays
-  double weight = 0;  // m2: the area that it stands for
-  uint64_t key = 0;
-  uint32_t visible = 0;  // index of the cells that its cell sees
-};
-
 // A batch of probes and what they see.
-struct Batch {
-  std::vector<Probe> probes;
-  std::vector<std::vector<CellId>> visible;  // sets of cells
-  std::vector<TraceRay> rays;                // [probe][half][sample]
+struct Batch : ProbeBatch {
+  explicit Batch(ProbeBatch chosen) : ProbeBatch(std::move(chosen)) {}
+
+  std::vector<TraceRay> rays;  // [probe][half][sample]
   std::vector<TraceHit> hits;
   std::vector<Rgb> light;  // what a sample is worth, or would be if it is free
 };
@@ -115,13 +83,12 @@ class ResidualMeter {
   ResidualMeter(const BlockStorage& store,
                 const ResidualOptions& options,
                 MemoryBudget& budget)
-      : store_(&store),
-        options_(options),
+      : options_(options),
         partition_(LoadPartition(store)),
         solution_(store, budget),
         lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
         reflected_(partition_.cells, budget),
-        weights_charge_(budget, WeightBytes(), "the weights of patches"),
+        chooser_(store, partition_, solution_, options.mean_reflected, budget),
         batch_points_(BatchPoints(budget)),
         batch_charge_(budget,
                       batch_points_ * kRaysPerPoint * kRayBytes,
@@ -132,14 +99,11 @@ class ResidualMeter {
           budget, solution_.MostCellBytes(), "a cell's solution");
       tracer_.emplace(store, budget);
     }
-    const Box3& bounds = solution_.Scene().bounds;
-    offset_ = std::max(1e-5, 1e-6 * Length(bounds.Extent()));
-    WeighPatches();
   }
 
   ResidualEstimate Run() {
     ResidualEstimate estimate;
-    if (!(weights_.back() > 0)) {
+    if (chooser_.IsEmpty()) {
       return estimate;
     }
     uint64_t round = 0;
@@ -153,83 +117,10 @@ class ResidualMeter {
   }
 
  private:
-  [[nodiscard]] uint64_t WeightBytes() const {
-    uint64_t patches = 1;
-    for (const CellInfo& cell : partition_.cells) {
-      patches += cell.patches;
-    }
-    return patches * sizeof(double);
-  }
-
   static size_t BatchPoints(const MemoryBudget& budget) {
     const uint64_t fit = std::min(budget.FreeBytes() / 8, kMostBatchBytes) /
                          (kRaysPerPoint * kRayBytes);
     return std::clamp<uint64_t>(fit, kLeastBatchPoints, kPointsPerRound);
-  }
-
-  // How much of the points each patch is to get: sums over the patches before.
-  void WeighPatches() {
-    weights_.reserve(WeightBytes() / sizeof(double));
-    weights_.push_back(0);
-    for (uint32_t i = 0; i < partition_.cells.size(); ++i) {
-      const CellPatches cell = LoadCellPatches(*store_, CellId(i));
-      first_patch_.push_back(static_cast<uint32_t>(weights_.size() - 1));
-      for (const double weight : WeightsOf(CellId(i), cell)) {
-        weights_.push_back(weights_.back() + weight);
-      }
-      for (const Patch& p : cell.patches) {
-        area_ += p.reflects ? PatchArea(p) : 0;
-      }
-    }
-  }
-
-  // By a few points of every patch, more of the large ones of the cell.
-  std::vector<double> WeightsOf(CellId id, const CellPatches& cell) {
-    double area = 0;
-    for (const Patch& p : cell.patches) {
-      area += PatchArea(p);
-    }
-    std::vector<PatchPoint> points;
-    std::vector<size_t> ends;
-    for (size_t k = 0; k < cell.patches.size(); ++k) {
-      const double share = PatchArea(cell.patches[k]) / area;
-      const auto count =
-          1 + static_cast<size_t>(kWeighingPointsPerCell * share);
-      for (size_t i = 0; i < count; ++i) {
-        const auto [a, b] = UniformOn(
-            cell.patches[k],
-            (static_cast<double>(i) + 0.5) / static_cast<double>(count),
-            Fraction(0.4 + kPlastic * static_cast<double>(i)));
-        points.push_back({id, PatchId(k), a, b});
-      }
-      ends.push_back(points.size());
-    }
-    const std::vector<Rgb> irradiance = solution_.Irradiance(points);
-    std::vector<double> weights(ends.size());
-    size_t at = 0;
-    for (size_t k = 0; k < ends.size(); ++k) {
-      const double count = static_cast<double>(ends[k] - at);
-      for (; at < ends[k]; ++at) {
-        weights[k] += WeightOf(cell.patches[k], irradiance[at]) / count;
-      }
-    }
-    return weights;
-  }
-
-  [[nodiscard]] double WeightOf(const Patch& p, const Rgb& irradiance) const {
-    if (!p.reflects) {
-      return 0;
-    }
-    const Rgb& rho =
-        solution_.Scene().materials.at(p.material.Index()).reflectance;
-    double reflected = 0;
-    for (size_t c = 0; c < kRgbChannels; ++c) {
-      reflected += rho[c] * std::abs(irradiance[c]) / kRgbChannels;
-    }
-    const double least = p.is_enclosed ? kEnclosedShare : kOpenShare;
-    return MaxChannel(rho) > 0
-               ? PatchArea(p) * (reflected + least * options_.mean_reflected)
-               : 0;
   }
 
   void AddRound(uint64_t key) {
@@ -245,7 +136,7 @@ class ResidualMeter {
     if (options_.stop != nullptr && options_.stop->load()) {
       throw InterruptedError("stopped as asked; all work is kept");
     }
-    Batch batch = ChooseProbes(key, first, count);
+    Batch batch(chooser_.Choose(key, {first, count, kPointsPerRound}));
     const size_t all = batch.probes.size() * kRaysPerPoint;
     batch.rays.resize(all);
     batch.hits.resize(all);
@@ -255,56 +146,6 @@ class ResidualMeter {
     rays_ += all;
     LookUpReflected(&batch);
     AddResiduals(batch);
-  }
-
-  // One probe in each of the strata [first, first + count) of a round.
-  Batch ChooseProbes(uint64_t key, uint32_t first, uint32_t count) const {
-    Batch batch;
-    std::optional<CellId> loaded;
-    CellPatches cell;
-    for (uint32_t i = first; i < first + count; ++i) {
-      Probe probe;
-      probe.key = MixKey(key, i);
-      Random random(probe.key);
-      const double at = weights_.back() * (i + random.Next()) / kPointsPerRound;
-      const size_t patch = PatchAt(at);
-      const auto of_cell = std::prev(
-          std::upper_bound(first_patch_.begin(), first_patch_.end(), patch));
-      probe.on.cell =
-          CellId(static_cast<size_t>(of_cell - first_patch_.begin()));
-      probe.on.patch = PatchId(patch - *of_cell);
-      if (loaded != probe.on.cell) {
-        loaded = probe.on.cell;
-        cell = LoadCellPatches(*store_, probe.on.cell);
-        batch.visible.emplace_back();
-        for (const VisibleCell& v : LoadVisibleSet(*store_, probe.on.cell)) {
-          batch.visible.back().push_back(v.source);
-        }
-      }
-      probe.visible = static_cast<uint32_t>(batch.visible.size() - 1);
-      probe.patch = cell.patches[probe.on.patch.Index()];
-      probe.normal = PatchNormal(probe.patch);
-      const double s = random.Next();
-      std::tie(probe.on.a, probe.on.b) =
-          UniformOn(probe.patch, s, random.Next());
-      probe.origin =
-          PointAt(probe.patch, probe.on.a, probe.on.b) + probe.normal * offset_;
-      const double density =
-          (weights_[patch + 1] - weights_[patch]) / PatchArea(probe.patch);
-      probe.weight = weights_.back() / density;
-      batch.probes.push_back(probe);
-    }
-    return batch;
-  }
-
-  // The patch, counted over all cells, on whose part of the line a place is.
-  [[nodiscard]] size_t PatchAt(double at) const {
-    const auto it = std::upper_bound(weights_.begin(), weights_.end() - 1, at);
-    size_t patch = static_cast<size_t>(it - weights_.begin()) - 1;
-    while (patch > 0 && weights_[patch + 1] <= weights_[patch]) {
-      --patch;  // the last ones have no weight
-    }
-    return patch;
   }
 
   void MakeRays(size_t i, Batch* batch) const {
@@ -345,7 +186,7 @@ class ResidualMeter {
     // What aims at nothing is worth nothing, wherever it goes.
     ray->origin = probe.origin;
     ray->direction = probe.normal;
-    ray->max_distance = offset_;
+    ray->max_distance = chooser_.Offset();
     if (lamps.IsEmpty()) {
       return;
     }
@@ -356,7 +197,7 @@ class ResidualMeter {
     if (g <= 0) {
       return;
     }
-    ray->direction = y + lamp.normal * offset_ - probe.origin;
+    ray->direction = y + lamp.normal * chooser_.Offset() - probe.origin;
     ray->max_distance = 1;
     AddScaled(light, lamp.exitance, WeightOf(g, lamps.Density(lamp)) * g);
   }
@@ -468,7 +309,7 @@ class ResidualMeter {
         std::hypot(std::sqrt(std::max(0.0, squares_ / n - local * local) / n),
                    reflected.deviation);
     const auto relative = [&](double integral) {
-      return std::sqrt(std::max(0.0, integral) / area_) /
+      return std::sqrt(std::max(0.0, integral) / chooser_.ReflectingArea()) /
              options_.mean_reflected;
     };
     return {relative(mean),
@@ -485,20 +326,15 @@ class ResidualMeter {
            e.high - e.low < 2 * kNarrow * e.value;
   }
 
-  const BlockStorage* store_;
   ResidualOptions options_;
   Partition partition_;
   Solution solution_;
   Lamps lamps_;
   ReflectedError reflected_;
-  MemoryCharge weights_charge_;
-  std::vector<double> weights_;        // one more than patches
-  std::vector<uint32_t> first_patch_;  // by cell
-  double area_ = 0;                    // of the reflecting sides, m2
+  ProbeChooser chooser_;
   std::optional<RayTracer> tracer_;
   size_t batch_points_;
   MemoryCharge batch_charge_;
-  double offset_ = 0;
   double sum_ = 0;
   double squares_ = 0;
   uint64_t points_ = 0;

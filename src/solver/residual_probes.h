@@ -1,0 +1,93 @@
+// Where the residual of a solution is measured: random points, one in each
+// stratum of a line along which every patch has the length of its weight. A
+// patch weighs as much as it reflects, and a share of the mean besides, for the
+// light that the solution may have missed there.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+#include "partition/partition.h"
+#include "partition/patch.h"
+#include "solver/solution.h"
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace enfilade {
+
+struct Probe {
+  PatchPoint on;
+  Patch patch;
+  Vec3 normal;
+  Point3 origin;      // of its rays
+  double weight = 0;  // m2: the area that it stands for
+  uint64_t key = 0;
+  uint32_t visible = 0;  // index of the cells that its cell sees
+};
+
+struct ProbeBatch {
+  std::vector<Probe> probes;
+  std::vector<std::vector<CellId>> visible;  // sets of cells
+};
+
+// Some of the strata of a round.
+struct ProbeStrata {
+  uint32_t first = 0;
+  uint32_t count = 0;
+  uint32_t all = 0;
+};
+
+class ProbeChooser {
+ public:
+  // Reads every cell once; what it borrows must outlive it. `mean_reflected`:
+  // W/m2.
+  ProbeChooser(const BlockStorage& store,
+               const Partition& partition,
+               const Solution& solution,
+               double mean_reflected,
+               MemoryBudget& budget);
+
+  // Nothing reflects.
+  [[nodiscard]] bool IsEmpty() const { return !(weights_.back() > 0); }
+
+  // Of all reflecting sides, m2.
+  [[nodiscard]] double ReflectingArea() const { return area_; }
+
+  // How far rays start off their surface, m.
+  [[nodiscard]] double Offset() const { return offset_; }
+
+  // One probe in each of the strata. Requires !IsEmpty().
+  [[nodiscard]] ProbeBatch Choose(uint64_t key, ProbeStrata strata) const;
+
+ private:
+  [[nodiscard]] std::vector<double> WeightsOf(CellId id,
+                                              const CellPatches& cell) const;
+  [[nodiscard]] double WeightOf(const Patch& p, const Rgb& irradiance) const;
+  [[nodiscard]] size_t PatchAt(double at) const;
+
+  const BlockStorage* store_;
+  const Solution* solution_;
+  double mean_reflected_;
+  MemoryCharge charge_;
+  std::vector<double> weights_;        // sums over the patches before; one more
+  std::vector<uint32_t> first_patch_;  // by cell
+  double area_ = 0;
+  double offset_ = 0;
+};
+
+Point3 PointAt(const Patch& p, double a, double b);
+
+// The patch coordinates of a point uniform over a patch.
+std::pair<double, double> UniformOn(const Patch& p, double s, double t);
+
+// Term k of an additive recurrence, shifted: spread evenly over [0, 1), and
+// over the square together with that of power 2 (Roberts' R2, by the plastic
+// number).
+double EvenlySpread(size_t k, int power, double shift);
+
+}  // namespace enfilade
