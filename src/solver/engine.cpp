@@ -207,6 +207,7 @@ void Engine::CheckResidual() {
   options.most_rays = std::max(
       kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
   const ResidualEstimate residual = MeasureResidual(*store_, options, *budget_);
+  ReleaseFreedMemory();  // for the next round
   TakeResidual({residual.least, residual.most}, &state_);
   workspace_ = ReserveWorkspace();
 }
