@@ -115,8 +115,9 @@ TEST(ErrorControl, ErrorFallsAsRaysSay) {
   EXPECT_DOUBLE_EQ(state.rounds[1].estimated_error, 0.04);
 }
 
-// tau is a power of the error that follows what the last two rounds showed, and
-// stays where errors fall with: the root and the cubic root of tau or so.
+// The error that is wanted says tau by the power that the last two rounds
+// showed, held to what is known of errors: they fall with between the 2.2th and
+// the 3.2th root of tau.
 TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
   const auto step = [](double before) {
     SolveState state = StateOf(0.1);
@@ -126,8 +127,9 @@ TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
     state.rounds[1].residual_error = 0.16;
     return NextTau(state);
   };
-  EXPECT_LT(step(0.16 * 2), step(0.16 * 2.4)) << "cubic root, then steeper";
-  EXPECT_EQ(step(0.16 * 1.01), step(0.16 * 1.5)) << "not trusted";
+  EXPECT_LT(step(0.16 * 2), step(0.16 * 2.4))
+      << "the third root, and the 2.4th";
+  EXPECT_EQ(step(0.16 * 1.01), step(0.16 * 1.5)) << "both beyond the 3.2th";
 }
 
 TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
