@@ -10,7 +10,7 @@ namespace enfilade {
 namespace {
 
 // Larger allocations are mapped of their own and unmapped when freed.
-constexpr int kMmapThresholdBytes = 512 << 10;
+constexpr int kMmapThresholdBytes = 128 << 10;
 constexpr int kTrimThresholdBytes = 1 << 20;
 constexpr int kArenas = 2;
 

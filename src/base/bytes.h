@@ -62,6 +62,9 @@ class ByteWriter {
 
   void Clear() { bytes_.clear(); }
 
+  // Room for so many bytes in all, so that growing does not double it.
+  void Reserve(size_t bytes) { bytes_.reserve(bytes); }
+
  private:
   void PutRaw(const void* data, size_t size) {
     const auto* first = static_cast<const std::byte*>(data);

@@ -22,6 +22,9 @@ constexpr uint64_t kFixedBytes = 20ULL << 20;
 // Of the rest, one part in so many is left to the allocator, whose slack grows
 // with what it holds: schependomlaan took 0.1 MiB more than a cap of 256M.
 constexpr uint64_t kSlackParts = 100;
+// Who asks for more will need yet more later: the cap to go on with is named
+// with one part in so many on top.
+constexpr uint64_t kMoreParts = 4;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 // Room that the resident size should leave below the cap.
 constexpr uint64_t kResidentSlack = 12ULL << 20;
@@ -103,13 +106,14 @@ bool MemoryBudget::TryCharge(uint64_t bytes) {
 
 void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
   if (!TryCharge(bytes)) {
-    const uint64_t least = CapForBudget(UsedBytes() + bytes);
+    const uint64_t now = UsedBytes() + bytes;
+    const uint64_t enough = CapForBudget(now + now / kMoreParts);
     throw DoesNotFitError(
         fmt::format("{} needs {:.1f} MiB more than the memory cap leaves; run "
                     "again with --memory {}M",
                     what,
                     static_cast<double>(bytes - FreeBytes()) / (1 << 20),
-                    least >> 20));
+                    enough >> 20));
   }
 }
 

@@ -61,7 +61,8 @@ class MemoryBudget {
   // Charges if it fits; false and unchanged otherwise.
   [[nodiscard]] bool TryCharge(uint64_t bytes);
 
-  // Charges, or throws DoesNotFitError that names `what` needs how much.
+  // Charges, or throws DoesNotFitError that names `what` needs how much, and a
+  // cap to go on with.
   void Charge(uint64_t bytes, std::string_view what);
 
   void Release(uint64_t bytes) { used_bytes_.fetch_sub(bytes); }

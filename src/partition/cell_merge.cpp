@@ -28,12 +28,13 @@ constexpr double kThinNicheM3 = 2.0;
 // floor.
 constexpr double kLeastRoomM = 1.0;
 
-// Disjoint sets of leaves with their numbers of patches.
+// Disjoint sets of leaves with the number and area of their patches.
 class LeafSets {
  public:
-  LeafSets(const std::vector<uint32_t>& patches, uint32_t most_patches)
-      : sets_(patches.size()),
-        patches_(patches.begin(), patches.end()),
+  LeafSets(const FaceSurvey& survey, uint32_t most_patches)
+      : sets_(survey.patches.size()),
+        patches_(survey.patches.begin(), survey.patches.end()),
+        area_m2_(survey.area_m2.begin(), survey.area_m2.end()),
         most_patches_(most_patches) {}
 
   [[nodiscard]] uint32_t Find(uint32_t leaf) { return sets_.Find(leaf); }
@@ -47,14 +48,22 @@ class LeafSets {
     if (a == b || sum > most_patches_) {
       return false;
     }
+    const double area_m2 = area_m2_[a] + area_m2_[b];
     sets_.Join(a, b);
     patches_[Find(a)] = sum;
+    area_m2_[Find(a)] = area_m2;
     return true;
+  }
+
+  // Of the set that joining these would make.
+  [[nodiscard]] double JoinedArea(uint32_t a, uint32_t b) {
+    return area_m2_[Find(a)] + area_m2_[Find(b)];
   }
 
  private:
   DisjointSets sets_;
   std::vector<uint64_t> patches_;  // by the number that leads a set
+  std::vector<double> area_m2_;    // likewise
   uint64_t most_patches_;
 };
 
@@ -229,7 +238,7 @@ LeafCells NumberCells(
 
 LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options) {
   const BuiltTree& built = input.built;
-  LeafSets sets(input.survey.patches, options.max_cell_patches);
+  LeafSets sets(input.survey, options.max_cell_patches);
   const bool named = !input.space_of_leaf.empty();
   const std::vector<bool> outer = FindOuterLeaves(built);
   const double open_share = input.all_split ? kAllOpenShare : kOpenShare;
@@ -244,7 +253,9 @@ LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options) {
       return false;
     }
     return outer[front] ||
-           (!input.all_split && LooksLikeOneRoom(built, border));
+           (!input.all_split && LooksLikeOneRoom(built, border) &&
+            sets.JoinedArea(border.front.value, border.back.value) <=
+                options.max_room_m2);
   };
   for (const LeafBorder* border : WidestFirst(input.borders)) {
     if (is_one_room(*border)) {

@@ -25,8 +25,9 @@ class Surveyor {
       : tree_(&tree), budget_(&budget) {
     survey_.covers.resize(tree.nodes.size());
     survey_.patches.resize(tree.leaf_count);
+    survey_.area_m2.resize(tree.leaf_count);
     bytes_ = tree.nodes.size() * sizeof(std::vector<Polygon>) +
-             tree.leaf_count * sizeof(uint32_t);
+             tree.leaf_count * (sizeof(uint32_t) + sizeof(float));
     Charge();
   }
 
@@ -48,8 +49,10 @@ class Surveyor {
                const Vec3& normal,
                int sides) {
     if (child.IsLeaf()) {
-      survey_.patches[child.Leaf().Index()] +=
-          CountPatches(polygon) * (sides == kBothSides ? 2 : 1);
+      const uint32_t count = sides == kBothSides ? 2 : 1;
+      survey_.patches[child.Leaf().Index()] += CountPatches(polygon) * count;
+      survey_.area_m2[child.Leaf().Index()] +=
+          static_cast<float>(PolygonArea(polygon) * count);
       return;
     }
     const BspNode& node = tree_->nodes[child.Node().Index()];

@@ -18,6 +18,8 @@ struct FaceSurvey {
   std::vector<std::vector<Polygon>> covers;
   // Indexed by LeafId: the patches that the faces make in the leaf, at most.
   std::vector<uint32_t> patches;
+  // Indexed by LeafId: their area, m2.
+  std::vector<float> area_m2;
   MemoryCharge charge;
 };
 

@@ -33,7 +33,13 @@ CellBalance::CellBalance(const BalancedCell& cell,
       times_(times),
       links_(store, budget, {cell.id, cell.id}, pager.Trace()) {
   HoldGains();
-  work_charge_ = pager.Reserve(2 * cell.tree->Sent().SizeBytes(), kPurpose);
+  const uint64_t array = cell.tree->Sent().SizeBytes();
+  work_charge_ = pager.Reserve(2 * array, kPurpose);
+  if (!cell.tree->HasDelta()) {
+    pager.Reserve(array, kPurpose).Reset();  // room for it
+    cell.tree->StartDelta();
+    pager.MarkDirty(cell.id);
+  }
 }
 
 void CellBalance::HoldGains() {

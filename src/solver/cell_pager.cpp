@@ -239,7 +239,8 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   std::shared_ptr<CellTree> tree;
   const uint64_t read_before = store_->Stats().bytes_read;
   // Room first: the tree is not in anybody's charge while it is read.
-  const uint64_t expected = CellTree::StoredBytes(*store_, cell, shape_);
+  const uint64_t expected =
+      CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
   MemoryCharge room = Reserve(expected, "the element trees of a cell");
   if (auto stored = CellTree::Load(*store_, cell, shape_, geometry->patches)) {
     tree = std::make_shared<CellTree>(std::move(*stored));
@@ -265,6 +266,9 @@ void CellPager::MarkDirty(CellId cell) {
     const uint64_t more = bytes - item->charged_bytes;
     MakeRoom(more, "the element trees of a cell");
     Find({ItemKind::kTree, cell.value})->charged_bytes += more;
+  } else {
+    budget_->Release(item->charged_bytes - bytes);
+    item->charged_bytes = bytes;
   }
 }
 

@@ -23,6 +23,11 @@ void CoefficientArray::GrowTo(size_t elements) {
   }
 }
 
+void CoefficientArray::Clear() {
+  pages_ = {};
+  size_ = 0;
+}
+
 uint64_t CoefficientArray::SizeBytes() const {
   uint64_t bytes = 0;
   for (const auto& page : pages_) {

@@ -24,6 +24,9 @@ class CoefficientArray {
   // Appends elements of zeros.
   void GrowTo(size_t elements);
 
+  // Leaves no element, and no memory taken.
+  void Clear();
+
   [[nodiscard]] size_t Size() const { return size_; }
 
   [[nodiscard]] size_t Stride() const { return stride_; }

@@ -89,18 +89,24 @@ void PullFrom(const ShapeBasis& basis,
 
 CellTree::CellTree(TreeShape shape, std::span<const PatchGeometry> patches)
     : CellTree(shape) {
+  AppendRoots(patches);
+  GrowCoefficients();
+}
+
+void CellTree::AppendRoots(std::span<const PatchGeometry> patches) {
   patch_count_ = patches.size();
   for (size_t i = 0; i < patches.size(); ++i) {
     elements_.PushBack({static_cast<uint32_t>(i), 0, {}});
     patch_shapes_.push_back(patches[i].shape);
   }
-  GrowCoefficients();
 }
 
 void CellTree::GrowCoefficients() {
   gathered_.GrowTo(elements_.Size());
   sent_.GrowTo(elements_.Size());
-  delta_.GrowTo(elements_.Size());
+  if (HasDelta()) {
+    delta_.GrowTo(elements_.Size());
+  }
   gain_.GrowTo(elements_.Size());
   detail_.GrowTo(elements_.Size());
 }
@@ -121,7 +127,9 @@ void CellTree::Split(ElementId e, PatchShape patch_shape) {
   for (size_t c = 0; c < kChildren; ++c) {
     const ElementId child(first + c);
     PushTo(basis, shape_, c, sent_[e], sent_[child]);
-    PushTo(basis, shape_, c, delta_[e], delta_[child]);
+    if (HasDelta()) {
+      PushTo(basis, shape_, c, delta_[e], delta_[child]);
+    }
   }
 }
 
@@ -189,18 +197,25 @@ void CellTree::Save(BlockStorage& store, CellId cell) const {
   store.Put(StructureKey(cell), structure.View());
   for (size_t page = 0; page < gathered_.PageCount(); ++page) {
     ByteWriter out;
-    for (const CoefficientArray* array :
-         {&gathered_, &sent_, &delta_, &gain_}) {
-      PutShuffled(array->Page(page), &out);
+    const size_t per_element = 3 * shape_.Stride() + shape_.NodeStride();
+    out.Reserve(CoefficientArray::kPageElements * per_element * sizeof(float));
+    PutShuffled(gathered_.Page(page), &out);
+    PutShuffled(sent_.Page(page), &out);
+    if (HasDelta()) {
+      PutShuffled(delta_.Page(page), &out);
+    } else {
+      PutShuffled(std::vector<float>(sent_.Page(page).size()), &out);
     }
+    PutShuffled(gain_.Page(page), &out);
     store.Put(PageKey(cell, page), out.View());
   }
 }
 
-std::optional<CellTree> CellTree::Load(const BlockStorage& store,
-                                       CellId cell,
-                                       TreeShape shape,
-                                       std::span<const PatchGeometry> patches) {
+std::optional<CellTree> CellTree::LoadElements(
+    const BlockStorage& store,
+    CellId cell,
+    TreeShape shape,
+    std::span<const PatchGeometry> patches) {
   const auto structure = store.Get(StructureKey(cell));
   if (!structure) {
     return std::nullopt;
@@ -211,7 +226,8 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
   if (patch_count != patches.size()) {
     throw DamagedStoreError("an element tree does not match its cell");
   }
-  CellTree tree(shape, patches);
+  CellTree tree(shape);
+  tree.AppendRoots(patches);
   for (const uint32_t parent : parents) {
     if (parent >= tree.elements_.Size() ||
         tree.elements_[parent].first_child != 0) {
@@ -220,36 +236,72 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
     tree.AppendChildren(parent,
                         tree.patch_shapes_[tree.elements_[parent].patch]);
   }
-  tree.GrowCoefficients();
-  for (size_t page = 0; page < tree.gathered_.PageCount(); ++page) {
-    const Bytes bytes = store.GetOrThrow(PageKey(cell, page));
-    ByteReader values(bytes);
-    for (CoefficientArray* array :
-         {&tree.gathered_, &tree.sent_, &tree.delta_, &tree.gain_}) {
-      GetShuffled(&values, array->Page(page));
-    }
-  }
-  tree.UpdateDetail();
   return tree;
 }
 
-uint64_t CellTree::StoredBytes(const BlockStorage& store,
-                               CellId cell,
-                               TreeShape shape) {
+std::optional<CellTree> CellTree::Load(const BlockStorage& store,
+                                       CellId cell,
+                                       TreeShape shape,
+                                       std::span<const PatchGeometry> patches) {
+  auto tree = LoadElements(store, cell, shape, patches);
+  if (tree) {
+    tree->StartDelta();
+    tree->GrowCoefficients();
+    tree->LoadPages(
+        store,
+        cell,
+        {&tree->gathered_, &tree->sent_, &tree->delta_, &tree->gain_});
+    if (tree->delta_.MaxAbs() == 0) {
+      tree->ForgetDelta();
+    }
+    tree->UpdateDetail();
+  }
+  return tree;
+}
+
+std::optional<CellTree> CellTree::LoadGathered(
+    const BlockStorage& store,
+    CellId cell,
+    TreeShape shape,
+    std::span<const PatchGeometry> patches) {
+  auto tree = LoadElements(store, cell, shape, patches);
+  if (tree) {
+    tree->gathered_.GrowTo(tree->Size());
+    tree->LoadPages(store, cell, {&tree->gathered_});
+  }
+  return tree;
+}
+
+void CellTree::LoadPages(const BlockStorage& store,
+                         CellId cell,
+                         std::initializer_list<CoefficientArray*> arrays) {
+  for (size_t page = 0; page < gathered_.PageCount(); ++page) {
+    const Bytes bytes = store.GetOrThrow(PageKey(cell, page));
+    ByteReader values(bytes);
+    for (CoefficientArray* array : arrays) {
+      GetShuffled(&values, array->Page(page));
+    }
+  }
+}
+
+size_t CellTree::StoredSize(const BlockStorage& store, CellId cell) {
   const auto structure = store.Get(StructureKey(cell));
   if (!structure) {
     return 0;
   }
   ByteReader in(*structure);
   const uint64_t patch_count = in.GetVarint();
-  return BytesFor(patch_count + kChildren * in.GetArray<uint32_t>().size(),
-                  shape);
+  return patch_count + kChildren * in.GetArray<uint32_t>().size();
 }
 
 uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
   // Three arrays of coefficients, gain and detail.
   const size_t floats = 3 * shape.Stride() + shape.NodeStride() + 1;
   return elements * (sizeof(Element) + floats * sizeof(float));
+}
+
+uint64_t CellTree::GatheredBytesFor(size_t elements, TreeShape shape) {
+  return elements * (sizeof(Element) + shape.Stride() * sizeof(float));
 }
 
 uint64_t CellTree::Digest() const {

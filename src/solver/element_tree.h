@@ -28,6 +28,7 @@
 #include "solver/geometry.h"
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <utility>
@@ -84,13 +85,19 @@ class CellTree {
                                       TreeShape shape,
                                       std::span<const PatchGeometry> patches);
 
-  // How many bytes Load will take; 0 if there is no such tree.
-  static uint64_t StoredBytes(const BlockStorage& store,
-                              CellId cell,
-                              TreeShape shape);
+  // For reading the solution: only the elements and what they have gathered.
+  static std::optional<CellTree> LoadGathered(
+      const BlockStorage& store,
+      CellId cell,
+      TreeShape shape,
+      std::span<const PatchGeometry> patches);
 
-  // What a tree of so many elements takes.
+  // Elements of the stored tree; 0 if there is none.
+  static size_t StoredSize(const BlockStorage& store, CellId cell);
+
+  // What a tree of so many elements takes, and one that is only read.
   static uint64_t BytesFor(size_t elements, TreeShape shape);
+  static uint64_t GatheredBytesFor(size_t elements, TreeShape shape);
 
   // Writes the structure and, page by page, the coefficients.
   void Save(BlockStorage& store, CellId cell) const;
@@ -121,7 +128,15 @@ class CellTree {
 
   CoefficientArray& Sent() { return sent_; }
 
+  // What `sent` has gained since it was last forgotten. A tree has it only
+  // then: while links are made it is none, and takes no memory.
   CoefficientArray& Delta() { return delta_; }
+
+  [[nodiscard]] bool HasDelta() const { return delta_.Size() > 0; }
+
+  void ForgetDelta() { delta_.Clear(); }
+
+  void StartDelta() { delta_.GrowTo(Size()); }
 
   CoefficientArray& Gain() { return gain_; }
 
@@ -154,6 +169,20 @@ class CellTree {
         delta_(shape.Stride()),
         gain_(shape.NodeStride()) {}
 
+  // The elements of a stored tree, without any coefficients.
+  static std::optional<CellTree> LoadElements(
+      const BlockStorage& store,
+      CellId cell,
+      TreeShape shape,
+      std::span<const PatchGeometry> patches);
+
+  // Fills the first of a stored page's arrays, in this order: gathered, sent,
+  // delta, gain.
+  void LoadPages(const BlockStorage& store,
+                 CellId cell,
+                 std::initializer_list<CoefficientArray*> arrays);
+
+  void AppendRoots(std::span<const PatchGeometry> patches);
   void GrowCoefficients();
   void AppendChildren(uint32_t parent, PatchShape patch_shape);
   void Split(ElementId e, PatchShape patch_shape);

@@ -39,8 +39,8 @@ constexpr size_t kFewGroupLinks = 4000;
 constexpr size_t kManyGroupLinks = 12000;
 // What a group may make at most, and each of its parts; a group of so many
 // parts is left when one makes more.
-constexpr size_t kMostGroupLinks = 64000;
-constexpr size_t kMostPartLinks = 16000;
+constexpr size_t kMostGroupLinks = 32000;
+constexpr size_t kMostPartLinks = 8000;
 constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
 
 // The light before the first round is guessed with at most this reflectance.
@@ -272,9 +272,11 @@ void Engine::RefineCell(CellId cell) {
     row.most_radius = 1;
     r.tree->Gathered().SetZero();
     r.tree->Gain().SetZero();
-    r.tree->Delta().SetZero();
+    r.tree->ForgetDelta();
     pager_.MarkDirty(cell);
   }
+  MemoryCharge workspace =
+      pager_.Reserve(kRefineWorkspaceBytes, "the links of a cell");
   FindReceivers(&r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
@@ -283,9 +285,12 @@ void Engine::RefineCell(CellId cell) {
   }
   r.receivers.reset();
   r.receivers_charge.Reset();
+  workspace.Reset();
   Settle(r);
   row.changed =
-      SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared;
+      r.tree->HasDelta()
+          ? SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared
+          : 0;
   NextCell();
 }
 
@@ -302,7 +307,7 @@ void Engine::PropagateCell(CellId cell) {
   }
   Receiver r = Load(cell);
   if (state_.cursor.source == 0) {
-    r.tree->Delta().SetZero();
+    r.tree->ForgetDelta();
   }
   while (state_.cursor.source < r.sources.size()) {
     const VisibleCell& source = r.sources[state_.cursor.source];
@@ -464,6 +469,9 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
   pager_.MoveTo(r.id, source);
   const auto geometry = pager_.Geometry(source);
   const auto tree = pager_.Tree(source);
+  if (!tree->HasDelta()) {
+    return;
+  }
   const Stopwatch watch(&state_.times.gather_seconds);
   ForEachLinkBlock(
       *store_,

@@ -26,6 +26,7 @@ constexpr size_t kKeptBetween = 8;
 struct CellNeed {
   uint64_t geometry = 0;
   uint64_t tree = 0;
+  uint64_t delta = 0;     // part of the tree that is not there while it refines
   uint64_t balance = 0;   // working arrays of its equilibrium
   uint64_t clusters = 0;  // of its receiving elements
   uint64_t blockers = 0;  // for shafts and rays
@@ -77,11 +78,12 @@ class NeedFinder {
             ? 0
             : kTreeExtra + static_cast<size_t>(kTreeGrowth *
                                                static_cast<double>(patches));
-    const uint64_t tree =
-        has_trees_ ? CellTree::StoredBytes(*store_, cell, shape_) : 0;
+    const size_t stored_elements =
+        has_trees_ ? CellTree::StoredSize(*store_, cell) : 0;
     CellNeed need;
     need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
-    need.tree = std::max(CellTree::BytesFor(grown, shape_), tree);
+    need.tree = CellTree::BytesFor(std::max(grown, stored_elements), shape_);
+    need.delta = grown * shape_.Stride() * sizeof(float);
     need.balance = 2 * grown * shape_.Stride() * sizeof(float) +
                    HeldSharesBytesFor(grown, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
@@ -96,11 +98,12 @@ class NeedFinder {
     const CellNeed& r = needs_[receiver.Index()];
     const uint64_t own = r.geometry + r.tree;
     Consider(own + r.balance, {receiver, {receiver}}, receiver);
-    Consider(own + r.blockers + std::max(r.build, r.clusters),
+    const uint64_t refined = own - r.delta + kRefineWorkspaceBytes;
+    Consider(refined + r.blockers + std::max(r.build, r.clusters),
              {receiver, {receiver}},
              receiver);
     for (const VisibleCell& v : LoadVisibleSet(*store_, receiver)) {
-      Consider(own + r.clusters + PairNeed(receiver, v), v, receiver);
+      Consider(refined + r.clusters + PairNeed(receiver, v), v, receiver);
     }
   }
 

@@ -23,9 +23,12 @@
 
 namespace enfilade {
 
-// Links on their way from refinement to the store: a pending chunk, the results
-// of a group, an encoded chunk. Charged as long as a solve runs.
-inline constexpr uint64_t kSolveWorkspaceBytes = 10ULL << 20;
+// Links on their way from refinement to the store: the results of a group, what
+// is pending, a chunk sorted, encoded and compressed. Charged while a cell is
+// refined.
+inline constexpr uint64_t kRefineWorkspaceBytes = 8ULL << 20;
+// A chunk on its way from the store. Charged as long as a solve runs.
+inline constexpr uint64_t kSolveWorkspaceBytes = 2ULL << 20;
 
 // What the tree of a cell may grow to: so many elements per patch, and some for
 // the large surfaces, however few (docs/decisions/least-memory.md).

@@ -9,6 +9,8 @@ namespace {
 
 constexpr int kExponentBias = 127 - 47;
 constexpr int kDroppedBits = 13;  // of the 23 fraction bits of a float
+// Steps of receiver and source, and a value.
+constexpr size_t kTypicalLinkBytes = 6;
 
 uint64_t ZigZag(int64_t v) {
   return static_cast<uint64_t>(v) << 1 ^ static_cast<uint64_t>(v >> 63);
@@ -72,6 +74,9 @@ uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
 
 Bytes EncodeLinks(const LinkBlock& block) {
   ByteWriter out;
+  out.Reserve(block.links.size() * kTypicalLinkBytes +
+              block.near.size() * sizeof(NearCoefficients) +
+              block.group.size() * sizeof(GroupCoefficients));
   out.PutVarint(block.links.size());
   uint32_t receiver = 0;
   uint32_t source = 0;

@@ -8,8 +8,10 @@
 namespace enfilade {
 namespace {
 
-// Links per chunk: at 4 to 20 bytes each, a quarter to one megabyte.
-constexpr size_t kChunkLinks = size_t{64} * 1024;
+// Links per chunk: at 4 to 36 bytes each, up to half a megabyte. A chunk on its
+// way to the store is there five times over: links, sorted, encoded, compressed
+// and in SQLite's hands (docs/decisions/least-memory.md).
+constexpr size_t kChunkLinks = size_t{16} * 1024;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};

@@ -118,7 +118,7 @@ class ResidualMeter {
 
  private:
   static size_t BatchPoints(const MemoryBudget& budget) {
-    const uint64_t fit = std::min(budget.FreeBytes() / 8, kMostBatchBytes) /
+    const uint64_t fit = std::min(budget.FreeBytes() / 4, kMostBatchBytes) /
                          (kRaysPerPoint * kRayBytes);
     return std::clamp<uint64_t>(fit, kLeastBatchPoints, kPointsPerRound);
   }
@@ -144,8 +144,7 @@ class ResidualMeter {
     ParallelFor(batch.probes.size(), [&](size_t i) { MakeRays(i, &batch); });
     tracer_->Trace(batch.rays, batch.hits);
     rays_ += all;
-    LookUpReflected(&batch);
-    AddResiduals(batch);
+    AddResiduals(batch, LookUp(&batch));
   }
 
   void MakeRays(size_t i, Batch* batch) const {
@@ -214,9 +213,14 @@ class ResidualMeter {
   }
 
   // Of the rays over the hemisphere: the solution's reflected light, and
-  // emission as weighed.
-  void LookUpReflected(Batch* batch) const {
+  // emission as weighed. Returns the solution's radiosity at the probes, which
+  // is read together with it: reading a cell costs far more than a point in it.
+  std::vector<Rgb> LookUp(Batch* batch) const {
     std::vector<PatchPoint> points;
+    for (const Probe& probe : batch->probes) {
+      points.push_back(probe.on);
+    }
+    const size_t probes = points.size();
     std::vector<size_t> owners;
     for (size_t i = 0; i < batch->hits.size(); ++i) {
       const TraceHit& hit = batch->hits[i];
@@ -225,11 +229,11 @@ class ResidualMeter {
         owners.push_back(i);
       }
     }
-    const std::vector<Rgb> radiosity = solution_.Radiosity(points);
-    ParallelFor(points.size(), [&](size_t k) {
+    std::vector<Rgb> radiosity = solution_.Radiosity(points);
+    ParallelFor(owners.size(), [&](size_t k) {
       const size_t i = owners[k];
       Rgb* light = &batch->light[i];
-      AddScaled(light, radiosity[k], 1.0 / kDirections);
+      AddScaled(light, radiosity[probes + k], 1.0 / kDirections);
       const TraceHit& hit = batch->hits[i];
       if (const Lamp* lamp = lamps_.Find(hit.cell, hit.patch)) {
         AddScaled(light, lamp->exitance, -1.0 / kDirections);
@@ -244,19 +248,17 @@ class ResidualMeter {
         AddScaled(light, lamp->exitance, WeightOf(g, lamps.Density(*lamp)) * g);
       }
     });
+    radiosity.resize(probes);
+    return radiosity;
   }
 
-  void AddResiduals(const Batch& batch) {
-    std::vector<PatchPoint> points;
-    for (const Probe& probe : batch.probes) {
-      points.push_back(probe.on);
-    }
-    const std::vector<Rgb> solved = solution_.Irradiance(points);
+  // `solved`: the solution's radiosity at the probes.
+  void AddResiduals(const Batch& batch, const std::vector<Rgb>& solved) {
     for (size_t i = 0; i < batch.probes.size(); ++i) {
       const Probe& probe = batch.probes[i];
-      const Rgb& rho = solution_.Scene()
-                           .materials.at(probe.patch.material.Index())
-                           .reflectance;
+      const Material& material =
+          solution_.Scene().materials.at(probe.patch.material.Index());
+      const Rgb& rho = material.reflectance;
       std::array<Rgb, kHalves> arriving{};
       for (size_t k = 0; k < kRaysPerPoint; ++k) {
         const size_t at = i * kRaysPerPoint + k;
@@ -267,8 +269,10 @@ class ResidualMeter {
       ErrorProbe seen{GroupOf(probe), probe.weight, {}, rho};
       double square = 0;
       for (size_t c = 0; c < kRgbChannels; ++c) {
-        const double first = rho[c] * (arriving[0][c] - solved[i][c]);
-        const double second = rho[c] * (arriving[1][c] - solved[i][c]);
+        const double reflected =
+            solved[i][c] - (probe.patch.emits ? material.exitance[c] : 0.0);
+        const double first = rho[c] * arriving[0][c] - reflected;
+        const double second = rho[c] * arriving[1][c] - reflected;
         square += first * second / kRgbChannels;
         seen.residual[c] = (first + second) / 2;
       }

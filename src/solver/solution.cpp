@@ -41,10 +41,10 @@ std::vector<size_t> OrderByCell(std::span<const PatchPoint> points) {
 struct Solution::Impl {
   // A cell's trees, as long as somebody reads them.
   struct LoadedCell {
+    MemoryCharge charge;
     CellPatches stored;
     std::vector<PatchGeometry> geometry;
-    std::unique_ptr<CellTree> tree;
-    MemoryCharge charge;
+    std::unique_ptr<CellTree> tree;  // only what is gathered
   };
 
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
@@ -52,15 +52,22 @@ struct Solution::Impl {
 
   [[nodiscard]] LoadedCell Load(CellId cell) const {
     LoadedCell loaded;
+    loaded.charge = MemoryCharge(*budget, BytesOf(cell), "a cell's solution");
     loaded.stored = LoadCellPatches(*store, cell);
     loaded.geometry = MakeGeometry(loaded.stored, scene);
-    const TreeShape shape{&basis, kRgbChannels};
-    auto stored = CellTree::Load(*store, cell, shape, loaded.geometry);
+    auto stored =
+        CellTree::LoadGathered(*store, cell, Shape(), loaded.geometry);
     loaded.tree = std::make_unique<CellTree>(
-        stored ? std::move(*stored) : CellTree(shape, loaded.geometry));
-    loaded.charge =
-        MemoryCharge(*budget, loaded.tree->SizeBytes(), "a cell's solution");
+        stored ? std::move(*stored) : CellTree(Shape(), loaded.geometry));
     return loaded;
+  }
+
+  [[nodiscard]] TreeShape Shape() const { return {&basis, kRgbChannels}; }
+
+  // What a loaded cell takes.
+  [[nodiscard]] uint64_t BytesOf(CellId cell) const {
+    return CellTree::GatheredBytesFor(CellTree::StoredSize(*store, cell),
+                                      Shape());
   }
 
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
@@ -180,10 +187,7 @@ size_t Solution::CellCount() const {
 uint64_t Solution::MostCellBytes() const {
   uint64_t most = 0;
   for (size_t i = 0; i < impl_->cell_count; ++i) {
-    most =
-        std::max(most,
-                 CellTree::StoredBytes(
-                     *impl_->store, CellId(i), {&impl_->basis, kRgbChannels}));
+    most = std::max(most, impl_->BytesOf(CellId(i)));
   }
   return most;
 }

@@ -89,11 +89,7 @@ TEST(Cells, FurnitureDoesNotSplit) {
   EXPECT_EQ(built.partition.cells.size(), 3U);
 }
 
-TEST(Cells, AnLShapedRoomIsOneCell) {
-  SceneBuilder scene = TwoRoomsWithDoor();
-  // Behind the left room another one, that opens to it over its whole side.
-  scene.Add({2, 0, 0, 3, 4, 6});
-  scene.Add({2, 2.7, 0, 3, 4, 6});
+SceneBuilder LShapedRoom() {
   SceneBuilder l_shape;
   l_shape.Add({2, 0, 0, 0, 8, 3});
   l_shape.Add({2, 0, 0, 3, 4, 6});
@@ -105,11 +101,28 @@ TEST(Cells, AnLShapedRoomIsOneCell) {
   l_shape.Add({1, 0, 0, 0, 8, 2.7});
   l_shape.Add({1, 3, 4, 0, 8, 2.7});
   l_shape.Add({1, 6, 0, 0, 4, 2.7});
-  const Built built(l_shape);
+  return l_shape;
+}
+
+TEST(Cells, AnLShapedRoomIsOneCell) {
+  const Built built(LShapedRoom());
   EXPECT_EQ(built.At({1, 1, 1}), built.At({7, 1, 1}));
   EXPECT_EQ(built.At({1, 1, 1}), built.At({1, 5, 1}));
   EXPECT_NE(built.At({1, 1, 1}), built.At({7, 5, 1}));
   EXPECT_EQ(built.partition.cells.size(), 2U);
+}
+
+TEST(Cells, ARoomOfTooMuchAreaIsSeveralThatAreOpenToEachOther) {
+  PartitionOptions options;
+  options.max_room_m2 = 120;  // of the 148 m2 of its faces
+  const Built built(LShapedRoom(), options);
+  EXPECT_EQ(built.partition.cells.size(), 3U);
+  const double open_m2 =
+      Area(built.Between(built.At({7, 1, 1}), built.At({1, 5, 1})));
+  // The corner may go with either wing.
+  EXPECT_TRUE(std::abs(open_m2 - 4 * 2.7) < 1e-9 ||
+              std::abs(open_m2 - 3 * 2.7) < 1e-9)
+      << open_m2;
 }
 
 TEST(Cells, TJunctionsLeaveNoOpening) {

@@ -38,5 +38,43 @@ TEST(SlowContract, ThirtySixChairsMeetErrorAndCap) {
   RunUnderCap({"export", store, folder / "chairs.png", "--size", "320,180"});
 }
 
+// The cap in MiB that a refusal tells to go on with.
+int NamedCap(const std::string& message) {
+  const std::string words = "with --memory ";
+  const size_t at = message.rfind(words);
+  return at == std::string::npos ? 0
+                                 : std::stoi(message.substr(at + words.size()));
+}
+
+// How far trees grow is known only once they have. Whatever the cap: it is
+// kept, and who goes on with the one that is named comes to an end.
+TEST(SlowContract, AFloorRefusedForMemoryGoesOnWithTheCapNamed) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "floor.obj";
+  const std::string store = folder / "floor.enf";
+  ASSERT_EQ(
+      RunProgram({"scene", "floorplan", "--rooms", "12", scene}).exit_code, 0);
+  std::vector<std::string> words = {
+      "solve", scene, "-o", store, "--error", "0.1", "--memory"};
+  constexpr int kTries = 4;
+  int cap = 30;
+  int tries = 0;
+  for (bool is_done = false; !is_done; ++tries) {
+    ASSERT_LT(tries, kTries);
+    words.push_back(std::to_string(cap) + "M");
+    const ProgramResult result = RunProgram(words);
+    EXPECT_LE(result.peak_rss_bytes, static_cast<uint64_t>(cap) << 20);
+    is_done = result.exit_code == 0;
+    if (!is_done) {
+      ASSERT_EQ(result.exit_code, 4) << result.err;
+      const int named = NamedCap(result.err);
+      ASSERT_GT(named, cap) << result.err;
+      cap = named;
+      words = {"resume", store, "--memory"};
+    }
+  }
+  EXPECT_GT(tries, 1) << "the first cap was meant to be too little";
+}
+
 }  // namespace
 }  // namespace enfilade

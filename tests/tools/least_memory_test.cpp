@@ -80,8 +80,8 @@ TEST_F(LeastMemoryOfFloor, WithLessItDoesNotBegin) {
 // little even here, where most is allowed for the growth of trees.
 TEST_F(LeastMemoryOfFloor, FarLessIsTooLittle) {
   const uint64_t least = FindLeastMemory(*store_, Coarse()).budget_bytes;
-  MemoryBudget budget(kSolveWorkspaceBytes +
-                      (least - kSolveWorkspaceBytes) / 8);
+  constexpr uint64_t kWorkspace = kSolveWorkspaceBytes + kRefineWorkspaceBytes;
+  MemoryBudget budget(kWorkspace + (least - kWorkspace) / 8);
   EXPECT_THROW(Engine(*store_, Coarse(), budget).Run(), DoesNotFitError);
 }
 
