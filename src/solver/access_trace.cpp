@@ -8,9 +8,19 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostAccesses = 1 << 17;
-constexpr size_t kMostBlocks = 1 << 15;
+// A block is asked for so often, at least, before parts end by blocks.
+constexpr size_t kAccessesPerBlock = 4;
+// An access, its share of a block and what measuring takes: so many bytes, and
+// at most this share of what the cache has.
+constexpr uint64_t kAccessBytes = 64;
+constexpr uint64_t kShare = 32;
 
 }  // namespace
+
+AccessTrace::AccessTrace(uint64_t capacity_bytes)
+    : capacity_bytes_(capacity_bytes),
+      most_accesses_(std::min<uint64_t>(
+          kMostAccesses, capacity_bytes / (kShare * kAccessBytes) + 1)) {}
 
 void AccessTrace::Record(const BlockKey& key, uint64_t bytes) {
   const auto [it, is_new] =
@@ -32,7 +42,8 @@ void AccessTrace::RecordHit(const BlockKey& key) {
 
 void AccessTrace::Append(uint32_t block) {
   accesses_.push_back(block);
-  if (accesses_.size() >= kMostAccesses || bytes_.size() >= kMostBlocks) {
+  if (accesses_.size() >= most_accesses_ ||
+      bytes_.size() * kAccessesPerBlock >= most_accesses_) {
     Fold();
   }
 }

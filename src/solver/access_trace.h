@@ -15,9 +15,9 @@ namespace enfilade {
 
 class AccessTrace {
  public:
-  // `capacity_bytes`: of the optimal cache.
-  explicit AccessTrace(uint64_t capacity_bytes)
-      : capacity_bytes_(capacity_bytes) {}
+  // `capacity_bytes`: of the optimal cache; what the trace itself takes is a
+  // small share of it.
+  explicit AccessTrace(uint64_t capacity_bytes);
 
   // A block was asked for; `bytes` is what reading it takes, stored.
   void Record(const BlockKey& key, uint64_t bytes);
@@ -42,6 +42,7 @@ class AccessTrace {
   void Fold();
 
   uint64_t capacity_bytes_;
+  uint64_t most_accesses_;
   std::map<BlockKey, uint32_t> index_;
   std::vector<uint64_t> bytes_;
   std::vector<uint32_t> accesses_;

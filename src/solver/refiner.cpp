@@ -20,8 +20,8 @@ constexpr float kUnprovenBlocked = 0.04F;
 // Shadows cost bases of higher order more, on their larger elements, than rays
 // tell: measured, docs/decisions/0017-higher-orders.md.
 constexpr std::array<float, 5> kShadowsOfOrder = {1, 1, 1, 1.25F, 1.4F};
-// Of a part of what was blocked already, that much less.
-constexpr float kBlockedDecay = 0.25F;
+// Of a part of what was blocked already, a quarter: so many halvings.
+constexpr int kBlockedHalvings = 2;
 // The first four rays decide alone where they agree and what they leave unknown
 // is at most this share of tau.
 constexpr float kUnprovenByFour = 0.15F;
@@ -497,8 +497,8 @@ void Refiner::AcceptBlocked(const Receiver& r,
 
 // What rays that are all blocked leave unknown, per unoccluded transfer.
 float Refiner::UnknownBlocked(bool few, int blocked) {
-  return (few ? kUnprovenByFour : kUnprovenBlocked) *
-         std::pow(kBlockedDecay, static_cast<float>(blocked));
+  return std::ldexp(few ? kUnprovenByFour : kUnprovenBlocked,
+                    -kBlockedHalvings * blocked);
 }
 
 // The error that the rays of a link leave, likewise.
