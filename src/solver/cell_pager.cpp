@@ -114,9 +114,7 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   if (const Item* item = Find(key)) {
     return std::static_pointer_cast<const CellGeometry>(item->value);
   }
-  const uint64_t read_before = store_->Stats().bytes_read;
-  const CellPatches stored = LoadCellPatches(*store_, cell);
-  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
+  const CellPatches stored = ReadPatches(cell);
   auto geometry = std::make_shared<CellGeometry>();
   geometry->patches.reserve(stored.patches.size());
   for (const Patch& patch : stored.patches) {
@@ -135,14 +133,39 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   return geometry;
 }
 
+CellPatches CellPager::ReadPatches(CellId cell) {
+  const uint64_t read_before = store_->Stats().bytes_read;
+  CellPatches stored = LoadCellPatches(*store_, cell);
+  trace_.Record(BlockOf({ItemKind::kGeometry, cell.value}),
+                store_->Stats().bytes_read - read_before);
+  return stored;
+}
+
 std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
-  const ItemKey key{ItemKind::kObstacles, cell.value};
-  if (const Item* item = Find(key)) {
+  if (const Item* item = Find({ItemKind::kObstacles, cell.value})) {
     return std::static_pointer_cast<const ShaftBlockers>(item->value);
   }
-  const uint64_t read_before = store_->Stats().bytes_read;
-  const CellPatches stored = LoadCellPatches(*store_, cell);
-  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
+  return MakeObstacles(cell, ReadPatches(cell));
+}
+
+std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
+  if (const Item* item = Find({ItemKind::kOccluder, cell.value})) {
+    return std::static_pointer_cast<const CellBlockers>(item->value);
+  }
+  return MakeOccluder(cell, ReadPatches(cell));
+}
+
+CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
+  if (items_.contains({ItemKind::kObstacles, cell.value}) ||
+      items_.contains({ItemKind::kOccluder, cell.value})) {
+    return {Obstacles(cell), Occluder(cell)};
+  }
+  const CellPatches stored = ReadPatches(cell);
+  return {MakeObstacles(cell, stored), MakeOccluder(cell, stored)};
+}
+
+std::shared_ptr<const ShaftBlockers> CellPager::MakeObstacles(
+    CellId cell, const CellPatches& stored) {
   // The patches too, while the obstacles are made of them.
   const size_t count = BlockerCount(stored);
   const uint64_t bytes = ShaftBlockers::BytesFor(count);
@@ -159,24 +182,20 @@ std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
   auto obstacles = std::make_shared<ShaftBlockers>(blockers);
   work.Reset();
   MakeRoom(obstacles->SizeBytes(), "the blockers of a cell");
-  Insert(key, obstacles, obstacles->SizeBytes());
+  Insert({ItemKind::kObstacles, cell.value}, obstacles, obstacles->SizeBytes());
   return obstacles;
 }
 
-std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
-  const ItemKey key{ItemKind::kOccluder, cell.value};
-  if (const Item* item = Find(key)) {
-    return std::static_pointer_cast<const CellBlockers>(item->value);
-  }
-  const uint64_t read_before = store_->Stats().bytes_read;
-  const CellPatches stored = LoadCellPatches(*store_, cell);
-  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
+std::shared_ptr<const CellBlockers> CellPager::MakeOccluder(
+    CellId cell, const CellPatches& stored) {
   // Embree charges the budget itself; this only makes the room.
   const uint64_t estimate = BlockersBuildBytes(BlockerCount(stored));
   MakeRoom(estimate, "the blockers of a cell");
   budget_->Release(estimate);
   std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
-  Insert(key, std::const_pointer_cast<CellBlockers>(blockers), 0);
+  Insert({ItemKind::kOccluder, cell.value},
+         std::const_pointer_cast<CellBlockers>(blockers),
+         0);
   return blockers;
 }
 

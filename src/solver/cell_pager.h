@@ -64,6 +64,14 @@ class CellPager {
   std::shared_ptr<const ShaftBlockers> Obstacles(CellId cell);
   std::shared_ptr<const CellBlockers> Occluder(CellId cell);
 
+  struct CellObstructions {
+    std::shared_ptr<const ShaftBlockers> obstacles;
+    std::shared_ptr<const CellBlockers> occluder;
+  };
+
+  // Both; reads the cell once if it must.
+  CellObstructions Obstructions(CellId cell);
+
   // Whether the blockers of all these cells fit in memory at once, beside all
   // that is pinned.
   [[nodiscard]] bool CanHoldBlockers(const std::vector<CellId>& cells) const;
@@ -110,6 +118,11 @@ class CellPager {
   };
 
   std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
+  CellPatches ReadPatches(CellId cell);
+  std::shared_ptr<const ShaftBlockers> MakeObstacles(CellId cell,
+                                                     const CellPatches& stored);
+  std::shared_ptr<const CellBlockers> MakeOccluder(CellId cell,
+                                                   const CellPatches& stored);
   static BlockKey BlockOf(ItemKey key);
   static uint64_t BytesOf(ItemKey key, const Item& item);
   Item* Find(ItemKey key);

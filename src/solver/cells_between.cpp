@@ -18,12 +18,11 @@ CellsBetween::CellsBetween(CellPager& pager,
 }
 
 void CellsBetween::Pin(CellId cell) {
-  const auto obstacles = pager_->Obstacles(cell);
-  pins_.push_back(obstacles);
-  blockers_.shafts.push_back(obstacles.get());
-  const auto occluder = pager_->Occluder(cell);
-  pins_.push_back(occluder);
-  blockers_.occluders.push_back(occluder.get());
+  const auto both = pager_->Obstructions(cell);
+  pins_.push_back(both.obstacles);
+  blockers_.shafts.push_back(both.obstacles.get());
+  pins_.push_back(both.occluder);
+  blockers_.occluders.push_back(both.occluder.get());
 }
 
 void CellsBetween::Hold() {

@@ -206,6 +206,7 @@ void Engine::CheckResidual() {
   options.decide_at = ResidualAtError(state_.error);
   options.most_rays = std::max(
       kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
+  options.is_constant = shape_.NodeStride() == 1;
   const ResidualEstimate residual = MeasureResidual(*store_, options, *budget_);
   ReleaseFreedMemory();  // for the next round
   TakeResidual({residual.least, residual.most}, &state_);

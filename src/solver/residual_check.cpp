@@ -34,6 +34,10 @@ constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
 // An interval of this half-width, relative, is narrow.
 constexpr double kNarrow = 0.06;
 constexpr double kDeviations = 1.96;
+// Of solutions that are constant on their elements: error over what rays see of
+// it, less 1, per share of the light that a bounce leaves:
+// docs/decisions/residual-check.md.
+constexpr double kSlopesPerBounce = 0.65;
 // Of a ray, its hit, and what is looked up there.
 constexpr uint64_t kRayBytes = sizeof(TraceRay) + sizeof(TraceHit) +
                                2 * sizeof(PatchPoint) + 2 * sizeof(Rgb) + 16;
@@ -277,7 +281,10 @@ class ResidualMeter {
         seen.residual[c] = (first + second) / 2;
       }
       reflected_.AddProbe(seen);
-      AddRays(batch, i, seen.group);
+      const double enclosed = AddRays(batch, i, seen.group);
+      seen_area_ += probe.weight * enclosed;
+      reflected_area_ += probe.weight * enclosed * enclosed *
+                         (rho[0] + rho[1] + rho[2]) / kRgbChannels;
       const double weighted = square * probe.weight;
       sum_ += weighted;
       squares_ += weighted * weighted;
@@ -289,19 +296,23 @@ class ResidualMeter {
     return reflected_.GroupOf(probe.on.cell, probe.origin);
   }
 
-  // Where the light of a probe came from.
-  void AddRays(const Batch& batch, size_t probe, size_t group) {
+  // Where the light of a probe came from; returns the share of its hemisphere
+  // that anything came from.
+  double AddRays(const Batch& batch, size_t probe, size_t group) {
     const double share =
         batch.probes[probe].weight / (double{kHalves} * kDirections);
+    size_t hits = 0;
     for (size_t k = 0; k < kRaysPerPoint; ++k) {
       const size_t at = probe * kRaysPerPoint + k;
       const TraceHit& hit = batch.hits[at];
       if (k % kSamples < kDirections && hit.hit && hit.on_front) {
+        ++hits;
         const TraceRay& ray = batch.rays[at];
         const Point3 y = ray.origin + ray.direction * hit.distance;
         reflected_.AddRay(group, reflected_.GroupOf(hit.cell, y), share);
       }
     }
+    return static_cast<double>(hits) / (kHalves * kDirections);
   }
 
   [[nodiscard]] ResidualEstimate Estimate() const {
@@ -312,8 +323,12 @@ class ResidualMeter {
     const double deviation =
         std::hypot(std::sqrt(std::max(0.0, squares_ / n - local * local) / n),
                    reflected.deviation);
+    const double slopes = options_.is_constant && seen_area_ > 0
+                              ? kSlopesPerBounce * reflected_area_ / seen_area_
+                              : 0;
     const auto relative = [&](double integral) {
-      return std::sqrt(std::max(0.0, integral) / chooser_.ReflectingArea()) /
+      return (1 + slopes) *
+             std::sqrt(std::max(0.0, integral) / chooser_.ReflectingArea()) /
              options_.mean_reflected;
     };
     return {relative(mean),
@@ -341,6 +356,10 @@ class ResidualMeter {
   MemoryCharge batch_charge_;
   double sum_ = 0;
   double squares_ = 0;
+  // Of the probes, m2: times the share of their hemispheres that is closed, and
+  // times that again and the reflectance.
+  double seen_area_ = 0;
+  double reflected_area_ = 0;
   uint64_t points_ = 0;
   uint64_t rays_ = 0;
 };

@@ -30,6 +30,10 @@ struct ResidualOptions {
   // value, or is narrow, or these many rays have been traced.
   double decide_at = 0;
   uint64_t most_rays = 1 << 20;
+  // The solution is constant on its elements. What the slopes that it lacks
+  // become on their way is not seen; it is added by the share of the light that
+  // a bounce leaves, in the mean over all that anything is seen from.
+  bool is_constant = false;
   // Where it is set, InterruptedError is thrown.
   const std::atomic<bool>* stop = nullptr;
 };

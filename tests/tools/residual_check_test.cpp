@@ -154,6 +154,21 @@ TEST(ResidualCheck, IsTheDirectLightOfADarkSolution) {
   EXPECT_GT(residual.high, expected);
 }
 
+// Inside of the furnace a bounce leaves half of the light, outside nothing is
+// seen.
+TEST(ResidualCheck, OfAConstantBasisItCountsWhatSlopesBecome) {
+  SolvedScene scene = Furnace();
+  scene.Scale(2);
+  const double without = Measure(scene, 1).value;
+  ResidualOptions options;
+  options.seed = 1;
+  options.most_rays = 4 << 20;
+  options.is_constant = true;
+  MemoryBudget budget(kRoomy);
+  const double with = MeasureResidual(*scene.store, options, budget).value;
+  EXPECT_NEAR(with / without, 1 + 0.65 * 0.5, 1e-9);
+}
+
 TEST(ResidualCheck, IsTheSameForEveryBudgetAndNumberOfThreads) {
   const SolvedScene scene = LampOverSquare();
   const ResidualEstimate roomy = Measure(scene, 0.05);
