@@ -30,7 +30,7 @@ class MemoryBudget {
   explicit MemoryBudget(uint64_t limit_bytes) : limit_bytes_(limit_bytes) {}
 
   // The budget under a cap: the cap less the fixed part of the process and a
-  // hundredth of the rest, for the allocator.
+  // fortieth of the rest, for the allocator.
   // Throws DoesNotFitError, naming the least cap, if nothing would be left.
   static uint64_t BudgetUnderCap(uint64_t cap_bytes);
 

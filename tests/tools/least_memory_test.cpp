@@ -131,7 +131,7 @@ TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
                                    "-o",
                                    dir / "s.enf",
                                    "--memory",
-                                   "29M",
+                                   "30M",
                                    "--error",
                                    "0.7",
                                    "--basis",
