@@ -8,7 +8,7 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostAccesses = 1 << 17;
-// A block is asked for so often, at least, before parts end by blocks.
+// A part also ends when it has more than one block in so many accesses.
 constexpr size_t kAccessesPerBlock = 4;
 // An access, its share of a block and what measuring takes: so many bytes, and
 // at most this share of what the cache has.

@@ -64,7 +64,7 @@ struct Solution::Impl {
 
   [[nodiscard]] TreeShape Shape() const { return {&basis, kRgbChannels}; }
 
-  // What a loaded cell takes.
+  // What the trees of a loaded cell take.
   [[nodiscard]] uint64_t BytesOf(CellId cell) const {
     return CellTree::GatheredBytesFor(CellTree::StoredSize(*store, cell),
                                       Shape());
