@@ -289,9 +289,7 @@ void Engine::RefineCell(CellId cell) {
   workspace.Reset();
   Settle(r);
   row.changed =
-      r.tree->HasDelta()
-          ? SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared
-          : 0;
+      SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared;
   NextCell();
 }
 

@@ -78,14 +78,14 @@ class NeedFinder {
             ? 0
             : kTreeExtra + static_cast<size_t>(kTreeGrowth *
                                                static_cast<double>(patches));
-    const size_t stored_elements =
-        has_trees_ ? CellTree::StoredSize(*store_, cell) : 0;
+    // A tree that is there already may have grown further.
+    const size_t elements =
+        std::max(grown, has_trees_ ? CellTree::StoredSize(*store_, cell) : 0);
     CellNeed need;
     need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
-    need.tree = CellTree::BytesFor(std::max(grown, stored_elements), shape_);
-    need.delta = grown * shape_.Stride() * sizeof(float);
-    need.balance = 2 * grown * shape_.Stride() * sizeof(float) +
-                   HeldSharesBytesFor(grown, shape_);
+    need.tree = CellTree::BytesFor(elements, shape_);
+    need.delta = elements * shape_.Stride() * sizeof(float);
+    need.balance = 2 * need.delta + HeldSharesBytesFor(elements, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
     const uint64_t held = BlockersHeldBytes(blockers);
     need.blockers = ShaftBlockers::BytesFor(blockers) + held;
