@@ -8,6 +8,7 @@
 #include "scene/box_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -23,6 +24,12 @@ constexpr double kLeastFacing = 0.9994;
 // A part is covered if no more than this share of it is free.
 constexpr double kFreeShare = 0.02;
 constexpr uint64_t kBytesPerPatch = 300;
+// What is small is cut out of what is so many times as large by a frame at
+// this distance, relative to its size: its lines would cut all of it else.
+constexpr double kFramedFrom = 6;
+constexpr double kFrameMargin = 0.4;
+// Beside lamps, rims are followed by runs as short as this.
+constexpr double kShortRunAtLampM = 2e-3;
 
 // Where a polygon that reaches before the plane meets it: the segment between
 // the two points farthest apart of those in the plane.
@@ -86,6 +93,28 @@ DisjointSets ChainsOf(const std::vector<Segment>& segments) {
   return chains;
 }
 
+// The sides of a rectangle around points in the plane.
+std::vector<Segment> FrameAround(const Polygon& points, const Plane& plane) {
+  const Box3 box = BoundsOf(points);
+  const Vec3 extent = box.Extent();
+  const Vec3 axis =
+      std::abs(plane.normal.z) < kLeastFacing ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
+  const Vec3 v =
+      Normalize(axis - plane.normal * Dot(axis, plane.normal)) * Length(extent);
+  const Vec3 u = Cross(v, plane.normal);
+  const Point3 middle = box.Center();
+  const double reach = 0.5 + kFrameMargin;
+  const Vec3 x = u * reach;
+  const Vec3 y = v * reach;
+  const std::array<Point3, 4> corners = {
+      middle - x - y, middle + x - y, middle + x + y, middle - x + y};
+  std::vector<Segment> sides;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    sides.push_back({corners[i], corners[(i + 1) % corners.size()]});
+  }
+  return sides;
+}
+
 // What stands or lies on one patch.
 struct Contacts {
   std::vector<Segment> rims;
@@ -120,29 +149,43 @@ class ContactCutter {
 
  private:
   // Segments that reach far together with all that they hang together with, or
-  // are as near to a lamp as they are long.
+  // are as near to a lamp as they are long. These are framed where the polygon
+  // is far larger.
   [[nodiscard]] std::vector<Segment> ThoseThatMatter(
-      const std::vector<Segment>& segments) const {
+      const std::vector<Segment>& segments,
+      const Polygon& polygon,
+      const Plane& plane) const {
     DisjointSets chains = ChainsOf(segments);
-    std::vector<Polygon> ends(segments.size());
+    std::vector<std::vector<Segment>> members(segments.size());
     for (uint32_t i = 0; i < segments.size(); ++i) {
-      Polygon& of_chain = ends[chains.Find(i)];
-      of_chain.push_back(segments[i].a);
-      of_chain.push_back(segments[i].b);
+      members[chains.Find(i)].push_back(segments[i]);
     }
-    std::vector<bool> matters(segments.size());
-    for (uint32_t i = 0; i < segments.size(); ++i) {
-      if (!ends[i].empty()) {
-        const Box3 box = BoundsOf(ends[i]);
-        const double length = Length(box.Extent());
-        matters[i] = length >= kLeastContactM || MeetsLamp(Grown(box, length));
-      }
-    }
+    const double size = Length(BoundsOf(polygon).Extent());
     std::vector<Segment> kept;
-    for (uint32_t i = 0; i < segments.size(); ++i) {
-      if (matters[chains.Find(i)]) {
-        kept.push_back(segments[i]);
+    for (std::vector<Segment>& chain : members) {
+      Polygon ends;
+      for (const Segment& segment : chain) {
+        ends.push_back(segment.a);
+        ends.push_back(segment.b);
       }
+      if (ends.empty()) {
+        continue;
+      }
+      const Box3 box = BoundsOf(ends);
+      const double length = Length(box.Extent());
+      if (length < kLeastContactM) {
+        if (!MeetsLamp(Grown(box, length))) {
+          continue;
+        }
+        for (Segment& segment : chain) {
+          segment.least_run = kShortRunAtLampM;
+        }
+        if (size > kFramedFrom * length) {
+          const auto frame = FrameAround(ends, plane);
+          kept.insert(kept.end(), frame.begin(), frame.end());
+        }
+      }
+      kept.insert(kept.end(), chain.begin(), chain.end());
     }
     return kept;
   }
@@ -177,7 +220,7 @@ class ContactCutter {
         AddRim(other, &contacts.rims);
       }
     }
-    contacts.rims = ThoseThatMatter(contacts.rims);
+    contacts.rims = ThoseThatMatter(contacts.rims, polygon, plane);
     return contacts;
   }
 

@@ -65,7 +65,7 @@ std::optional<std::pair<Part, Part>> Halve(Part* part, Vec3 normal) {
   std::vector<Segment> inside;
   for (const Segment& segment : part->segments) {
     const double run = RunOf(segment, part->polygon, normal);
-    if (run >= kShortRunM) {
+    if (run >= segment.least_run) {
       runs.emplace_back(-run, inside.size());
       inside.push_back(segment);
     }

@@ -10,14 +10,15 @@
 
 namespace enfilade {
 
-struct Segment {
-  Point3 a, b;
-};
-
-// Parts narrower than this are not made, and segments that run no further
-// through a part do not cut it, m.
+// Parts narrower than this are not made, m.
 inline constexpr double kNarrowPartM = 1e-3;
 inline constexpr double kShortRunM = 0.02;
+
+struct Segment {
+  Point3 a, b;
+  // Parts that it runs no further through are not cut by it, m.
+  double least_run = kShortRunM;
+};
 
 // Cuts a polygon of this normal until no segment runs through the inside of a
 // part: along the line of the one that runs furthest, then each part by itself

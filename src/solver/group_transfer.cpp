@@ -205,18 +205,24 @@ GroupSight GroupRays::SightOf(std::span<const Point> points, size_t rays) {
   bool none_blocked = true;
   for (const Point& p : points) {
     none_blocked &= !(p.form_factor > 0) || p.seen == rays;
+    sight.points += p.form_factor > 0 ? 1U : 0U;
     all[p.node] += p.form_factor;
     sight.at_nodes[p.node] += p.form_factor * p.Share(rays);
     sum += p.form_factor;
   }
   if (!(sum > 0)) {
+    // No point has any of the group before it: there are no rays, and nothing
+    // is known of what stands in between.
+    sight.at_nodes.fill(1);
+    sight.fraction = 1;
     return sight;
   }
   const float seen =
       std::accumulate(sight.at_nodes.begin(), sight.at_nodes.end(), 0.0F);
   sight.fraction = none_blocked ? 1 : seen / sum;
   for (size_t g = 0; g < kTransferNodes; ++g) {
-    sight.at_nodes[g] = all[g] > 0 ? sight.at_nodes[g] / all[g] : 0.0F;
+    sight.at_nodes[g] =
+        all[g] > 0 ? sight.at_nodes[g] / all[g] : sight.fraction;
   }
   for (const Point& p : points) {
     const float v = p.Share(rays);

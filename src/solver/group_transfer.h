@@ -99,6 +99,8 @@ struct GroupSight {
   // V_g, and their mean weighted by F.
   std::array<float, kTransferNodes> at_nodes{};
   float fraction = 0;
+  // Points from which rays went: not those that face nothing of the group.
+  size_t points = 0;
   // The variance of V with the point of the receiver, and of a ray with the
   // point of the group.
   float by_receiver = 0;

@@ -16,8 +16,13 @@ uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source) {
   return static_cast<uint16_t>(bits);
 }
 
+bool LinkRays::Rays::MostSeen() const {
+  return 2 * std::popcount(seen) >= std::popcount(traced);
+}
+
 void LinkRays::TraceFew() {
-  if (rays_.traced == 0) {
+  if (!has_few_) {
+    has_few_ = true;
     Trace({0, 1}, &rays_);
   }
 }
@@ -36,7 +41,9 @@ uint16_t LinkRays::AskFewAnew() {
   for (size_t g = 0; g < receiver_->node_count; ++g) {
     const uint32_t row = ((1U << source_->node_count) - 1)
                          << (g * kTransferNodes);
-    bits |= static_cast<uint16_t>((anew.seen & row) != 0 ? row : 0);
+    const bool sees =
+        (anew.traced & row) != 0 ? (anew.seen & row) != 0 : anew.MostSeen();
+    bits |= static_cast<uint16_t>(sees ? row : 0);
   }
   return bits;
 }
@@ -44,7 +51,9 @@ uint16_t LinkRays::AskFewAnew() {
 uint16_t LinkRays::AskAllAnew() {
   Rays anew;
   Trace({0, source_->node_count}, &anew);
-  return anew.seen;
+  const auto unknown = static_cast<uint16_t>(AllPairs(*receiver_, *source_) &
+                                             ~uint32_t{anew.traced});
+  return anew.MostSeen() ? anew.seen | unknown : anew.seen;
 }
 
 // Traces rays from each node g of the receiver to the source's nodes
@@ -56,8 +65,8 @@ void LinkRays::Trace(DiagonalRange range, Rays* rays) {
     for (size_t g = 0; g < receiver_->node_count; ++g) {
       const size_t q = (g + k) % source_->node_count;
       const auto bit = static_cast<uint8_t>(g * kTransferNodes + q);
-      rays->traced |= static_cast<uint16_t>(1U << bit);
       if (const auto pair = RandomPair(*receiver_, g, *source_, q, &random_)) {
+        rays->traced |= static_cast<uint16_t>(1U << bit);
         lane_bit[packet.count] = bit;
         AddSegment(*pair, &packet);
       }

@@ -45,19 +45,25 @@ class LinkRays {
   // From all nodes to all.
   void TraceAll();
 
-  [[nodiscard]] bool NoneSeen() const { return rays_.seen == 0; }
+  // There are rays, and none got through.
+  [[nodiscard]] bool NoneSeen() const {
+    return rays_.traced != 0 && rays_.seen == 0;
+  }
 
   [[nodiscard]] bool Agree() const {
     return rays_.seen == 0 || rays_.seen == rays_.traced;
   }
 
-  // Pairs of nodes that have been asked, and those that see each other.
+  // Pairs of nodes that have a ray, and those that see each other. Where no
+  // points about two nodes face each other there is no ray, and nothing is
+  // known of what stands in between.
   [[nodiscard]] uint16_t Traced() const { return rays_.traced; }
 
   [[nodiscard]] uint16_t Seen() const { return rays_.seen; }
 
   // Which pairs see each other by rays not traced before: of one ray for each
-  // of the receiver's nodes, or of one for each pair.
+  // of the receiver's nodes, or of one for each pair. Pairs without a ray are
+  // like most of the others.
   [[nodiscard]] uint16_t AskFewAnew();
   [[nodiscard]] uint16_t AskAllAnew();
 
@@ -65,6 +71,9 @@ class LinkRays {
   struct Rays {
     uint16_t traced = 0;
     uint16_t seen = 0;
+
+    // Half of the rays got through, or there are none.
+    [[nodiscard]] bool MostSeen() const;
   };
 
   struct DiagonalRange {
@@ -80,6 +89,7 @@ class LinkRays {
   Random random_;
   RayCount* count_;
   Rays rays_;
+  bool has_few_ = false;
 };
 
 }  // namespace enfilade

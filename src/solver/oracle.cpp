@@ -330,7 +330,8 @@ Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
       s.radiosity.begin(),
       s.radiosity.begin() + static_cast<std::ptrdiff_t>(s.end.node_count));
   const float spread = j.near ? 0.25F * (*high - *low) * damping : 0.0F;
-  j.source_error = light.LargestFormFactor() * (s.detail * damping + spread);
+  j.form_factor = light.LargestFormFactor();
+  j.source_error = j.form_factor * (s.detail * damping + spread);
   return j;
 }
 

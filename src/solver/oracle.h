@@ -27,6 +27,7 @@ struct Judgement {
   float transfer = 0;        // mean irradiance if nothing were in between
   float receiver_error = 0;  // beyond the receiver's basis
   float source_error = 0;    // beyond the source's nodes
+  float form_factor = 0;     // the largest of the points looked at
 };
 
 Judgement Judge(const TransferEnd& receiver,

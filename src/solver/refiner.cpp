@@ -33,6 +33,9 @@ constexpr float kWeakGain = 1;
 // Black surfaces receive too, for probes, but need less care.
 constexpr float kLeastWeightReflectance = 0.1F;
 
+// By how much detail may be concentrated for it to be looked for.
+constexpr float kMostConcentration = 16;
+
 // Pairs of clusters are sampled where each pair of their items is kept with at
 // most this probability, and these many are to be expected.
 constexpr float kMostProbable = 0.5F;
@@ -41,6 +44,27 @@ constexpr float kFewLinks = 2;
 float LongestExtent(const Cluster& c) {
   const Vec3f e = c.box.Extent();
   return std::max({e.x, e.y, e.z});
+}
+
+// Which child of an element lies nearest to a point.
+size_t NearestChild(const TransferEnd& end, Vec3f p) {
+  size_t nearest = 0;
+  float least = INFINITY;
+  for (size_t c = 0; c < kChildren; ++c) {
+    const TransferEnd child =
+        MakeTransferEnd(*end.patch, ChildOf(end.frame, end.patch->shape, c));
+    const UnitPoint at = NearestOn(child, p);
+    const float distance = Length(PointOn(*end.patch,
+                                          child.frame,
+                                          static_cast<float>(at.a),
+                                          static_cast<float>(at.b)) -
+                                  p);
+    if (distance < least) {
+      least = distance;
+      nearest = c;
+    }
+  }
+  return nearest;
 }
 
 // Adds gains at transfer nodes to those at the nodes of a basis.
@@ -230,19 +254,31 @@ Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
   }
   s.element = parent.element;
   s.exists = false;
-  if (constant_basis_) {
-    s.radiosity = parent.radiosity;
-    return s;
-  }
-  const ShapeBasis& basis = SecondOrderBasis().On(patch.shape);
-  for (size_t q = 0; q < s.end.node_count; ++q) {
-    double sum = 0;
-    for (size_t g = 0; g < s.end.node_count; ++g) {
-      sum += basis.Push(child, q, g) * static_cast<double>(parent.radiosity[g]);
-    }
-    s.radiosity[q] = std::abs(static_cast<float>(sum));
+  s.radiosity = Pushed(parent.radiosity, patch.shape, child);
+  for (float& b : s.radiosity) {
+    b = std::abs(b);
   }
   return s;
+}
+
+// Radiosity at the transfer nodes, of a child by that of its parent.
+std::array<float, kTransferNodes> Refiner::Pushed(
+    const std::array<float, kTransferNodes>& parent,
+    PatchShape shape,
+    size_t child) const {
+  if (constant_basis_) {
+    return parent;
+  }
+  const ShapeBasis& basis = SecondOrderBasis().On(shape);
+  std::array<float, kTransferNodes> pushed{};
+  for (size_t q = 0; q < basis.NodeCount(); ++q) {
+    double sum = 0;
+    for (size_t g = 0; g < basis.NodeCount(); ++g) {
+      sum += basis.Push(child, q, g) * static_cast<double>(parent[g]);
+    }
+    pushed[q] = static_cast<float>(sum);
+  }
+  return pushed;
 }
 
 Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
@@ -451,7 +487,8 @@ void Refiner::VisitSeen(const Receiver& r,
   const float by_receiver =
       visible * judgement.receiver_error + share * unknown;
   const float by_source =
-      visible * judgement.source_error + (1 - share) * unknown;
+      visible * std::max(judgement.source_error, NearDetail(r, s, judgement)) +
+      (1 - share) * unknown;
   // What cannot be split cannot be helped: splitting the other end instead
   // would only make more links of the same error together.
   const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
@@ -477,6 +514,38 @@ void Refiner::VisitSeen(const Receiver& r,
                         : look.few  ? rays->AskFewAnew()
                                     : rays->AskAllAnew();
   Accept(r, s, judgement, bits, task);
+}
+
+// How wrong the source's nodes are where it lies closest to the receiver, W/m2
+// of irradiance. The oracle takes detail as spread over all of the source, and
+// so is the kernel if the receiver is far. A bulb before a wall lights a spot
+// of it and the shade beside the spot: then both are concentrated, and where,
+// the elements say that lie below the source.
+float Refiner::NearDetail(const Receiver& r,
+                          const Source& s,
+                          const Judgement& judgement) const {
+  if (!judgement.near || !s.exists ||
+      r.weight * judgement.form_factor * s.detail * kMostConcentration <
+          static_cast<float>(options_.tau)) {
+    return 0;
+  }
+  float worth = 0;
+  Source below = s;
+  std::array<float, kTransferNodes> nodes = s.radiosity;
+  while (source_.tree->At(below.element).first_child != 0) {
+    const size_t child = NearestChild(below.end, r.end.center);
+    nodes = Pushed(nodes, below.end.patch->shape, child);
+    below = ChildSource(below, child);
+    float square = below.detail * below.detail;
+    for (size_t q = 0; q < below.end.node_count; ++q) {
+      const float beyond = below.radiosity[q] - nodes[q];
+      square += below.end.weight[q] * beyond * beyond;
+    }
+    const float seen =
+        std::min(judgement.form_factor, FormFactorBound(r.end, below.end));
+    worth = std::max(worth, seen * std::sqrt(square));
+  }
+  return worth;
 }
 
 // A transfer of which few rays saw nothing. Others may see something of it.
@@ -583,7 +652,7 @@ Refiner::Visibility Refiner::Look(const Receiver& r,
     all += (rays->Traced() >> bit & 1) != 0 ? share : 0;
     visible += (rays->Seen() >> bit & 1) != 0 ? share : 0;
   }
-  look.fraction = visible / all;
+  look.fraction = rays->Traced() == 0 ? 1.0F : visible / all;
   return look;
 }
 

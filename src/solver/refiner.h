@@ -156,6 +156,10 @@ class Refiner {
   [[nodiscard]] Receiver RootReceiver(const ClusterItem& item) const;
   [[nodiscard]] Receiver ChildReceiver(const Receiver& parent,
                                        size_t child) const;
+  [[nodiscard]] std::array<float, kTransferNodes> Pushed(
+      const std::array<float, kTransferNodes>& parent,
+      PatchShape shape,
+      size_t child) const;
   void SetRadiosity(Source* source) const;
   void SampleRadiosity(std::span<const float> sent, Source* source) const;
   static float PeakOf(const Source& s);
@@ -197,6 +201,9 @@ class Refiner {
                                 const Source& s,
                                 const Sight& sight,
                                 LinkRays* rays) const;
+  [[nodiscard]] float NearDetail(const Receiver& r,
+                                 const Source& s,
+                                 const Judgement& judgement) const;
   static float UnknownBlocked(bool few, int blocked);
   static float UnknownShare(float visible, bool proven, bool few, int blocked);
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;

@@ -153,6 +153,44 @@ TEST(Contact, CutsAroundARoundFoot) {
   EXPECT_NEAR(inside, 0.5 * kSides * 0.04 * std::sin(2 * kPi / kSides), 1e-9);
 }
 
+// A bulb half sunk into a wall: light ends at its rim, which is made of sides
+// of a few millimetres. Its foot is parts of its own, and all parts but those
+// near it are as large as may be.
+TEST(Contact, CutsTheFootOfABulbOutOfAWall) {
+  constexpr int kSides = 8;
+  constexpr double kRadius = 0.012;
+  const auto corner = [](int i) {
+    const double angle = 2 * kPi * i / kSides;
+    return Point3{
+        2 + kRadius * std::cos(angle), 1.5 + kRadius * std::sin(angle), 0};
+  };
+  std::vector<Patch> bulb;
+  for (int i = 0; i < kSides; ++i) {
+    Patch side = Rectangle(
+        FaceId(1U), corner(i), corner(i + 1) - corner(i), kUp * kRadius);
+    side.emits = true;
+    bulb.push_back(side);
+  }
+  auto patches = FloorWith(bulb);
+  EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
+  const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
+  EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
+  EXPECT_LE(floor.size(), 40U);
+  double inside = 0;
+  double largest = 0;
+  for (const Patch& p : floor) {
+    const bool triangle = p.shape == PatchShape::kTriangle;
+    const Point3 middle = p.origin + (p.u + p.v) / (triangle ? 3 : 2);
+    const double from_bulb = std::hypot(middle.x - 2, middle.y - 1.5);
+    inside += from_bulb < kRadius ? PatchArea(p) : 0;
+    largest = std::max(largest, PatchArea(p));
+  }
+  const double foot =
+      0.5 * kSides * kRadius * kRadius * std::sin(2 * kPi / kSides);
+  EXPECT_NEAR(inside, foot, 1e-9);
+  EXPECT_GT(largest, 5);
+}
+
 TEST(Contact, LeavesWhatStandsBehindOrApart) {
   // Below the floor; a centimetre above it; beside it.
   for (const Point3 low :

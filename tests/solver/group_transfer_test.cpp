@@ -27,13 +27,15 @@ constexpr double kHeight = 1;
 // A small square floor below a bulb, and what stands between.
 class Scene {
  public:
-  explicit Scene(double floor_side, const std::vector<Patch>& blockers = {})
+  explicit Scene(double floor_side,
+                 const std::vector<Patch>& blockers = {},
+                 double height = kHeight)
       : patches_{Rectangle({-0.5 * floor_side, -0.5 * floor_side, 0},
                            {floor_side, 0, 0},
                            {0, floor_side, 0})} {
     // Bulbs are lamps where little of a cell emits.
     patches_.push_back(Rectangle({-5, -5, 9}, {0, 9, 0}, {9, 0, 0}));
-    Append(patches_, Bulb({0, 0, kHeight}, kRadius, 6));
+    Append(patches_, Bulb({0, 0, height}, kRadius, 6));
     Append(patches_, blockers);
     geometry_ = GeometryOf(patches_);
     groups_ = SourceGroups(geometry_);
@@ -145,6 +147,7 @@ TEST(GroupRays, SeeAllWhereNothingStands) {
   Scene scene(0.5);
   const GroupSight sight = scene.Look(1);
   EXPECT_EQ(sight.fraction, 1);
+  EXPECT_EQ(sight.points, 4 * GroupRays::kMostPoints);
   EXPECT_TRUE(sight.Agrees());
   EXPECT_EQ(sight.by_receiver, 0);
   EXPECT_EQ(sight.by_source, 0);
@@ -157,6 +160,15 @@ TEST(GroupRays, SeeNothingBehindAPlate) {
   EXPECT_EQ(sight.fraction, 0);
   EXPECT_TRUE(sight.Agrees());
   EXPECT_FALSE(scene.IsProvenClear());
+}
+
+// A floor inside of the bulb has the backs of all facets before it: no ray
+// says that any is hidden.
+TEST(GroupRays, KnowNothingOfWhatFacesAway) {
+  Scene scene(0.01, {}, 0);
+  const GroupSight sight = scene.Look(1);
+  EXPECT_EQ(sight.points, 0U);
+  EXPECT_EQ(sight.fraction, 1);
 }
 
 // A plate close below half of the bulb hides that half from all of the floor.

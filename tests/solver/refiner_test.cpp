@@ -4,6 +4,8 @@
 #include "solver/refiner.h"
 
 #include "base/parallel.h"
+#include "base/random.h"
+#include "solver/gather.h"
 
 #include <algorithm>
 #include <bit>
@@ -415,6 +417,136 @@ TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
   EXPECT_GT(apart, 0);
   EXPECT_NEAR(as_one, apart, (apart_error + as_one_error) / floor);
   EXPECT_NEAR(as_one, apart, 0.01 * apart);
+}
+
+// A bulb half sunk into a floor: light is brightest at its rim and ends there.
+// An element that the rim crosses is half dark, whatever its nodes happen to
+// see, and must be so small that this does not matter: rays from points that
+// have nothing of the bulb before them are no proof that it is hidden.
+TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
+  constexpr double kRadius = 0.05;
+  constexpr double kTau = 2e-4;
+  constexpr int kPlaces = 60;
+  const Basis basis(GetParam());
+  Random random(4711);
+  size_t crossed = 0;
+  for (int place = 0; place < kPlaces; ++place) {
+    const Point3 center{random.Next() - 0.5, random.Next() - 0.5, 0};
+    std::vector<Patch> patches = {
+        test::Rectangle({-2, -2, 0}, {4, 0, 0}, {0, 4, 0})};
+    Append(patches, test::Bulb(center, kRadius, 6));
+    const Scenery scenery(patches);
+    BrightCell cell(0, basis, patches);
+    const SourceGroups groups(cell.Geometry());
+    RefineSide source = cell.Side();
+    source.groups = &groups;
+    RefineOptions options;
+    options.tau = kTau;
+    options.tau_weak = 0.5 * kTau;
+    options.seed = static_cast<uint64_t>(place);
+    for (const RawLinks& item :
+         RefineAll(options, cell.Side(), source, scenery.All())) {
+      for (const RawLink& link : item.links) {
+        const PatchGeometry& floor = cell.Geometry()[0];
+        if (link.receiver_patch != 0) {
+          continue;
+        }
+        const TransferEnd end = MakeTransferEnd(
+            floor, FrameOfPath(floor.shape, link.receiver_path));
+        const double middle =
+            std::hypot(static_cast<double>(end.center.x) - center.x,
+                       static_cast<double>(end.center.y) - center.y);
+        // A circle through its corners lies in the bulb for the most part.
+        const auto diameter = static_cast<double>(end.diameter);
+        if (middle + 0.5 * diameter < 1.2 * kRadius) {
+          ++crossed;
+          const auto largest = static_cast<double>(
+              *std::max_element(link.gain.begin(), link.gain.end()));
+          const double side = std::sqrt(static_cast<double>(end.area));
+          EXPECT_LE(kReflectance * side * largest, 8 * kTau)
+              << "place " << place << ", diameter " << diameter;
+        }
+      }
+    }
+  }
+  EXPECT_GT(crossed, 0U);
+}
+
+// A wall that is bright in one spot only, as behind a bulb, and a small plate
+// before the spot: as seen from the plate the wall is bright, however little
+// the spot is of the wall.
+TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
+  constexpr size_t kLevels = 6;
+  constexpr float kBrightness = 100;
+  constexpr PatchId kWall{0U};
+  constexpr uint32_t kPlate = 1;
+  const Basis basis(GetParam());
+  const std::vector<Patch> patches = {
+      test::Rectangle({0, 0, 0}, {4, 0, 0}, {0, 4, 0}),
+      test::Rectangle({0, 0, 0.1}, {0, 0.05, 0}, {0.05, 0, 0})};
+  const Scenery scenery(patches);
+  BrightCell cell(0, basis, patches);
+  CellTree& tree = cell.Tree();
+  // The spot is the element in the corner; those that hold it have the mean of
+  // their children.
+  std::vector<ElementId> holders = {ElementId(kWall.value)};
+  ElementPath path = kRootPath;
+  for (size_t level = 0; level < kLevels; ++level) {
+    path = ChildPath(path, 0);
+    holders.push_back(tree.FindOrCreate(kWall, path, cell.Geometry()));
+  }
+  tree.Sent().SetZero();
+  float brightness = kBrightness;
+  for (auto e = holders.rbegin(); e != holders.rend(); ++e) {
+    std::fill_n(tree.Sent()[*e].begin(), tree.Shape().Stride(), brightness);
+    brightness /= 4;
+  }
+  tree.UpdateDetail();
+
+  RefineOptions options;
+  options.tau = 0.02;
+  options.tau_weak = 0.5 * options.tau;
+  LinkBlock block;
+  for (const RawLinks& item :
+       RefineAll(options, cell.Side(), cell.Side(), scenery.All())) {
+    ApplyLinks(item, cell.Geometry(), tree, cell.Geometry(), tree, &block);
+  }
+  SortLinks(&block);
+  tree.Gathered().SetZero();
+  Gather(block,
+         {cell.Geometry(), &tree, nullptr},
+         {cell.Geometry(), &tree, nullptr},
+         tree.Sent(),
+         tree.Gathered());
+  double gathered = 0;
+  const PatchGeometry& plate = cell.Geometry()[kPlate];
+  for (size_t i = 0; i < tree.Size(); ++i) {
+    const Element& e = tree.At(ElementId(i));
+    if (e.patch == kPlate) {
+      const TransferEnd end = MakeTransferEnd(plate, e.frame);
+      const auto values = tree.Gathered()[ElementId(i)];
+      for (size_t g = 0; g < tree.Shape().NodeStride(); ++g) {
+        const float weight = GetParam() == 1 ? 1.0F : end.weight[g];
+        gathered += static_cast<double>(weight * values[g]) *
+                    static_cast<double>(end.area / plate.area);
+      }
+    }
+  }
+  const TransferEnd receiver = MakeTransferEnd(plate, {});
+  const TransferEnd source =
+      MakeTransferEnd(cell.Geometry()[0], tree.At(holders.back()).frame);
+  const Kernel kernel = NearKernel(receiver, source);
+  double exact = 0;
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    exact += static_cast<double>(receiver.weight[i / kTransferNodes] *
+                                 kernel[i] * kBrightness);
+  }
+  // A few links are each off by tau over rho and the root of the area.
+  const double tolerance =
+      2 * options.tau /
+      (kReflectance * std::sqrt(static_cast<double>(plate.area)));
+  EXPECT_GT(exact, 5 * tolerance);
+  EXPECT_NEAR(gathered, exact, tolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, FineLinks, ::testing::Values(1, 2));
