@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -14,8 +16,42 @@ BlockKey StructureKey(CellId cell) {
   return {BlockKind::kCellTree, cell.value, 0, 0};
 }
 
-BlockKey PageKey(CellId cell, size_t page) {
-  return {BlockKind::kCellTree, cell.value, 1, static_cast<uint32_t>(page)};
+// What is gathered is a block of its own: it is the solution, and whoever only
+// reads that need not read the rest.
+enum class PagePart : uint32_t { kGathered = 1, kRest = 2 };
+
+BlockKey PageKey(CellId cell, PagePart part, size_t page) {
+  return {BlockKind::kCellTree,
+          cell.value,
+          static_cast<uint32_t>(part),
+          static_cast<uint32_t>(page)};
+}
+
+void SavePage(BlockStorage& store,
+              const BlockKey& key,
+              std::initializer_list<std::span<const float>> arrays) {
+  ByteWriter out;
+  size_t bytes = 0;
+  for (const std::span<const float> array : arrays) {
+    bytes += array.size_bytes();
+  }
+  out.Reserve(bytes);
+  for (const std::span<const float> array : arrays) {
+    PutShuffled(array, &out);
+  }
+  store.Put(key, out.View());
+}
+
+// Fills page `page` of arrays that a block holds.
+void LoadPage(const BlockStorage& store,
+              const BlockKey& key,
+              size_t page,
+              std::initializer_list<CoefficientArray*> arrays) {
+  const Bytes bytes = store.GetOrThrow(key);
+  ByteReader values(bytes);
+  for (CoefficientArray* array : arrays) {
+    GetShuffled(&values, array->Page(page));
+  }
 }
 
 // Number of levels below the root on a path.
@@ -196,18 +232,16 @@ void CellTree::Save(BlockStorage& store, CellId cell) const {
   structure.PutArray(std::span<const uint32_t>(parents));
   store.Put(StructureKey(cell), structure.View());
   for (size_t page = 0; page < gathered_.PageCount(); ++page) {
-    ByteWriter out;
-    const size_t per_element = 3 * shape_.Stride() + shape_.NodeStride();
-    out.Reserve(CoefficientArray::kPageElements * per_element * sizeof(float));
-    PutShuffled(gathered_.Page(page), &out);
-    PutShuffled(sent_.Page(page), &out);
-    if (HasDelta()) {
-      PutShuffled(delta_.Page(page), &out);
-    } else {
-      PutShuffled(std::vector<float>(sent_.Page(page).size()), &out);
-    }
-    PutShuffled(gain_.Page(page), &out);
-    store.Put(PageKey(cell, page), out.View());
+    const std::span<const float> sent = sent_.Page(page);
+    const std::vector<float> none(HasDelta() ? 0 : sent.size());
+    SavePage(store,
+             PageKey(cell, PagePart::kGathered, page),
+             {std::as_const(gathered_).Page(page)});
+    SavePage(store,
+             PageKey(cell, PagePart::kRest, page),
+             {sent,
+              HasDelta() ? std::as_const(delta_).Page(page) : none,
+              std::as_const(gain_).Page(page)});
   }
 }
 
@@ -247,10 +281,16 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
   if (tree) {
     tree->StartDelta();
     tree->GrowCoefficients();
-    tree->LoadPages(
-        store,
-        cell,
-        {&tree->gathered_, &tree->sent_, &tree->delta_, &tree->gain_});
+    for (size_t page = 0; page < tree->gathered_.PageCount(); ++page) {
+      LoadPage(store,
+               PageKey(cell, PagePart::kGathered, page),
+               page,
+               {&tree->gathered_});
+      LoadPage(store,
+               PageKey(cell, PagePart::kRest, page),
+               page,
+               {&tree->sent_, &tree->delta_, &tree->gain_});
+    }
     if (tree->delta_.MaxAbs() == 0) {
       tree->ForgetDelta();
     }
@@ -267,21 +307,14 @@ std::optional<CellTree> CellTree::LoadGathered(
   auto tree = LoadElements(store, cell, shape, patches);
   if (tree) {
     tree->gathered_.GrowTo(tree->Size());
-    tree->LoadPages(store, cell, {&tree->gathered_});
-  }
-  return tree;
-}
-
-void CellTree::LoadPages(const BlockStorage& store,
-                         CellId cell,
-                         std::initializer_list<CoefficientArray*> arrays) {
-  for (size_t page = 0; page < gathered_.PageCount(); ++page) {
-    const Bytes bytes = store.GetOrThrow(PageKey(cell, page));
-    ByteReader values(bytes);
-    for (CoefficientArray* array : arrays) {
-      GetShuffled(&values, array->Page(page));
+    for (size_t page = 0; page < tree->gathered_.PageCount(); ++page) {
+      LoadPage(store,
+               PageKey(cell, PagePart::kGathered, page),
+               page,
+               {&tree->gathered_});
     }
   }
+  return tree;
 }
 
 size_t CellTree::StoredSize(const BlockStorage& store, CellId cell) {

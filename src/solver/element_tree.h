@@ -28,7 +28,6 @@
 #include "solver/geometry.h"
 
 #include <cstdint>
-#include <initializer_list>
 #include <optional>
 #include <span>
 #include <utility>
@@ -175,12 +174,6 @@ class CellTree {
       CellId cell,
       TreeShape shape,
       std::span<const PatchGeometry> patches);
-
-  // Fills the first of a stored page's arrays, in this order: gathered, sent,
-  // delta, gain.
-  void LoadPages(const BlockStorage& store,
-                 CellId cell,
-                 std::initializer_list<CoefficientArray*> arrays);
 
   void AppendRoots(std::span<const PatchGeometry> patches);
   void GrowCoefficients();

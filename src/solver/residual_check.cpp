@@ -23,7 +23,11 @@ namespace {
 
 // Keeps the samples apart from those of every other part of the program.
 constexpr uint64_t kSeedDomain = 0x726573696475616cULL;
+// Points of the first rounds; every four rounds twice as many, up to eight
+// times.
 constexpr uint32_t kPointsPerRound = 3072;
+constexpr uint64_t kRoundsOfASize = 4;
+constexpr uint64_t kMostDoublings = 3;
 // Of each of the two estimates at a point: strata of directions, lamps.
 constexpr uint32_t kStrata = 8;
 constexpr uint32_t kDirections = kStrata * kStrata;
@@ -38,10 +42,15 @@ constexpr double kDeviations = 1.96;
 // it, less 1, per share of the light that a bounce leaves:
 // docs/decisions/residual-check.md.
 constexpr double kSlopesPerBounce = 0.65;
-// Of a ray, its hit, and what is looked up there.
-constexpr uint64_t kRayBytes = sizeof(TraceRay) + sizeof(TraceHit) +
-                               2 * sizeof(PatchPoint) + 2 * sizeof(Rgb) + 16;
-constexpr uint64_t kMostBatchBytes = 24ULL << 20;
+// Of the rays of a point while they are traced, and of what is kept of them to
+// be looked up.
+constexpr uint64_t kTracedBytes =
+    kRaysPerPoint * (sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Rgb));
+constexpr uint64_t kPointBytes =
+    uint64_t{kHalves} * kDirections *
+        (sizeof(PatchPoint) + sizeof(Rgb) + sizeof(size_t) + sizeof(uint32_t)) +
+    sizeof(Probe);
+constexpr uint64_t kMostBatchBytes = 48ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
 
 // cos_x cos_y / (pi r^2); 0 if the points are behind one another.
@@ -73,10 +82,30 @@ Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
          normal * std::sqrt(1 - s);
 }
 
-// A batch of probes and what they see.
+// What a probe sees.
+struct ProbeSight {
+  // By half, W/m2: at first the light of the lamps that is sampled on them and
+  // by rays, less what the solution's radiosity will bring of it again.
+  std::array<Rgb, kHalves> arriving{};
+  size_t group = 0;
+  double enclosed = 0;  // share of the hemisphere that anything came from
+};
+
+// A batch of probes, and where its rays met something. The probes themselves
+// are the first points.
 struct Batch : ProbeBatch {
   explicit Batch(ProbeBatch chosen) : ProbeBatch(std::move(chosen)) {}
 
+  std::vector<ProbeSight> sights;
+  std::vector<PatchPoint> points;
+  std::vector<uint32_t> owners;  // of the points that are no probes: kHalves *
+                                 // probe + half
+};
+
+// The rays of some probes of a batch.
+struct RayPart {
+  size_t first = 0;  // probe
+  size_t count = 0;
   std::vector<TraceRay> rays;  // [probe][half][sample]
   std::vector<TraceHit> hits;
   std::vector<Rgb> light;  // what a sample is worth, or would be if it is free
@@ -93,10 +122,12 @@ class ResidualMeter {
         lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
         reflected_(partition_.cells, budget),
         chooser_(store, partition_, solution_, options.mean_reflected, budget),
-        batch_points_(BatchPoints(budget)),
-        batch_charge_(budget,
-                      batch_points_ * kRaysPerPoint * kRayBytes,
-                      "rays of the residual") {
+        traced_points_(PointsIn(budget, kTracedBytes)),
+        batch_points_(PointsIn(budget, kPointBytes)),
+        batch_charge_(
+            budget,
+            traced_points_ * kTracedBytes + batch_points_ * kPointBytes,
+            "rays of the residual") {
     {
       // The tracer takes half of what is free beside a cell's solution.
       const MemoryCharge room(
@@ -110,61 +141,87 @@ class ResidualMeter {
     if (chooser_.IsEmpty()) {
       return estimate;
     }
-    uint64_t round = 0;
-    do {
-      AddRound(MixKey(MixKey(kSeedDomain, options_.seed), round++));
+    for (uint64_t round = 0;; ++round) {
+      const auto points = static_cast<uint32_t>(
+          kPointsPerRound << std::min(round / kRoundsOfASize, kMostDoublings));
+      if (round > 0 && (IsDecided(estimate) ||
+                        rays_ + points * kRaysPerPoint > options_.most_rays)) {
+        return estimate;
+      }
+      AddRound(MixKey(MixKey(kSeedDomain, options_.seed), round), points);
       estimate = Estimate();
-    } while (!IsDecided(estimate) &&
-             estimate.rays + kPointsPerRound * kRaysPerPoint <=
-                 options_.most_rays);
-    return estimate;
+    }
   }
 
  private:
-  static size_t BatchPoints(const MemoryBudget& budget) {
-    const uint64_t fit = std::min(budget.FreeBytes() / 4, kMostBatchBytes) /
-                         (kRaysPerPoint * kRayBytes);
-    return std::clamp<uint64_t>(fit, kLeastBatchPoints, kPointsPerRound);
+  // How many points of so many bytes fit in an eighth of what is free: one
+  // eighth for those that are traced, one for those that are looked up.
+  static size_t PointsIn(const MemoryBudget& budget, uint64_t bytes) {
+    const uint64_t room = std::min(budget.FreeBytes() / 4, kMostBatchBytes) / 2;
+    return std::clamp<uint64_t>(
+        room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
   }
 
-  void AddRound(uint64_t key) {
-    for (uint32_t first = 0; first < kPointsPerRound;
-         first += static_cast<uint32_t>(batch_points_)) {
-      const uint32_t count = std::min<uint32_t>(
-          kPointsPerRound - first, static_cast<uint32_t>(batch_points_));
-      AddBatch(key, first, count);
+  void AddRound(uint64_t key, uint32_t points) {
+    const auto most = static_cast<uint32_t>(batch_points_);
+    for (uint32_t first = 0; first < points; first += most) {
+      AddBatch(key, {first, std::min(points - first, most), points});
     }
   }
 
-  void AddBatch(uint64_t key, uint32_t first, uint32_t count) {
+  void AddBatch(uint64_t key, const ProbeStrata& strata) {
     if (options_.stop != nullptr && options_.stop->load()) {
       throw InterruptedError("stopped as asked; all work is kept");
     }
-    Batch batch(chooser_.Choose(key, {first, count, kPointsPerRound}));
-    const size_t all = batch.probes.size() * kRaysPerPoint;
-    batch.rays.resize(all);
-    batch.hits.resize(all);
-    batch.light.resize(all);
-    ParallelFor(batch.probes.size(), [&](size_t i) { MakeRays(i, &batch); });
-    tracer_->Trace(batch.rays, batch.hits);
-    rays_ += all;
-    AddResiduals(batch, LookUp(&batch));
+    Batch batch(chooser_.Choose(key, strata));
+    batch.sights.resize(batch.probes.size());
+    const size_t most =
+        batch.probes.size() * (1 + size_t{kHalves} * kDirections);
+    batch.points.reserve(most);
+    batch.owners.reserve(most);
+    for (const Probe& probe : batch.probes) {
+      batch.points.push_back(probe.on);
+    }
+    RayPart part;
+    for (part.first = 0; part.first < batch.probes.size();
+         part.first += part.count) {
+      part.count = std::min(traced_points_, batch.probes.size() - part.first);
+      Trace(batch, &part);
+      for (size_t i = part.first; i < part.first + part.count; ++i) {
+        AddSight(part, i, &batch);
+      }
+    }
+    AddResiduals(&batch);
   }
 
-  void MakeRays(size_t i, Batch* batch) const {
-    const Probe& probe = batch->probes[i];
-    const LampChoice lamps(
-        lamps_, batch->visible[probe.visible], probe.origin, probe.normal);
+  void Trace(const Batch& batch, RayPart* part) {
+    const size_t all = part->count * kRaysPerPoint;
+    part->rays.assign(all, {});
+    part->hits.assign(all, {});
+    part->light.assign(all, {});
+    ParallelFor(part->count, [&](size_t i) {
+      MakeRays(batch, part->first + i, i * kRaysPerPoint, part);
+    });
+    tracer_->Trace(part->rays, part->hits);
+    rays_ += all;
+  }
+
+  void MakeRays(const Batch& batch,
+                size_t i,
+                size_t first_ray,
+                RayPart* part) const {
+    const Probe& probe = batch.probes[i];
+    const LampChoice lamps = LampsOf(batch, probe);
     Random random(MixKey(probe.key, 1));
     for (uint32_t half = 0; half < kHalves; ++half) {
-      const size_t first = i * kRaysPerPoint + size_t{half} * kSamples;
+      const size_t first = first_ray + size_t{half} * kSamples;
       for (uint32_t k = 0; k < kDirections; ++k) {
         const uint32_t row = k / kStrata;
         const uint32_t column = k % kStrata;
         const double s = (row + random.Next()) / kStrata;
         const double t = (column + random.Next()) / kStrata;
-        batch->rays[first + k].origin = probe.origin;
-        batch->rays[first + k].direction =
+        part->rays[first + k].origin = probe.origin;
+        part->rays[first + k].direction =
             CosineDirection(probe.patch, probe.normal, s, t);
       }
       const std::array<double, 3> shift = {
@@ -173,8 +230,8 @@ class ResidualMeter {
         AimAtLamp(probe,
                   lamps,
                   LampSample(k, shift),
-                  &batch->rays[first + kDirections + k],
-                  &batch->light[first + kDirections + k]);
+                  &part->rays[first + kDirections + k],
+                  &part->light[first + kDirections + k]);
       }
     }
   }
@@ -216,103 +273,97 @@ class ResidualMeter {
     }
   }
 
-  // Of the rays over the hemisphere: the solution's reflected light, and
-  // emission as weighed. Returns the solution's radiosity at the probes, which
-  // is read together with it: reading a cell costs far more than a point in it.
-  std::vector<Rgb> LookUp(Batch* batch) const {
-    std::vector<PatchPoint> points;
-    for (const Probe& probe : batch->probes) {
-      points.push_back(probe.on);
-    }
-    const size_t probes = points.size();
-    std::vector<size_t> owners;
-    for (size_t i = 0; i < batch->hits.size(); ++i) {
-      const TraceHit& hit = batch->hits[i];
-      if (i % kSamples < kDirections && hit.hit && hit.on_front) {
-        points.push_back({hit.cell, hit.patch, hit.a, hit.b});
-        owners.push_back(i);
-      }
-    }
-    std::vector<Rgb> radiosity = solution_.Radiosity(points);
-    ParallelFor(owners.size(), [&](size_t k) {
-      const size_t i = owners[k];
-      Rgb* light = &batch->light[i];
-      AddScaled(light, radiosity[probes + k], 1.0 / kDirections);
-      const TraceHit& hit = batch->hits[i];
-      if (const Lamp* lamp = lamps_.Find(hit.cell, hit.patch)) {
-        AddScaled(light, lamp->exitance, -1.0 / kDirections);
-        const Probe& probe = batch->probes[i / kRaysPerPoint];
-        const LampChoice lamps(
-            lamps_, batch->visible[probe.visible], probe.origin, probe.normal);
-        const TraceRay& ray = batch->rays[i];
-        const double g = GeometryTerm(probe.origin,
-                                      probe.normal,
-                                      ray.origin + ray.direction * hit.distance,
-                                      lamp->normal);
-        AddScaled(light, lamp->exitance, WeightOf(g, lamps.Density(*lamp)) * g);
-      }
-    });
-    radiosity.resize(probes);
-    return radiosity;
+  [[nodiscard]] LampChoice LampsOf(const Batch& batch,
+                                   const Probe& probe) const {
+    return {lamps_, batch.visible[probe.visible], probe.origin, probe.normal};
   }
 
-  // `solved`: the solution's radiosity at the probes.
-  void AddResiduals(const Batch& batch, const std::vector<Rgb>& solved) {
-    for (size_t i = 0; i < batch.probes.size(); ++i) {
-      const Probe& probe = batch.probes[i];
-      const Material& material =
-          solution_.Scene().materials.at(probe.patch.material.Index());
-      const Rgb& rho = material.reflectance;
-      std::array<Rgb, kHalves> arriving{};
-      for (size_t k = 0; k < kRaysPerPoint; ++k) {
-        const size_t at = i * kRaysPerPoint + k;
-        const bool is_blocked =
-            k % kSamples >= kDirections && batch.hits[at].hit;
-        AddScaled(&arriving[k / kSamples], batch.light[at], is_blocked ? 0 : 1);
+  // Takes from the rays of a probe what they say by themselves, and notes where
+  // the solution is to be looked up.
+  void AddSight(const RayPart& part, size_t i, Batch* batch) {
+    const Probe& probe = batch->probes[i];
+    ProbeSight& sight = batch->sights[i];
+    sight.group = GroupOf(probe);
+    const double share = probe.weight / (double{kHalves} * kDirections);
+    std::optional<LampChoice> lamps;
+    size_t seen = 0;
+    for (size_t k = 0; k < kRaysPerPoint; ++k) {
+      const size_t at = (i - part.first) * kRaysPerPoint + k;
+      const TraceHit& hit = part.hits[at];
+      Rgb* arriving = &sight.arriving[k / kSamples];
+      if (k % kSamples >= kDirections) {
+        AddScaled(arriving, part.light[at], hit.hit ? 0 : 1);
+        continue;
       }
-      ErrorProbe seen{GroupOf(probe), probe.weight, {}, rho};
-      double square = 0;
-      for (size_t c = 0; c < kRgbChannels; ++c) {
-        const double reflected =
-            solved[i][c] - (probe.patch.emits ? material.exitance[c] : 0.0);
-        const double first = rho[c] * arriving[0][c] - reflected;
-        const double second = rho[c] * arriving[1][c] - reflected;
-        square += first * second / kRgbChannels;
-        seen.residual[c] = (first + second) / 2;
+      if (!hit.hit || !hit.on_front) {
+        continue;
       }
-      reflected_.AddProbe(seen);
-      const double enclosed = AddRays(batch, i, seen.group);
-      seen_area_ += probe.weight * enclosed;
-      reflected_area_ += probe.weight * enclosed * enclosed *
-                         (rho[0] + rho[1] + rho[2]) / kRgbChannels;
-      const double weighted = square * probe.weight;
-      sum_ += weighted;
-      squares_ += weighted * weighted;
-      ++points_;
+      ++seen;
+      const TraceRay& ray = part.rays[at];
+      const Point3 y = ray.origin + ray.direction * hit.distance;
+      reflected_.AddRay(sight.group, reflected_.GroupOf(hit.cell, y), share);
+      batch->points.push_back({hit.cell, hit.patch, hit.a, hit.b});
+      batch->owners.push_back(
+          static_cast<uint32_t>(kHalves * i + k / kSamples));
+      if (const Lamp* lamp = lamps_.Find(hit.cell, hit.patch)) {
+        if (!lamps) {
+          lamps.emplace(LampsOf(*batch, probe));
+        }
+        const double g =
+            GeometryTerm(probe.origin, probe.normal, y, lamp->normal);
+        AddScaled(arriving, lamp->exitance, -1.0 / kDirections);
+        AddScaled(
+            arriving, lamp->exitance, WeightOf(g, lamps->Density(*lamp)) * g);
+      }
     }
+    sight.enclosed = static_cast<double>(seen) / (kHalves * kDirections);
+  }
+
+  // Looks up the solution wherever rays have met it, and at the probes: in one
+  // go, for reading a cell costs far more than a point in it.
+  void AddResiduals(Batch* batch) {
+    const std::vector<Rgb> radiosity = solution_.Radiosity(batch->points);
+    const size_t probes = batch->probes.size();
+    for (size_t k = 0; k < batch->owners.size(); ++k) {
+      const uint32_t owner = batch->owners[k];
+      AddScaled(&batch->sights[owner / kHalves].arriving[owner % kHalves],
+                radiosity[probes + k],
+                1.0 / kDirections);
+    }
+    for (size_t i = 0; i < probes; ++i) {
+      AddResidual(batch->probes[i], batch->sights[i], radiosity[i]);
+    }
+  }
+
+  // `solved`: the solution's radiosity at the probe.
+  void AddResidual(const Probe& probe,
+                   const ProbeSight& sight,
+                   const Rgb& solved) {
+    const Material& material =
+        solution_.Scene().materials.at(probe.patch.material.Index());
+    const Rgb& rho = material.reflectance;
+    ErrorProbe seen{sight.group, probe.weight, {}, rho};
+    double square = 0;
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      const double reflected =
+          solved[c] - (probe.patch.emits ? material.exitance[c] : 0.0);
+      const double first = rho[c] * sight.arriving[0][c] - reflected;
+      const double second = rho[c] * sight.arriving[1][c] - reflected;
+      square += first * second / kRgbChannels;
+      seen.residual[c] = (first + second) / 2;
+    }
+    reflected_.AddProbe(seen);
+    seen_area_ += probe.weight * sight.enclosed;
+    reflected_area_ += probe.weight * sight.enclosed * sight.enclosed *
+                       (rho[0] + rho[1] + rho[2]) / kRgbChannels;
+    const double weighted = square * probe.weight;
+    sum_ += weighted;
+    squares_ += weighted * weighted;
+    ++points_;
   }
 
   [[nodiscard]] size_t GroupOf(const Probe& probe) const {
     return reflected_.GroupOf(probe.on.cell, probe.origin);
-  }
-
-  // Where the light of a probe came from; returns the share of its hemisphere
-  // that anything came from.
-  double AddRays(const Batch& batch, size_t probe, size_t group) {
-    const double share =
-        batch.probes[probe].weight / (double{kHalves} * kDirections);
-    size_t hits = 0;
-    for (size_t k = 0; k < kRaysPerPoint; ++k) {
-      const size_t at = probe * kRaysPerPoint + k;
-      const TraceHit& hit = batch.hits[at];
-      if (k % kSamples < kDirections && hit.hit && hit.on_front) {
-        ++hits;
-        const TraceRay& ray = batch.rays[at];
-        const Point3 y = ray.origin + ray.direction * hit.distance;
-        reflected_.AddRay(group, reflected_.GroupOf(hit.cell, y), share);
-      }
-    }
-    return static_cast<double>(hits) / (kHalves * kDirections);
   }
 
   [[nodiscard]] ResidualEstimate Estimate() const {
@@ -352,7 +403,8 @@ class ResidualMeter {
   ReflectedError reflected_;
   ProbeChooser chooser_;
   std::optional<RayTracer> tracer_;
-  size_t batch_points_;
+  size_t traced_points_;  // at a time
+  size_t batch_points_;   // looked up at a time
   MemoryCharge batch_charge_;
   double sum_ = 0;
   double squares_ = 0;
