@@ -161,9 +161,13 @@ double NextTau(const SolveState& state) {
   const bool by_prediction =
       !(last.residual_error > 0) &&
       (rounds <= 2 || last.relit || ChangedByLight(state));
-  const double estimated = by_prediction
-                               ? kPredictionFactor * last.predicted_error
-                               : last.estimated_error;
+  // Where rays have looked they know what is wrong now; what the round changed
+  // tells of the one before, and may be far more.
+  const double seen = last.residual_error > 0
+                          ? kErrorPerResidual * last.residual_error
+                          : last.estimated_error;
+  const double estimated =
+      by_prediction ? kPredictionFactor * last.predicted_error : seen;
   const double wanted = kMargin * state.error / std::max(estimated, 1e-30);
   const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
   // The first tau was a guess, and may have been too small; but where cells

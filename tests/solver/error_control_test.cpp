@@ -115,6 +115,20 @@ TEST(ErrorControl, ErrorFallsAsRaysSay) {
   EXPECT_DOUBLE_EQ(state.rounds[1].estimated_error, 0.04);
 }
 
+// A round that mended what was far wrong before has changed much: it is not
+// wrong by that, and neither met nor a reason for a long step.
+TEST(ErrorControl, TheNextTauIsNotChosenByTheChange) {
+  const auto step = [](double change) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.2, 0.3, 10), Round(0.1, 0.3, 20)};
+    state.rounds[1].observed_change = change;
+    TakeResidual(Sure(0.13), &state);
+    EXPECT_FALSE(HasMetError(state));
+    return NextTau(state);
+  };
+  EXPECT_EQ(step(10), step(0));
+}
+
 // The error that is wanted says tau by the power that the last two rounds
 // showed, held to what is known of errors: they fall with between the 2.2th and
 // the 3.2th root of tau.
