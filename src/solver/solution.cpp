@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/parallel.h"
 #include "partition/partition.h"
 #include "solver/basis.h"
 #include "solver/display_cell.h"
@@ -15,6 +16,9 @@
 
 namespace enfilade {
 namespace {
+
+// Points that are evaluated by one thread in one go.
+constexpr size_t kPointsPerTask = 512;
 
 std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
                                         const SceneInfo& scene) {
@@ -149,17 +153,26 @@ std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const {
   const std::vector<size_t> order = OrderByCell(points);
   std::vector<Rgb> values(points.size());
-  for (size_t i = 0; i < order.size();) {
-    const CellId id = points[order[i]].cell;
-    const LoadedCell cell = Load(id);
-    for (; i < order.size() && points[order[i]].cell == id; ++i) {
-      const PatchPoint& p = points[order[i]];
-      Rgb value = IrradianceAt(cell, p.patch, {p.a, p.b});
-      if (radiosity) {
-        value = RadiosityOf(cell.geometry.at(p.patch.Index()), value);
-      }
-      values[order[i]] = value;
+  for (size_t first = 0; first < order.size();) {
+    const CellId id = points[order[first]].cell;
+    size_t end = first;
+    while (end < order.size() && points[order[end]].cell == id) {
+      ++end;
     }
+    const LoadedCell cell = Load(id);
+    const size_t count = end - first;
+    ParallelFor((count + kPointsPerTask - 1) / kPointsPerTask, [&](size_t t) {
+      const size_t from = first + t * kPointsPerTask;
+      const size_t to = std::min(from + kPointsPerTask, end);
+      for (size_t i = from; i < to; ++i) {
+        const PatchPoint& p = points[order[i]];
+        const Rgb value = IrradianceAt(cell, p.patch, {p.a, p.b});
+        values[order[i]] =
+            radiosity ? RadiosityOf(cell.geometry.at(p.patch.Index()), value)
+                      : value;
+      }
+    });
+    first = end;
   }
   return values;
 }

@@ -1,0 +1,190 @@
+// The part of refinement that knows its two ends: what a receiver weighs, and
+// what a source sends.
+
+#include "solver/oracle.h"
+#include "solver/refiner_task.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+// Black surfaces receive too, for probes, but need less care.
+constexpr float kLeastWeightReflectance = 0.1F;
+
+// By how much detail may be concentrated for it to be looked for.
+constexpr float kMostConcentration = 16;
+
+// Which child of an element lies nearest to a point.
+size_t NearestChild(const TransferEnd& end, Vec3f p) {
+  size_t nearest = 0;
+  float least = INFINITY;
+  for (size_t c = 0; c < kChildren; ++c) {
+    const TransferEnd child =
+        MakeTransferEnd(*end.patch, ChildOf(end.frame, end.patch->shape, c));
+    const UnitPoint at = NearestOn(child, p);
+    const float distance = Length(PointOn(*end.patch,
+                                          child.frame,
+                                          static_cast<float>(at.a),
+                                          static_cast<float>(at.b)) -
+                                  p);
+    if (distance < least) {
+      least = distance;
+      nearest = c;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+void Refiner::SetRadiosity(Source* source) const {
+  const TreeShape& shape = source_.tree->Shape();
+  const auto sent = source_.tree->Sent()[source->element];
+  source->radiosity.fill(0);
+  source->detail = source_.tree->Detail(source->element);
+  if (basis_->HasOwnNodes()) {
+    SampleRadiosity(sent, source);
+    return;
+  }
+  for (size_t c = 0; c < shape.channels; ++c) {
+    for (size_t q = 0; q < source->end.node_count; ++q) {
+      const size_t node = constant_basis_ ? 0 : q;
+      source->radiosity[q] = std::max(
+          source->radiosity[q], std::abs(sent[c * shape.NodeStride() + node]));
+    }
+  }
+}
+
+// At the transfer nodes, of a basis that has its own.
+void Refiner::SampleRadiosity(std::span<const float> sent,
+                              Source* source) const {
+  const TreeShape& shape = source_.tree->Shape();
+  const PatchShape patch_shape = source->end.patch->shape;
+  const auto& rows = basis_->SamplesOn(patch_shape).to_samples;
+  for (size_t c = 0; c < shape.channels; ++c) {
+    for (size_t q = 0; q < source->end.node_count; ++q) {
+      float value = 0;
+      for (size_t g = 0; g < basis_->On(patch_shape).NodeCount(); ++g) {
+        value += rows[g][q] * sent[c * shape.NodeStride() + g];
+      }
+      source->radiosity[q] = std::max(source->radiosity[q], std::abs(value));
+    }
+  }
+}
+
+float Refiner::PeakOf(const Source& s) {
+  return *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
+}
+
+Refiner::Source Refiner::RootSource(const ClusterItem& item) const {
+  Source s;
+  s.end = MakeTransferEnd(source_.patches[item.patch], {});
+  s.patch = item.patch;
+  s.element = ElementId(item.patch);
+  SetRadiosity(&s);
+  return s;
+}
+
+Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
+  Source s;
+  const PatchGeometry& patch = *parent.end.patch;
+  s.end = MakeTransferEnd(patch, ChildOf(parent.end.frame, patch.shape, child));
+  s.patch = parent.patch;
+  s.path = ChildPath(parent.path, child);
+  const Element& element = source_.tree->At(parent.element);
+  if (parent.exists && element.first_child != 0) {
+    s.element = ElementId(element.first_child + child);
+    SetRadiosity(&s);
+    return s;
+  }
+  s.element = parent.element;
+  s.exists = false;
+  s.radiosity = Pushed(parent.radiosity, patch.shape, child);
+  for (float& b : s.radiosity) {
+    b = std::abs(b);
+  }
+  return s;
+}
+
+// Radiosity at the transfer nodes, of a child by that of its parent.
+std::array<float, kTransferNodes> Refiner::Pushed(
+    const std::array<float, kTransferNodes>& parent,
+    PatchShape shape,
+    size_t child) const {
+  if (constant_basis_) {
+    return parent;
+  }
+  const ShapeBasis& basis = SecondOrderBasis().On(shape);
+  std::array<float, kTransferNodes> pushed{};
+  for (size_t q = 0; q < basis.NodeCount(); ++q) {
+    double sum = 0;
+    for (size_t g = 0; g < basis.NodeCount(); ++g) {
+      sum += basis.Push(child, q, g) * static_cast<double>(parent[g]);
+    }
+    pushed[q] = static_cast<float>(sum);
+  }
+  return pushed;
+}
+
+Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
+  const PatchGeometry& patch = receiver_.patches[item.patch];
+  Receiver r;
+  r.end = MakeTransferEnd(patch, FrameOfPath(patch.shape, item.path));
+  r.patch = item.patch;
+  r.path = item.path;
+  r.weight = std::max(patch.max_reflectance, kLeastWeightReflectance) *
+             std::sqrt(r.end.area);
+  return r;
+}
+
+Refiner::Receiver Refiner::ChildReceiver(const Receiver& parent,
+                                         size_t child) const {
+  Receiver r;
+  const PatchGeometry& patch = *parent.end.patch;
+  r.end = MakeTransferEnd(patch, ChildOf(parent.end.frame, patch.shape, child));
+  r.patch = parent.patch;
+  r.path = ChildPath(parent.path, child);
+  r.level = parent.level + 1;
+  r.weight = 0.5F * parent.weight;
+  return r;
+}
+
+bool Refiner::CanSplit(const TransferEnd& end, ElementPath path) const {
+  return end.diameter > options_.least_diameter && !IsDeepest(path);
+}
+
+// How wrong the source's nodes are where it lies closest to the receiver, W/m2
+// of irradiance. The oracle takes detail as spread over all of the source, and
+// so is the kernel if the receiver is far. A bulb before a wall lights a spot
+// of it and the shade beside the spot: then both are concentrated, and where,
+// the elements say that lie below the source.
+float Refiner::NearDetail(const Receiver& r,
+                          const Source& s,
+                          const Judgement& judgement) const {
+  if (!judgement.near || !s.exists ||
+      r.weight * judgement.form_factor * s.detail * kMostConcentration <
+          static_cast<float>(options_.tau)) {
+    return 0;
+  }
+  float worth = 0;
+  Source below = s;
+  std::array<float, kTransferNodes> nodes = s.radiosity;
+  while (source_.tree->At(below.element).first_child != 0) {
+    const size_t child = NearestChild(below.end, r.end.center);
+    nodes = Pushed(nodes, below.end.patch->shape, child);
+    below = ChildSource(below, child);
+    float square = below.detail * below.detail;
+    for (size_t q = 0; q < below.end.node_count; ++q) {
+      const float beyond = below.radiosity[q] - nodes[q];
+      square += below.end.weight[q] * beyond * beyond;
+    }
+    const float seen =
+        std::min(judgement.form_factor, FormFactorBound(r.end, below.end));
+    worth = std::max(worth, seen * std::sqrt(square));
+  }
+  return worth;
+}
+
+}  // namespace enfilade
