@@ -277,15 +277,11 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
                                        CellId cell,
                                        TreeShape shape,
                                        std::span<const PatchGeometry> patches) {
-  auto tree = LoadElements(store, cell, shape, patches);
+  auto tree = LoadGathered(store, cell, shape, patches);
   if (tree) {
     tree->StartDelta();
     tree->GrowCoefficients();
     for (size_t page = 0; page < tree->gathered_.PageCount(); ++page) {
-      LoadPage(store,
-               PageKey(cell, PagePart::kGathered, page),
-               page,
-               {&tree->gathered_});
       LoadPage(store,
                PageKey(cell, PagePart::kRest, page),
                page,

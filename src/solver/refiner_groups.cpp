@@ -153,8 +153,10 @@ void Refiner::VisitSeenGroup(const Receiver& r,
   GroupSight sight = rays.Look(1, 1);
   const bool few = sight.Agrees() && FewDecide(light, visit.blocked);
   sight = few ? sight : rays.Look(1, kManyRays);
-  // One point of an element that mostly faces away says little.
-  const bool agreed = sight.Agrees() && 2 * sight.points >= r.end.node_count;
+  // One point of an element that mostly faces away says little, unless little
+  // is at stake.
+  const bool agreed =
+      sight.Agrees() && (few || 2 * sight.points >= r.end.node_count);
   sight = agreed ? sight : rays.Look(kManyPoints, kManyRays);
   const float visible = sight.fraction;
   const float rough =

@@ -42,6 +42,16 @@ constexpr double kDeviations = 1.96;
 // it, less 1, per share of the light that a bounce leaves:
 // docs/decisions/residual-check.md.
 constexpr double kSlopesPerBounce = 0.65;
+
+// What a probe sees.
+struct ProbeSight {
+  // By half, W/m2: at first the light of the lamps that is sampled on them and
+  // by rays, less what the solution's radiosity will bring of it again.
+  std::array<Rgb, kHalves> arriving{};
+  size_t group = 0;
+  double enclosed = 0;  // share of the hemisphere that anything came from
+};
+
 // Of the rays of a point while they are traced, and of what is kept of them to
 // be looked up.
 constexpr uint64_t kTracedBytes =
@@ -49,7 +59,7 @@ constexpr uint64_t kTracedBytes =
 constexpr uint64_t kPointBytes =
     uint64_t{kHalves} * kDirections *
         (sizeof(PatchPoint) + sizeof(Rgb) + sizeof(size_t) + sizeof(uint32_t)) +
-    sizeof(Probe);
+    sizeof(Probe) + sizeof(ProbeSight);
 constexpr uint64_t kMostBatchBytes = 48ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
 
@@ -81,15 +91,6 @@ Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
   return u * (r * std::cos(phi)) + v * (r * std::sin(phi)) +
          normal * std::sqrt(1 - s);
 }
-
-// What a probe sees.
-struct ProbeSight {
-  // By half, W/m2: at first the light of the lamps that is sampled on them and
-  // by rays, less what the solution's radiosity will bring of it again.
-  std::array<Rgb, kHalves> arriving{};
-  size_t group = 0;
-  double enclosed = 0;  // share of the hemisphere that anything came from
-};
 
 // A batch of probes, and where its rays met something. The probes themselves
 // are the first points.
