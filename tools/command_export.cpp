@@ -16,6 +16,7 @@
 #include "tools/export.h"
 #include "tools/probe.h"
 #include "tools/progress.h"
+#include "tools/report.h"
 #include "tools/signal.h"
 #include <fmt/format.h>
 
@@ -134,6 +135,14 @@ void ExportCommand::Run() {
   const ExportSummary summary =
       Export(*storage, output, options, limits.Budget());
   progress.End();
+  const std::string what =
+      summary.elements > 0
+          ? fmt::format("{} elements, ", summary.elements)
+          : fmt::format("{} x {} pixels, ", options.width, options.height);
+  fmt::print("wrote {}: {}{}\n",
+             output,
+             what,
+             FormatBytes(static_cast<double>(summary.bytes)));
   WriteReportIfAsked(common,
                      Json{{"elements", summary.elements},
                           {"rays", summary.rays},

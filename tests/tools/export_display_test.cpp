@@ -212,6 +212,17 @@ TEST_P(DisplayOfChairs, MeshIsAsAsked) {
             Export("b.png", {"--size", "80,45", "--mesh", "leaves"}));
 }
 
+TEST_P(DisplayOfChairs, ExportSaysWhatItWrote) {
+  const auto said = [&](const std::string& name) {
+    return RunProgram({"export", Path("c.enf"), Path(name), "--size", "80,45"})
+        .out;
+  };
+  EXPECT_EQ(said("c.ply").find("wrote " + Path("c.ply") + ": "), 0U);
+  EXPECT_NE(said("c.ply").find(" elements, "), std::string::npos);
+  EXPECT_EQ(said("c.png").find("wrote " + Path("c.png") + ": 80 x 45 pixels, "),
+            0U);
+}
+
 TEST_P(DisplayOfChairs, WhatAFormatCannotHoldIsAUsageError) {
   const std::string store = Path("c.enf");
   EXPECT_EQ(RunProgram({"export", store, Path("c.csv"), "--mesh", "leaves"})
