@@ -1,12 +1,12 @@
 #include "solver/residual_probes.h"
 
+#include "base/check.h"
 #include "base/random.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <tuple>
 
 namespace enfilade {
 namespace {
@@ -15,8 +15,6 @@ namespace {
 // on sides that light may and may not reach.
 constexpr double kOpenShare = 0.15;
 constexpr double kEnclosedShare = 0.01;
-// So many points of a cell's patches say how much they reflect.
-constexpr double kWeighingPointsPerCell = 1024;
 
 uint64_t WeightBytes(const Partition& partition) {
   uint64_t patches = 1;
@@ -69,40 +67,22 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
   }
 }
 
-// By a few points of every patch, more of the large ones of the cell.
 std::vector<double> ProbeChooser::WeightsOf(CellId id,
                                             const CellPatches& cell) const {
-  double area = 0;
-  for (const Patch& p : cell.patches) {
-    area += PatchArea(p);
-  }
-  std::vector<PatchPoint> points;
-  std::vector<size_t> ends;
+  std::vector<PatchId> patches;
   for (size_t k = 0; k < cell.patches.size(); ++k) {
-    const double share = PatchArea(cell.patches[k]) / area;
-    const auto count = 1 + static_cast<size_t>(kWeighingPointsPerCell * share);
-    for (size_t i = 0; i < count; ++i) {
-      const auto [a, b] =
-          UniformOn(cell.patches[k],
-                    (static_cast<double>(i) + 0.5) / static_cast<double>(count),
-                    EvenlySpread(i, 1, 0.4));
-      points.push_back({id, PatchId(k), a, b});
-    }
-    ends.push_back(points.size());
+    patches.emplace_back(k);
   }
-  const std::vector<Rgb> irradiance = solution_->Irradiance(points);
-  std::vector<double> weights(ends.size());
-  size_t at = 0;
-  for (size_t k = 0; k < ends.size(); ++k) {
-    const auto count = static_cast<double>(ends[k] - at);
-    for (; at < ends[k]; ++at) {
-      weights[k] += WeightOf(cell.patches[k], irradiance[at]) / count;
-    }
-  }
+  std::vector<double> weights(patches.size());
+  solution_->ForEachMean(id, patches, [&](const LeafMean& leaf) {
+    const size_t k = leaf.patch.Index();
+    weights[k] += leaf.area * DensityOf(cell.patches[k], leaf.irradiance);
+  });
   return weights;
 }
 
-double ProbeChooser::WeightOf(const Patch& p, const Rgb& irradiance) const {
+// Of the weight, W/m2.
+double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
   if (!p.reflects) {
     return 0;
   }
@@ -113,46 +93,99 @@ double ProbeChooser::WeightOf(const Patch& p, const Rgb& irradiance) const {
     reflected += rho[c] * std::abs(irradiance[c]) / kRgbChannels;
   }
   const double least = p.is_enclosed ? kEnclosedShare : kOpenShare;
-  return MaxChannel(rho) > 0
-             ? PatchArea(p) * (reflected + least * mean_reflected_)
-             : 0;
+  return MaxChannel(rho) > 0 ? reflected + least * mean_reflected_ : 0;
 }
 
 ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
   ProbeBatch batch;
-  std::optional<CellId> loaded;
-  CellPatches cell;
-  for (uint32_t i = strata.first; i < strata.first + strata.count; ++i) {
-    Probe probe;
-    probe.key = MixKey(key, i);
+  batch.probes.resize(strata.count);
+  std::vector<Place> places;  // of the probes of one cell
+  std::optional<CellId> cell;
+  for (uint32_t i = 0; i < strata.count; ++i) {
+    Probe& probe = batch.probes[i];
+    probe.key = MixKey(key, strata.first + i);
     Random random(probe.key);
-    const double at = weights_.back() * (i + random.Next()) / strata.all;
+    const double at =
+        weights_.back() * (strata.first + i + random.Next()) / strata.all;
     const size_t patch = PatchAt(at);
     const auto of_cell = std::prev(
         std::upper_bound(first_patch_.begin(), first_patch_.end(), patch));
     probe.on.cell = CellId(static_cast<size_t>(of_cell - first_patch_.begin()));
-    probe.on.patch = PatchId(patch - *of_cell);
-    if (loaded != probe.on.cell) {
-      loaded = probe.on.cell;
-      cell = LoadCellPatches(*store_, probe.on.cell);
-      batch.visible.emplace_back();
-      for (const VisibleCell& v : LoadVisibleSet(*store_, probe.on.cell)) {
-        batch.visible.back().push_back(v.source);
-      }
+    if (cell && *cell != probe.on.cell) {
+      SetOnLeaves(*cell, places, &batch);
+      places.clear();
     }
-    probe.visible = static_cast<uint32_t>(batch.visible.size() - 1);
-    probe.patch = cell.patches[probe.on.patch.Index()];
-    probe.normal = PatchNormal(probe.patch);
-    const double s = random.Next();
-    std::tie(probe.on.a, probe.on.b) = UniformOn(probe.patch, s, random.Next());
-    probe.origin =
-        PointAt(probe.patch, probe.on.a, probe.on.b) + probe.normal * offset_;
-    const double density =
-        (weights_[patch + 1] - weights_[patch]) / PatchArea(probe.patch);
-    probe.weight = weights_.back() / density;
-    batch.probes.push_back(probe);
+    cell = probe.on.cell;
+    places.push_back({i, PatchId(patch - *of_cell), at - weights_[patch]});
+  }
+  if (cell) {
+    SetOnLeaves(*cell, places, &batch);
   }
   return batch;
+}
+
+// Finishes the probes of a cell, whose places come in ascending order.
+void ProbeChooser::SetOnLeaves(CellId cell,
+                               std::span<const Place> places,
+                               ProbeBatch* batch) const {
+  const CellPatches stored = LoadCellPatches(*store_, cell);
+  batch->visible.emplace_back();
+  for (const VisibleCell& v : LoadVisibleSet(*store_, cell)) {
+    batch->visible.back().push_back(v.source);
+  }
+  std::vector<PatchId> patches;
+  for (const Place& place : places) {
+    Probe& probe = batch->probes[place.probe];
+    probe.visible = static_cast<uint32_t>(batch->visible.size() - 1);
+    probe.patch = stored.patches[place.patch.Index()];
+    probe.normal = PatchNormal(probe.patch);
+    probe.on.patch = place.patch;
+    if (patches.empty() || patches.back() != place.patch) {
+      patches.push_back(place.patch);
+    }
+  }
+  auto next = places.begin();
+  double along = 0;
+  std::optional<LeafMean> last;  // of the patch, with a weight
+  // Sums of weights are rounded: what lies beyond the last leaf lies on it.
+  const auto finish_patch = [&] {
+    for (; last && next != places.end() && next->patch == last->patch; ++next) {
+      SetOnLeaf(*last, &batch->probes[next->probe]);
+    }
+    last.reset();
+    along = 0;
+  };
+  solution_->ForEachMean(cell, patches, [&](const LeafMean& leaf) {
+    if (last && last->patch != leaf.patch) {
+      finish_patch();
+    }
+    const double density =
+        DensityOf(stored.patches[leaf.patch.Index()], leaf.irradiance);
+    if (!(density > 0)) {
+      return;
+    }
+    last = leaf;
+    along += leaf.area * density;
+    for (; next != places.end() && next->patch == leaf.patch &&
+           next->along < along;
+         ++next) {
+      SetOnLeaf(leaf, &batch->probes[next->probe]);
+    }
+  });
+  finish_patch();
+  ENFILADE_CHECK(next == places.end(), "a probe lies on no leaf");
+}
+
+void ProbeChooser::SetOnLeaf(const LeafMean& leaf, Probe* probe) const {
+  Random random(MixKey(probe->key, 2));
+  const double s = random.Next();
+  const auto [a, b] = UniformOn(probe->patch, s, random.Next());
+  const auto scale = static_cast<double>(leaf.frame.scale);
+  probe->on.a = static_cast<double>(leaf.frame.a) + scale * a;
+  probe->on.b = static_cast<double>(leaf.frame.b) + scale * b;
+  probe->origin =
+      PointAt(probe->patch, probe->on.a, probe->on.b) + probe->normal * offset_;
+  probe->weight = weights_.back() / DensityOf(probe->patch, leaf.irradiance);
 }
 
 // The patch, counted over all cells, on whose part of the line a place is.

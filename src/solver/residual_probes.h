@@ -1,7 +1,8 @@
 // Where the residual of a solution is measured: random points, one in each
-// stratum of a line along which every patch has the length of its weight. A
-// patch weighs as much as it reflects, and a share of the mean besides, for the
-// light that the solution may have missed there.
+// stratum of a line along which every leaf of every element tree has the length
+// of its weight. A leaf weighs as much as it reflects, and a share of the mean
+// besides, for the light that the solution may have missed there. So a spot of
+// light is looked at as often as it is bright, and not as its wall is large.
 
 #pragma once
 
@@ -12,6 +13,7 @@
 #include "base/vec.h"
 #include "partition/partition.h"
 #include "partition/patch.h"
+#include "solver/patch_errors.h"
 #include "solver/solution.h"
 
 #include <cstdint>
@@ -55,6 +57,8 @@ class ProbeChooser {
   // Nothing reflects.
   [[nodiscard]] bool IsEmpty() const { return !(weights_.back() > 0); }
 
+  [[nodiscard]] ProbeShares Shares() const { return {first_patch_, weights_}; }
+
   // Of all reflecting sides, m2.
   [[nodiscard]] double ReflectingArea() const { return area_; }
 
@@ -65,10 +69,21 @@ class ProbeChooser {
   [[nodiscard]] ProbeBatch Choose(uint64_t key, ProbeStrata strata) const;
 
  private:
+  // A probe's place on the line, counted from the beginning of its patch.
+  struct Place {
+    size_t probe = 0;  // index into the batch
+    PatchId patch;
+    double along = 0;
+  };
+
   [[nodiscard]] std::vector<double> WeightsOf(CellId id,
                                               const CellPatches& cell) const;
-  [[nodiscard]] double WeightOf(const Patch& p, const Rgb& irradiance) const;
+  [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] size_t PatchAt(double at) const;
+  void SetOnLeaves(CellId cell,
+                   std::span<const Place> places,
+                   ProbeBatch* batch) const;
+  void SetOnLeaf(const LeafMean& leaf, Probe* probe) const;
 
   const BlockStorage* store_;
   const Solution* solution_;

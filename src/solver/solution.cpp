@@ -77,6 +77,11 @@ struct Solution::Impl {
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const;
+  using Irradiance = std::array<float, kRgbChannels * kMaxNodes>;
+  void VisitMeans(const LoadedCell& cell,
+                  ElementId element,
+                  const Irradiance& above,
+                  const std::function<void(const LeafMean&)>& visit) const;
   template <typename PatchLike>
   [[nodiscard]] Rgb RadiosityOf(const PatchLike& patch,
                                 const Rgb& irradiance) const;
@@ -135,6 +140,46 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
     }
     e = ElementId(first + ChildAt(shape, &p));
   }
+}
+
+// `above`: what the elements above bring to the nodes of this one.
+void Solution::Impl::VisitMeans(
+    const LoadedCell& cell,
+    ElementId element,
+    const Irradiance& above,
+    const std::function<void(const LeafMean&)>& visit) const {
+  const Element& e = cell.tree->At(element);
+  const PatchGeometry& patch = cell.geometry[e.patch];
+  const ShapeBasis& on = basis.On(patch.shape);
+  const TreeShape shape = Shape();
+  Irradiance all = above;
+  const auto own = std::as_const(*cell.tree).Gathered()[element];
+  for (size_t k = 0; k < own.size(); ++k) {
+    all[k] += own[k];
+  }
+  if (e.first_child != 0) {
+    for (size_t c = 0; c < kChildren; ++c) {
+      Irradiance pushed{};
+      PushTo(on,
+             shape,
+             c,
+             std::span(all).first(own.size()),
+             std::span(pushed).first(own.size()));
+      VisitMeans(cell, ElementId(e.first_child + c), pushed, visit);
+    }
+    return;
+  }
+  LeafMean leaf = {PatchId(e.patch),
+                   e.frame,
+                   static_cast<double>(AreaOf(patch, e.frame)),
+                   {}};
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    for (size_t q = 0; q < on.NodeCount(); ++q) {
+      leaf.irradiance[c] +=
+          on.Weight(q) * static_cast<double>(all[c * shape.NodeStride() + q]);
+    }
+  }
+  visit(leaf);
 }
 
 template <typename PatchLike>
@@ -250,6 +295,16 @@ void Solution::ForEachLeaf(
           impl_->RadiosityOf(loaded.geometry[e.patch], leaf.irradiance.back()));
     }
     visit(leaf);
+  }
+}
+
+void Solution::ForEachMean(
+    CellId cell,
+    std::span<const PatchId> patches,
+    const std::function<void(const LeafMean&)>& visit) const {
+  const Impl::LoadedCell loaded = impl_->Load(cell);
+  for (const PatchId patch : patches) {
+    impl_->VisitMeans(loaded, ElementId(patch.value), {}, visit);
   }
 }
 

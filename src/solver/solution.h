@@ -12,6 +12,7 @@
 #include "partition/patch.h"
 #include "scene/scene_store.h"
 #include "solver/display_mesh.h"
+#include "solver/geometry.h"
 
 #include <functional>
 #include <memory>
@@ -38,6 +39,14 @@ struct LeafElement {
   std::vector<Rgb> irradiance;  // W/m2 at the corners
 };
 
+// A leaf, and the mean over it of the irradiance, W/m2.
+struct LeafMean {
+  PatchId patch;
+  ElementFrame frame;
+  double area = 0;  // m2
+  Rgb irradiance{};
+};
+
 class Solution {
  public:
   // Throws InputError if the store holds no solution yet.
@@ -62,6 +71,12 @@ class Solution {
   // Visits the leaves of a cell in a fixed order.
   void ForEachLeaf(CellId cell,
                    const std::function<void(const LeafElement&)>& visit) const;
+
+  // Visits the leaves of some patches of a cell, those of each patch together
+  // and in a fixed order.
+  void ForEachMean(CellId cell,
+                   std::span<const PatchId> patches,
+                   const std::function<void(const LeafMean&)>& visit) const;
 
   // The radiosity of a patch under so much irradiance.
   [[nodiscard]] Rgb RadiosityOf(const Patch& patch,
