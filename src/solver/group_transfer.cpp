@@ -4,6 +4,7 @@
 #include "solver/shaft.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -126,6 +127,24 @@ bool GroupTransfer::IsProvenClear(const Blockers& blockers) const {
   return true;
 }
 
+bool GroupTransfer::IsPeaked() const {
+  return enfilade::IsPeaked(Length(group_->box.Extent()),
+                            (group_->box.low + group_->box.high) * 0.5F,
+                            *receiver_);
+}
+
+std::optional<PointPair> GroupTransfer::PairAtPeak(Random* random) const {
+  std::array<float, kMostGroupPatches> areas{};
+  for (size_t i = 0; i < facing_.count; ++i) {
+    areas[i] = PatchAt(i).area;
+  }
+  const TransferEnd source = MakeTransferEnd(
+      PatchAt(IndexAtShare(std::span(areas).first(facing_.count),
+                           static_cast<float>(random->Next()))),
+      {});
+  return enfilade::PairAtPeak(*receiver_, source, random);
+}
+
 SampledTransfer GroupTransfer::Sample(Random* random) const {
   const Vec3f x = RandomPoint(*receiver_, random);
   std::array<float, kMostGroupPatches> form_factors{};
@@ -158,6 +177,23 @@ GroupSight GroupRays::Look(size_t points, size_t rays) {
   }
   Trace(std::span(all).first(count), rays);
   return SightOf(std::span(all).first(count), rays);
+}
+
+bool GroupRays::SeesPeak() {
+  SegmentPacket packet;
+  for (size_t i = 0; transfer_->IsPeaked() && i < kPeakRays; ++i) {
+    if (const auto pair = transfer_->PairAtPeak(&random_)) {
+      AddSegment(*pair, &packet);
+    }
+  }
+  if (packet.count == 0) {
+    return false;
+  }
+  const uint32_t lanes = (1U << packet.count) - 1;
+  const uint32_t seen = ~blockers_->Occlude(packet) & lanes;
+  count_->traced += packet.count;
+  count_->seen += static_cast<uint32_t>(std::popcount(seen));
+  return seen != 0;
 }
 
 // The rays of a point go to as many strata of the group.

@@ -76,6 +76,11 @@ class GroupTransfer {
                   float share,
                   Random* random) const;
 
+  // The group is close to a part of the receiver; a ray drawn by the kernel
+  // there, if there is one.
+  [[nodiscard]] bool IsPeaked() const;
+  [[nodiscard]] std::optional<PointPair> PairAtPeak(Random* random) const;
+
   // The form factor of a random point of the receiver, and a ray drawn by it.
   // Does not need Evaluate.
   SampledTransfer Sample(Random* random) const;
@@ -132,6 +137,9 @@ class GroupRays {
   // (kMostPoints at most) about each of the receiver's nodes, so many from each
   // to all of the group.
   GroupSight Look(size_t points, size_t rays);
+
+  // As LinkRays::SeesPeak.
+  [[nodiscard]] bool SeesPeak();
 
  private:
   struct Point;

@@ -6,7 +6,6 @@
 #include <bit>
 
 namespace enfilade {
-
 uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source) {
   const uint32_t row = (1U << source.node_count) - 1;
   uint32_t bits = 0;
@@ -30,6 +29,25 @@ void LinkRays::TraceFew() {
 void LinkRays::TraceAll() {
   TraceFew();
   Trace({1, source_->node_count}, &rays_);
+}
+
+bool LinkRays::SeesPeak() {
+  if (sees_peak_) {
+    return *sees_peak_;
+  }
+  const bool from_source = source_->diameter < receiver_->diameter;
+  const TransferEnd& small = from_source ? *source_ : *receiver_;
+  const TransferEnd& large = from_source ? *receiver_ : *source_;
+  SegmentPacket packet;
+  if (IsPeaked(small.diameter, small.center, large)) {
+    for (size_t i = 0; i < kPeakRays; ++i) {
+      if (const auto pair = PairAtPeak(*receiver_, *source_, &random_)) {
+        AddSegment(*pair, &packet);
+      }
+    }
+  }
+  sees_peak_ = SeenIn(packet) != 0;
+  return *sees_peak_;
 }
 
 uint16_t LinkRays::AskFewAnew() {
@@ -72,15 +90,23 @@ void LinkRays::Trace(DiagonalRange range, Rays* rays) {
       }
     }
   }
-  const uint32_t blocked = blockers_->Occlude(packet);
+  const uint32_t seen = SeenIn(packet);
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
     const auto bit = static_cast<uint16_t>(1U << lane_bit[lane]);
-    rays->seen |= (blocked >> lane & 1) == 0 ? bit : uint16_t{0};
+    rays->seen |= (seen >> lane & 1) != 0 ? bit : uint16_t{0};
+  }
+}
+
+// The lanes whose rays get through.
+uint32_t LinkRays::SeenIn(const SegmentPacket& packet) {
+  if (packet.count == 0) {
+    return 0;
   }
   const uint32_t lanes = (1U << packet.count) - 1;
+  const uint32_t seen = ~blockers_->Occlude(packet) & lanes;
   count_->traced += packet.count;
-  count_->seen +=
-      packet.count - static_cast<uint32_t>(std::popcount(blocked & lanes));
+  count_->seen += static_cast<uint32_t>(std::popcount(seen));
+  return seen;
 }
 
 }  // namespace enfilade

@@ -7,6 +7,7 @@
 #include "solver/form_factor.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace enfilade {
 
@@ -54,6 +55,11 @@ class LinkRays {
     return rays_.seen == 0 || rays_.seen == rays_.traced;
   }
 
+  // Whether light gets through where the kernel peaks, if it does: a bowl sees
+  // little of the wall that it hangs on but a spot, and the rays between nodes
+  // see the bowl from outside.
+  [[nodiscard]] bool SeesPeak();
+
   // Pairs of nodes that have a ray, and those that see each other. Where no
   // points about two nodes face each other there is no ray, and nothing is
   // known of what stands in between.
@@ -82,6 +88,7 @@ class LinkRays {
   };
 
   void Trace(DiagonalRange range, Rays* rays);
+  uint32_t SeenIn(const SegmentPacket& packet);
 
   const Blockers* blockers_;
   const TransferEnd* receiver_;
@@ -90,6 +97,7 @@ class LinkRays {
   RayCount* count_;
   Rays rays_;
   bool has_few_ = false;
+  std::optional<bool> sees_peak_;
 };
 
 }  // namespace enfilade

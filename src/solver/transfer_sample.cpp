@@ -1,5 +1,8 @@
 #include "solver/transfer_sample.h"
 
+#include "base/photometry.h"
+#include "solver/oracle.h"
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -21,6 +24,21 @@ float RimShare(const TransferEnd& end) {
 // The kernel varies much over the two elements.
 bool AreClose(const TransferEnd& r, const TransferEnd& s) {
   return Length(s.center - r.center) < 2.0F * std::max(r.diameter, s.diameter);
+}
+
+// Whether a point of the plane of an element lies on it, off the rim.
+bool IsOn(const TransferEnd& end, Vec3f p) {
+  const PatchGeometry& patch = *end.patch;
+  const Vec3f u = patch.u * end.frame.scale;
+  const Vec3f v = patch.v * end.frame.scale;
+  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
+  const Vec3f n = Cross(u, v);
+  const float square = std::max(Dot(n, n), 1e-30F);
+  const float s = Dot(Cross(d, v), n) / square;
+  const float t = Dot(Cross(u, d), n) / square;
+  const float rim = RimShare(end);
+  const float most = patch.shape == PatchShape::kTriangle ? 1 - s : 1.0F;
+  return s > rim && t > rim && s < 1 - rim && t < most - rim;
 }
 
 // An index, drawn by the weights; their sum is not zero.
@@ -252,6 +270,51 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
     }
   }
   return PairByKernel(receiver, g, source, q, random);
+}
+
+bool IsPeaked(float small_diameter,
+              Vec3f small_center,
+              const TransferEnd& end) {
+  if (2 * small_diameter >= end.diameter) {
+    return false;
+  }
+  const UnitPoint at = NearestOn(end, small_center);
+  const Vec3f foot = PointOn(*end.patch,
+                             end.frame,
+                             static_cast<float>(at.a),
+                             static_cast<float>(at.b));
+  return 2 * Length(small_center - foot) < end.diameter;
+}
+
+std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
+                                    const TransferEnd& source,
+                                    Random* random) {
+  constexpr int kTrials = 4;
+  const bool from_source = source.diameter < receiver.diameter;
+  const TransferEnd& small = from_source ? source : receiver;
+  const TransferEnd& large = from_source ? receiver : source;
+  const Vec3f n = small.patch->normal;
+  const Vec3f u = small.patch->u * (1 / Length(small.patch->u));
+  const Vec3f v = Cross(n, u);
+  for (int i = 0; i < kTrials; ++i) {
+    const Vec3f from = RandomPoint(small, random);
+    const auto square = static_cast<float>(random->Next());
+    const float turn =
+        2 * static_cast<float>(kPi) * static_cast<float>(random->Next());
+    const float r = std::sqrt(square);
+    const Vec3f way = u * (r * std::cos(turn)) + v * (r * std::sin(turn)) +
+                      n * std::sqrt(1 - square);
+    const float speed = Dot(way, large.patch->normal);
+    const float height = Dot(large.center - from, large.patch->normal);
+    if (!(speed < 0) || !(height < 0)) {
+      continue;
+    }
+    const Vec3f to = from + way * (height / speed);
+    if (IsOn(large, to)) {
+      return from_source ? PointPair{to, from} : PointPair{from, to};
+    }
+  }
+  return std::nullopt;
 }
 
 SampledTransfer SampleTransfer(const TransferEnd& receiver,

@@ -39,6 +39,19 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
                                     size_t q,
                                     Random* random);
 
+// Whether a small end is so close to an element, the larger one, that the
+// kernel peaks in a part of it, which random points miss.
+bool IsPeaked(float small_diameter, Vec3f small_center, const TransferEnd& end);
+
+// So many rays are looked at there.
+inline constexpr size_t kPeakRays = 16;
+
+// A pair drawn by the kernel: a random point of the smaller end, and where a
+// random direction from it meets the larger one. Nullopt where a few did not.
+std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
+                                    const TransferEnd& source,
+                                    Random* random);
+
 // The unoccluded kernel between two points of the ends without the source's
 // area: cos_x cos_y / (pi r^2), 1/m2.
 float PointKernel(PointPair points,

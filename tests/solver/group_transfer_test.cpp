@@ -65,6 +65,13 @@ class Scene {
     return GroupRays(all_, receiver_, transfer, seed, &rays_).Look(8, 8);
   }
 
+  bool SeesPeak(uint64_t seed) {
+    const GroupTransfer transfer = Transfer();
+    return GroupRays(all_, receiver_, transfer, seed, &rays_).SeesPeak();
+  }
+
+  [[nodiscard]] uint64_t RaysTraced() const { return rays_.traced; }
+
   [[nodiscard]] bool IsProvenClear() const {
     return Transfer().IsProvenClear(all_);
   }
@@ -169,6 +176,33 @@ TEST(GroupRays, KnowNothingOfWhatFacesAway) {
   const GroupSight sight = scene.Look(1);
   EXPECT_EQ(sight.points, 0U);
   EXPECT_EQ(sight.fraction, 1);
+}
+
+// A shade around the bulb hides it from all of the floor but the spot below:
+// random points of the floor miss that, as it is a thousandth of it.
+TEST(GroupRays, SeeWhereTheLightPeaks) {
+  constexpr double kLow = 0.12;
+  const Vec3 up = {0, 0, 0.22};
+  const auto shade = [&](double bottom) {
+    return std::vector<Patch>{
+        Rectangle({-kLow, -kLow, bottom}, {2 * kLow, 0, 0}, up),
+        Rectangle({-kLow, kLow, bottom}, {2 * kLow, 0, 0}, up),
+        Rectangle({-kLow, -kLow, bottom}, {0, 2 * kLow, 0}, up),
+        Rectangle({kLow, -kLow, bottom}, {0, 2 * kLow, 0}, up)};
+  };
+  Scene open(8, shade(0.01), kLow);
+  EXPECT_LT(open.Look(1).fraction, 0.05F);
+  EXPECT_TRUE(open.SeesPeak(1));
+  std::vector<Patch> closed = shade(0.01);
+  closed.push_back(
+      Rectangle({-kLow, -kLow, 0.01}, {2 * kLow, 0, 0}, {0, 2 * kLow, 0}));
+  EXPECT_FALSE(Scene(8, closed, kLow).SeesPeak(1));
+}
+
+TEST(GroupRays, LookForNoPeakFarAway) {
+  Scene scene(1, {}, 1);
+  EXPECT_FALSE(scene.SeesPeak(1));
+  EXPECT_EQ(scene.RaysTraced(), 0U);
 }
 
 // A plate close below half of the bulb hides that half from all of the floor.

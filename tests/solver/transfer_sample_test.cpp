@@ -103,6 +103,49 @@ TEST(SampledTransfer, TakesPointsOfTheSmallerEnd) {
   }
 }
 
+// Of the light of a point at height h over a floor, half lands within h of its
+// foot: rho^2 / (rho^2 + h^2).
+TEST(PairAtPeak, IsDrawnByTheKernel) {
+  constexpr float kHeight = 0.05F;
+  const Patch speck =
+      Rectangle({0.3, 0.6, kHeight}, {0, 1e-3, 0}, {1e-3, 0, 0});
+  for (const bool speck_receives : {false, true}) {
+    const Ends ends(speck_receives ? std::vector<Patch>{speck, kFloor}
+                                   : std::vector<Patch>{kFloor, speck});
+    const TransferEnd r = ends.Receiver();
+    const TransferEnd s = ends.Source();
+    EXPECT_TRUE(IsPeaked(
+        1e-3F, speck_receives ? r.center : s.center, speck_receives ? s : r));
+    Random random(3);
+    int pairs = 0;
+    int inner = 0;
+    for (int i = 0; i < 4000; ++i) {
+      if (const auto pair = PairAtPeak(r, s, &random)) {
+        ++pairs;
+        EXPECT_GT(PointKernel(*pair, r, s), 0);
+        const Vec3f d = pair->x - pair->y;
+        inner += std::hypot(d.x, d.y) < kHeight ? 1 : 0;
+      }
+    }
+    // Beyond the floor's edges lies less than h^2 / (h^2 + 0.3^2) = 3 %, which
+    // is tried again.
+    EXPECT_EQ(pairs, 4000);
+    EXPECT_NEAR(
+        inner, 0.5 * pairs, 0.015 * pairs + 4 * std::sqrt(0.25 * pairs));
+  }
+}
+
+TEST(PairAtPeak, LooksAtWhatIsCloseAndSmall) {
+  const Ends ends({kFloor, CeilingAt(1)});
+  const TransferEnd floor = ends.Receiver();
+  EXPECT_FALSE(IsPeaked(0.01F, {0.5F, 0.5F, 0.8F}, floor)) << "far";
+  EXPECT_FALSE(IsPeaked(0.8F, {0.5F, 0.5F, 0.1F}, floor)) << "large";
+  Random random(3);
+  // The back of a ceiling that faces up.
+  const Ends away({kFloor, Rectangle({0, 0, 1}, {1, 0, 0}, {0, 1, 0})});
+  EXPECT_FALSE(PairAtPeak(away.Receiver(), away.Source(), &random));
+}
+
 TEST(SampledTransfer, VariesAtMostHalfAsMuchAsOnePoint) {
   const Ends ends({kFloor, Wall()});
   const TransferEnd r = ends.Receiver();
