@@ -25,6 +25,8 @@ std::string_view KindName(BlockKind kind) {
       return "scratch";
     case BlockKind::kSolveCells:
       return "solve table";
+    case BlockKind::kCellCare:
+      return "care of patches";
   }
   return "unknown kind";
 }

@@ -26,6 +26,7 @@ enum class BlockKind : uint8_t {
   kTrace = 7,        // triangles in spatial chunks for tracing; a = chunk
   kScratch = 8,      // temporary data of import; deleted before it ends
   kSolveCells = 9,   // the solve's table of cells; one block
+  kCellCare = 10,    // how carefully patches are refined; a = cell
 };
 
 struct BlockKey {

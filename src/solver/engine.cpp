@@ -1,13 +1,10 @@
 #include "solver/engine.h"
 
 #include "base/check.h"
-#include "base/parallel.h"
 #include "base/random.h"
 #include "solver/cell_balance.h"
-#include "solver/cells_between.h"
 #include "solver/cover.h"
 #include "solver/error_control.h"
-#include "solver/gather.h"
 #include "solver/least_memory.h"
 #include "solver/residual_check.h"
 #include "solver/stopwatch.h"
@@ -20,8 +17,6 @@
 namespace enfilade {
 namespace {
 
-// tau_weak over tau: docs/decisions/0011-oracle.md.
-constexpr double kWeakShare = 0.5;
 // Covers may leave edges of this many tau: docs/decisions/0011-oracle.md.
 constexpr double kCoverShare = 6;
 // A cell counts as lit from this share of the mean radiosity on.
@@ -30,19 +25,6 @@ constexpr uint32_t kMostRounds = 16;
 constexpr uint32_t kMostSweeps = 60;
 // Cycles of the balance within a cell, at most.
 constexpr uint32_t kMostCycles = 40;
-// Parts of items of refinement that are worked on in parallel and applied in
-// order: as many as make some of these numbers of links, so that neither memory
-// nor threads waiting for the last one matter. By the links of the group
-// before, so that groups are cut alike in every run.
-constexpr uint32_t kMostGroupParts = 512;
-constexpr size_t kFewGroupLinks = 4000;
-constexpr size_t kManyGroupLinks = 12000;
-// What a group may make at most, and each of its parts; a group of so many
-// parts is left when one makes more.
-constexpr size_t kMostGroupLinks = 32000;
-constexpr size_t kMostPartLinks = 8000;
-constexpr uint32_t kPartsOfMostLinks = kMostGroupLinks / kMostPartLinks;
-
 // The light before the first round is guessed with at most this reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
@@ -50,13 +32,12 @@ constexpr double kMostGuessedReflectance = 0.8;
 // many costs more.
 constexpr uint64_t kResidualRaysPerLink = 4;
 constexpr uint64_t kLeastResidualRays = 2 << 20;
+// And to know where the error is one for so many links, but at least these.
+constexpr uint64_t kLinksPerLocatingRay = 2;
+constexpr uint64_t kLeastLocatingRays = 1 << 20;
 
 double MeanOf(const Rgb& channels) {
   return (channels[0] + channels[1] + channels[2]) / 3;
-}
-
-GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
-  return {geometry.patches, &tree, &geometry.groups};
 }
 
 }  // namespace
@@ -206,11 +187,53 @@ void Engine::CheckResidual() {
   options.decide_at = ResidualAtError(state_.error);
   options.most_rays = std::max(
       kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
+  options.locating_rays = std::max(
+      kLeastLocatingRays, state_.rounds.back().links / kLinksPerLocatingRay);
   options.is_constant = shape_.NodeStride() == 1;
-  const ResidualEstimate residual = MeasureResidual(*store_, options, *budget_);
+  PatchErrors by_patch;
+  const ResidualEstimate residual =
+      MeasureResidual(*store_, options, *budget_, &by_patch);
   ReleaseFreedMemory();  // for the next round
   TakeResidual({residual.least, residual.most}, &state_);
+  if (state_.rounds.size() > 1) {  // the first one is a guess everywhere
+    CareFor(by_patch);
+  }
   workspace_ = ReserveWorkspace();
+}
+
+// Where the error is, patches are refined more carefully than others from now
+// on: so much that with the next tau it comes down to what is wanted.
+void Engine::CareFor(const PatchErrors& errors) {
+  RoundRecord& round = state_.rounds.back();
+  std::vector<LinkErrors> known;
+  LinkErrors rest = {errors.OfAll(), static_cast<double>(round.links)};
+  for (uint32_t i = 0; i < state_.cells.size(); ++i) {
+    const std::vector<float> square = errors.Of(CellId(i));
+    const CellCare care = LoadCellCare(*store_, CellId(i), square.size());
+    for (size_t k = 0; k < square.size(); ++k) {
+      if (square[k] > 0) {
+        known.push_back({static_cast<double>(square[k]),
+                         static_cast<double>(care[k].links)});
+        rest.square -= known.back().square;
+        rest.links -= known.back().links;
+      }
+    }
+  }
+  rest.square = std::max(rest.square, 0.0);
+  const double level = LevelOfErrors(known, rest, WantedOfSquare(state_));
+  const double by_tau = RaiseOfCare(rest, level);
+  double gone = 0;
+  for (uint32_t i = 0; i < state_.cells.size(); ++i) {
+    const std::vector<float> square = errors.Of(CellId(i));
+    CellCare care = LoadCellCare(*store_, CellId(i), square.size());
+    const double mended = RaiseCare(square, level, by_tau, &care);
+    if (mended > 0) {
+      SaveCellCare(care, CellId(i), *store_);
+      gone += mended;
+    }
+  }
+  round.cared_for =
+      gone > 0 ? std::min(1.0, gone / std::max(errors.OfAll(), gone)) : 0.0;
 }
 
 // ----------------------------------------------------------------- one cell
@@ -244,8 +267,10 @@ void Engine::FindReceivers(Receiver* receiver) {
   const auto& patches = r.geometry->patches;
   std::vector<float> reflected(patches.size());
   for (size_t i = 0; i < patches.size(); ++i) {
-    reflected[i] = MeanReflected(
-        patches[i], r.tree->Sent()[ElementId(i)], shape_, surfaces_);
+    reflected[i] = care_[i].care * MeanReflected(patches[i],
+                                                 r.tree->Sent()[ElementId(i)],
+                                                 shape_,
+                                                 surfaces_);
   }
   CoverOptions options;
   options.tau = kCoverShare * state_.tau;
@@ -264,9 +289,16 @@ void Engine::FindReceivers(Receiver* receiver) {
 
 void Engine::RefineCell(CellId cell) {
   Receiver r = Load(cell);
+  const size_t patches = r.geometry->patches.size();
+  MemoryCharge care_charge =
+      pager_.Reserve(patches * sizeof(PatchCare), "the care of a cell");
+  care_ = LoadCellCare(*store_, cell, patches);
   CellRow& row = state_.cells[cell.Index()];
   if (state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
       state_.cursor.work == WorkPart{}) {
+    for (PatchCare& care : care_) {
+      care.links = 0;
+    }
     row.links = 0;
     row.squared_error = 0;
     row.hold = 0;
@@ -284,6 +316,9 @@ void Engine::RefineCell(CellId cell) {
     state_.cursor = {state_.cursor.source + 1, {}, 0, state_.cursor.group, 0};
     CheckPoint();
   }
+  SaveCellCare(care_, cell, *store_);
+  care_ = {};
+  care_charge.Reset();
   r.receivers.reset();
   r.receivers_charge.Reset();
   workspace.Reset();
@@ -355,138 +390,6 @@ void Engine::Settle(const Receiver& r) {
   pager_.MarkDirty(r.id);
 }
 
-// ------------------------------------------------------------ one cell pair
-
-void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
-  if (!IsLit(source.source)) {
-    store_->EraseAll(BlockKind::kLinks, r.id.value, source.source.value);
-    return;
-  }
-  pager_.MoveTo(r.id, source.source);
-  const auto geometry = pager_.Geometry(source.source);
-  const auto tree = pager_.Tree(source.source);
-  std::vector<const ShaftBlockers*> gates;
-  if (source.source != r.id) {
-    gates = {r.geometry->portals.get(), geometry->portals.get()};
-  }
-  CellsBetween between(pager_, r.id, source, gates);
-  RefineOptions options;
-  options.tau = state_.tau;
-  options.tau_weak = kWeakShare * state_.tau;
-  options.seed = MixKey(state_.seed, state_.round);
-  const Refiner refiner(
-      options,
-      {r.id, r.geometry->patches, r.tree.get(), r.receivers.get()},
-      {source.source,
-       geometry->patches,
-       tree.get(),
-       geometry->clusters.get(),
-       &geometry->groups},
-      between.All());
-  CellRow& row = state_.cells[r.id.Index()];
-  LinkWriter writer(*store_,
-                    {r.id, source.source},
-                    state_.cursor.chunk,
-                    [&](const LinkBlock& block) {
-                      const Stopwatch watch(&state_.times.gather_seconds);
-                      Gather(block,
-                             {r.geometry->patches, r.tree.get(), nullptr},
-                             SourceSide(*geometry, *tree),
-                             tree->Sent(),
-                             r.tree->Gathered());
-                      row.links += block.links.size();
-                    });
-  std::vector<RawLinks> results;
-  while (state_.cursor.work.item < refiner.ItemCount()) {
-    between.Hold();
-    const size_t links = RefineGroup(refiner, &results);
-    if (links > 0) {
-      between.Release();  // the trees may need its room
-    }
-    for (const RawLinks& result : results) {
-      row.squared_error += result.squared_error;
-      state_.rays += result.rays;
-      ApplyLinks(result,
-                 r.geometry->patches,
-                 *r.tree,
-                 geometry->patches,
-                 *tree,
-                 &writer.Pending());
-    }
-    if (links > 0) {
-      pager_.MarkDirty(r.id);
-      pager_.MarkDirty(source.source);
-    }
-    if (writer.Full()) {
-      writer.Flush();
-      state_.cursor.chunk = writer.Chunks();
-      CheckPoint();
-    }
-  }
-  writer.Flush();
-}
-
-// Refines the parts at the cursor and moves it; returns the number of links.
-// Where one overflows, those before it count, and it comes again: with fewer
-// beside it, so that it may have more links, or cut into parts.
-size_t Engine::RefineGroup(const Refiner& refiner,
-                           std::vector<RawLinks>* results) {
-  const Stopwatch watch(&state_.times.refine_seconds);
-  PairCursor& cursor = state_.cursor;
-  std::vector<WorkPart> parts;
-  for (WorkPart next = cursor.work;
-       parts.size() < cursor.group && next.item < refiner.ItemCount();
-       next = next.Next()) {
-    parts.push_back(next);
-  }
-  const size_t most = std::min(kMostPartLinks, kMostGroupLinks / parts.size());
-  results->resize(parts.size());
-  ParallelFor(parts.size(), [&](size_t i) {
-    (*results)[i].Clear();
-    refiner.Refine(parts[i], most, &(*results)[i]);
-  });
-  cursor.work = parts.back().Next();
-  size_t links = 0;
-  for (size_t i = 0; i < parts.size(); ++i) {
-    if ((*results)[i].overflowed) {
-      cursor.work = most < kMostPartLinks ? parts[i] : parts[i].Narrowed();
-      cursor.group = kPartsOfMostLinks;
-      results->resize(i);
-      return links;
-    }
-    links += (*results)[i].links.size();
-  }
-  if (links < kFewGroupLinks) {
-    cursor.group = std::min(2 * cursor.group, kMostGroupParts);
-  } else if (links > kManyGroupLinks) {
-    cursor.group = std::max(cursor.group / 2, 1U);
-  }
-  return links;
-}
-
-void Engine::GatherPair(const Receiver& r, CellId source) {
-  pager_.MoveTo(r.id, source);
-  const auto geometry = pager_.Geometry(source);
-  const auto tree = pager_.Tree(source);
-  if (!tree->HasDelta()) {
-    return;
-  }
-  const Stopwatch watch(&state_.times.gather_seconds);
-  ForEachLinkBlock(
-      *store_,
-      {r.id, source},
-      {r.tree->Size(), tree->Size(), geometry->groups.All().size()},
-      pager_.Trace(),
-      [&](const LinkBlock& block) {
-        Gather(block,
-               {r.geometry->patches, r.tree.get(), nullptr},
-               SourceSide(*geometry, *tree),
-               tree->Delta(),
-               r.tree->Gathered());
-      });
-  pager_.MarkDirty(r.id);
-}
-
 // ------------------------------------------------------------------ commits
 
 // The end of a step: commits now and then, and stops here when asked to.
@@ -500,6 +403,9 @@ void Engine::CheckPoint() {
   {
     const Stopwatch watch(&state_.times.store_seconds);
     pager_.Flush();
+    if (!care_.empty()) {
+      SaveCellCare(care_, CellId(state_.next_cell), *store_);
+    }
     SaveSolveState(state_, *store_);
     store_->Commit();
   }

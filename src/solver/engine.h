@@ -17,8 +17,10 @@
 #include "base/memory.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
+#include "solver/cell_care.h"
 #include "solver/cell_pager.h"
 #include "solver/link_store.h"
+#include "solver/patch_errors.h"
 #include "solver/refiner.h"
 #include "solver/solve.h"
 #include "solver/solve_state.h"
@@ -60,6 +62,7 @@ class Engine {
   void FinishSweep();
   void FinishRound();
   void CheckResidual();
+  void CareFor(const PatchErrors& errors);
   MemoryCharge ReserveWorkspace();
 
   Receiver Load(CellId cell);
@@ -84,6 +87,7 @@ class Engine {
   MemoryCharge workspace_;
   SolveState state_;
   double area_ = 0;  // of all reflecting patches, m2
+  CellCare care_;    // of the cell whose links are made; else empty
   std::chrono::steady_clock::time_point last_commit_;
   double commit_cost_ = 0;  // seconds, of the last one
 };

@@ -24,6 +24,12 @@ constexpr double kTauPerError = 2.6;
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
 constexpr double kMargin = 0.92;
+// No round is to leave less of the squared error: by more than that, tau is not
+// lowered either.
+constexpr double kLeastLeft = 0.15;
+// From this share of the squared error on, what care alone mends is worth a
+// round.
+constexpr double kMuchCaredFor = 0.3;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
 
@@ -56,6 +62,11 @@ double ErrorByChange(const SolveState& state) {
              : ErrorByChange(state.rounds[rounds - 2], state.rounds.back());
 }
 
+// The error of a round that the care taken after it leaves, as a share.
+double LeftByCare(const RoundRecord& round) {
+  return std::sqrt(1 - round.cared_for);
+}
+
 // Which power of the error tau is, by the last two rounds if rays saw both.
 double TauPerError(const SolveState& state) {
   const size_t rounds = state.rounds.size();
@@ -67,7 +78,8 @@ double TauPerError(const SolveState& state) {
   if (!(before.residual_error > 0 && last.residual_error > 0)) {
     return kTauPerError;
   }
-  const double error = std::log(last.residual_error / before.residual_error);
+  const double error = std::log(last.residual_error /
+                                (before.residual_error * LeftByCare(before)));
   const double tau = std::log(last.tau / before.tau);
   return error < 0 && tau < 0
              ? std::clamp(tau / error, kLeastTauPerError, kMostTauPerError)
@@ -131,6 +143,12 @@ void TakeResidual(RayBounds rays, SolveState* state) {
       std::max(ErrorByChange(*state), kErrorPerResidual * last.residual_error);
 }
 
+double WantedOfSquare(const SolveState& state) {
+  const double seen = kErrorPerResidual * state.rounds.back().residual_error;
+  const double left = kMargin * state.error / std::max(seen, 1e-30);
+  return std::max(left * left, kLeastLeft);
+}
+
 double ResidualAtError(double error) {
   return error / kErrorPerResidual;
 }
@@ -168,12 +186,17 @@ double NextTau(const SolveState& state) {
                           : last.estimated_error;
   const double estimated =
       by_prediction ? kPredictionFactor * last.predicted_error : seen;
-  const double wanted = kMargin * state.error / std::max(estimated, 1e-30);
+  // What one round may leave is left by care and tau together.
+  const double wanted =
+      std::max(kMargin * state.error / std::max(estimated, 1e-30),
+               std::sqrt(kLeastLeft)) /
+      LeftByCare(last);
   const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
   // The first tau was a guess, and may have been too small; but where cells
   // were lit late there were too few links to tell.
   const double first_most = last.relit ? 1 : 3;
-  const double most = rounds == 1 ? first_most : 0.7;
+  const double later_most = last.cared_for > kMuchCaredFor ? 1 : 0.7;
+  const double most = rounds == 1 ? first_most : later_most;
   return state.tau *
          std::clamp(std::pow(wanted, TauPerError(state)), least, most);
 }

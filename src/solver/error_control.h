@@ -34,6 +34,10 @@ struct RayBounds {
 // that is more.
 void TakeResidual(RayBounds rays, SolveState* state);
 
+// Of the squared error that rays saw, the share that the requested one leaves,
+// with a margin.
+double WantedOfSquare(const SolveState& state);
+
 // What rays must say for the requested error.
 double ResidualAtError(double error);
 

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "solver/cell_care.h"
 #include "solver/cell_pager.h"
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
@@ -29,6 +30,7 @@ struct CellNeed {
   uint64_t delta = 0;     // part of the tree that is not there while it refines
   uint64_t balance = 0;   // working arrays of its equilibrium
   uint64_t clusters = 0;  // of its receiving elements
+  uint64_t care = 0;      // of its patches
   uint64_t blockers = 0;  // for shafts and rays
   uint64_t build = 0;     // on top of the blockers, while they are built
 };
@@ -87,6 +89,7 @@ class NeedFinder {
     need.delta = elements * shape_.Stride() * sizeof(float);
     need.balance = 2 * need.delta + HeldSharesBytesFor(elements, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
+    need.care = patches * sizeof(PatchCare);
     const uint64_t held = BlockersHeldBytes(blockers);
     need.blockers = ShaftBlockers::BytesFor(blockers) + held;
     need.build = std::max(BlockersBuildBytes(blockers) - held,
@@ -98,7 +101,7 @@ class NeedFinder {
     const CellNeed& r = needs_[receiver.Index()];
     const uint64_t own = r.geometry + r.tree;
     Consider(own + r.balance, {receiver, {receiver}}, receiver);
-    const uint64_t refined = own - r.delta + kRefineWorkspaceBytes;
+    const uint64_t refined = own - r.delta + r.care + kRefineWorkspaceBytes;
     Consider(refined + r.blockers + std::max(r.build, r.clusters),
              {receiver, {receiver}},
              receiver);

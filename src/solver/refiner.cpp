@@ -229,7 +229,7 @@ void Refiner::Visit(const Receiver& r,
   LinkRays rays(*blockers_, r.end, s.end, KeyOf(r, s), &task->rays);
   if (FewDecide(bound, blocked)) {
     rays.TraceFew();
-    if (rays.NoneSeen()) {
+    if (rays.NoneSeen() && !rays.SeesPeak()) {
       AcceptBlocked(r, s, bound * UnknownBlocked(true, blocked), &rays, task);
       return;
     }
@@ -249,8 +249,9 @@ void Refiner::VisitSeen(const Receiver& r,
   const float unknown =
       judgement.transfer * shadows_ *
       UnknownShare(look.fraction, look.proven, look.few, blocked);
-  const float visible = look.fraction > 0 ? 1.0F : 0.0F;
-  blocked += look.fraction > 0 ? 0 : 1;
+  const bool is_seen = look.fraction > 0 || rays->SeesPeak();
+  const float visible = is_seen ? 1.0F : 0.0F;
+  blocked += is_seen ? 0 : 1;
   const float share = ReceiverShare(look.bits, r.end, s.end);
   const float by_receiver =
       visible * judgement.receiver_error + share * unknown;
@@ -273,10 +274,10 @@ void Refiner::VisitSeen(const Receiver& r,
     return;
   }
   const float error = r.weight * (by_receiver + by_source);
-  if (look.fraction > 0) {
-    AddError(error, task);
+  if (is_seen) {
+    AddError(TrueError(r, error), task);
   } else {
-    AddBlockedError(error, task);
+    AddBlockedError(TrueError(r, error), task);
   }
   const uint16_t bits = look.proven ? look.bits
                         : look.few  ? rays->AskFewAnew()
@@ -293,7 +294,7 @@ void Refiner::AcceptBlocked(const Receiver& r,
   if (!task->Takes(r)) {
     return;
   }
-  AddBlockedError(error, task);
+  AddBlockedError(TrueError(r, error), task);
   const uint16_t bits = rays->AskFewAnew();
   if (bits != 0) {
     Accept(r, s, Judge(r.end, s, *basis_), bits, task);

@@ -19,6 +19,7 @@
 
 #pragma once
 
+#include "solver/cell_care.h"
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
@@ -52,6 +53,8 @@ struct RefineSide {
   const ClusterTree* clusters = nullptr;
   // Of the source: patches that count as one. Null: none.
   const SourceGroups* groups = nullptr;
+  // Of the receiver, by patch. Empty: 1 for all.
+  std::span<const PatchCare> care = {};
 };
 
 // A link before its elements have ids.
@@ -119,7 +122,8 @@ class Refiner {
     uint32_t patch = 0;
     ElementPath path = kRootPath;
     uint32_t level = 0;  // below the item of the front
-    float weight = 0;    // reflectance times root of area
+    float care = 1;      // of its patch
+    float weight = 0;    // reflectance times root of area, times care
   };
 
   // What rays say of a transfer.
@@ -207,6 +211,12 @@ class Refiner {
   static float UnknownBlocked(bool few, int blocked);
   static float UnknownShare(float visible, bool proven, bool few, int blocked);
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
+
+  // Without the care of the receiver.
+  static float TrueError(const Receiver& r, float weighted) {
+    return weighted / r.care;
+  }
+
   static void AddError(float error, Task* task);
   static void AddBlockedError(float error, Task* task);
 

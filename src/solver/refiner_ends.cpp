@@ -134,7 +134,8 @@ Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
   r.end = MakeTransferEnd(patch, FrameOfPath(patch.shape, item.path));
   r.patch = item.patch;
   r.path = item.path;
-  r.weight = std::max(patch.max_reflectance, kLeastWeightReflectance) *
+  r.care = receiver_.care.empty() ? 1.0F : receiver_.care[item.patch].care;
+  r.weight = r.care * std::max(patch.max_reflectance, kLeastWeightReflectance) *
              std::sqrt(r.end.area);
   return r;
 }
@@ -147,6 +148,7 @@ Refiner::Receiver Refiner::ChildReceiver(const Receiver& parent,
   r.patch = parent.patch;
   r.path = ChildPath(parent.path, child);
   r.level = parent.level + 1;
+  r.care = parent.care;
   r.weight = 0.5F * parent.weight;
   return r;
 }

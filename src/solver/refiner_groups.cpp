@@ -159,8 +159,8 @@ void Refiner::VisitSeenGroup(const Receiver& r,
       sight.Agrees() && (few || 2 * sight.points >= r.end.node_count);
   sight = agreed ? sight : rays.Look(kManyPoints, kManyRays);
   const float visible = sight.fraction;
-  const float rough =
-      visible > 0 ? brightness * transfer->Residual(*basis_) : 0.0F;
+  const bool is_seen = visible > 0 || rays.SeesPeak();
+  const float rough = is_seen ? brightness * transfer->Residual(*basis_) : 0.0F;
   const Unknown unknown =
       agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
                                r.end.diameter,
@@ -177,8 +177,8 @@ void Refiner::VisitSeenGroup(const Receiver& r,
     by_source = 0;
   }
   by_source +=
-      visible > 0 ? r.weight * group.spread * transfer->FormFactor() : 0.0F;
-  visit.blocked += visible > 0 ? 0 : 1;
+      is_seen ? r.weight * group.spread * transfer->FormFactor() : 0.0F;
+  visit.blocked += is_seen ? 0 : 1;
   if (by_receiver + by_source > tau) {
     if (by_receiver >= by_source && CanSplit(r.end, r.path)) {
       SplitGroupReceiver(r, visit, transfer->Facing(), task);
@@ -190,10 +190,10 @@ void Refiner::VisitSeenGroup(const Receiver& r,
   if (!task->Takes(r)) {
     return;
   }
-  if (visible > 0) {
-    AddError(by_receiver + by_source, task);
+  if (is_seen) {
+    AddError(TrueError(r, by_receiver + by_source), task);
   } else {
-    AddBlockedError(by_receiver + by_source, task);
+    AddBlockedError(TrueError(r, by_receiver + by_source), task);
   }
   std::array<float, kTransferNodes> gain = transfer->AtNodes();
   if (!proven) {
@@ -284,7 +284,7 @@ void Refiner::AddWeakGroup(const Receiver& r,
   AddPending(
       {{r.patch, r.path, visit.group, kRootPath, LinkKind::kGroup, 0, 0, {}},
        coefficient,
-       brightness * coefficient * std::sqrt(1 - probability)},
+       TrueError(r, brightness * coefficient * std::sqrt(1 - probability))},
       sample.ray,
       task);
 }

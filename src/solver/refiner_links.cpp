@@ -177,11 +177,13 @@ void Refiner::AddWeak(const Receiver& r,
     return;
   }
   const float coefficient = sample.form_factor / probability;
-  AddPending({LinkBetween(r, s),
-              coefficient,
-              r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability)},
-             sample.ray,
-             task);
+  AddPending(
+      {LinkBetween(r, s),
+       coefficient,
+       TrueError(
+           r, r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability))},
+      sample.ray,
+      task);
 }
 
 void Refiner::AddPending(const PendingLink& link,

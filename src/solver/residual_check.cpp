@@ -123,6 +123,7 @@ class ResidualMeter {
         lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
         reflected_(partition_.cells, budget),
         chooser_(store, partition_, solution_, options.mean_reflected, budget),
+        by_patch_(chooser_.Shares(), budget),
         traced_points_(PointsIn(budget, kTracedBytes)),
         batch_points_(PointsIn(budget, kPointBytes)),
         batch_charge_(
@@ -153,6 +154,8 @@ class ResidualMeter {
       estimate = Estimate();
     }
   }
+
+  PatchErrors TakePatchErrors() { return std::move(by_patch_); }
 
  private:
   // How many points of so many bytes fit in an eighth of what is free: one
@@ -358,6 +361,7 @@ class ResidualMeter {
     reflected_area_ += probe.weight * sight.enclosed * sight.enclosed *
                        (rho[0] + rho[1] + rho[2]) / kRgbChannels;
     const double weighted = square * probe.weight;
+    by_patch_.Add(probe.on.cell, probe.on.patch, weighted);
     sum_ += weighted;
     squares_ += weighted * weighted;
     ++points_;
@@ -393,7 +397,10 @@ class ResidualMeter {
   }
 
   [[nodiscard]] bool IsDecided(const ResidualEstimate& e) const {
-    return e.low > options_.decide_at || e.high < options_.decide_at ||
+    if (e.low > options_.decide_at) {
+      return rays_ >= options_.locating_rays;
+    }
+    return e.high < options_.decide_at ||
            e.high - e.low < 2 * kNarrow * e.value;
   }
 
@@ -403,6 +410,7 @@ class ResidualMeter {
   Lamps lamps_;
   ReflectedError reflected_;
   ProbeChooser chooser_;
+  PatchErrors by_patch_;
   std::optional<RayTracer> tracer_;
   size_t traced_points_;  // at a time
   size_t batch_points_;   // looked up at a time
@@ -421,8 +429,14 @@ class ResidualMeter {
 
 ResidualEstimate MeasureResidual(const BlockStorage& store,
                                  const ResidualOptions& options,
-                                 MemoryBudget& budget) {
-  return ResidualMeter(store, options, budget).Run();
+                                 MemoryBudget& budget,
+                                 PatchErrors* by_patch) {
+  ResidualMeter meter(store, options, budget);
+  const ResidualEstimate estimate = meter.Run();
+  if (by_patch != nullptr) {
+    *by_patch = meter.TakePatchErrors();
+  }
+  return estimate;
 }
 
 }  // namespace enfilade

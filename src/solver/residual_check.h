@@ -17,6 +17,7 @@
 
 #include "base/block_storage.h"
 #include "base/memory.h"
+#include "solver/patch_errors.h"
 
 #include <atomic>
 #include <cstdint>
@@ -30,6 +31,8 @@ struct ResidualOptions {
   // value, or is narrow, or these many rays have been traced.
   double decide_at = 0;
   uint64_t most_rays = 1 << 20;
+  // Where the value is exceeded, so many rays say on which patches.
+  uint64_t locating_rays = 0;
   // The solution is constant on its elements. What the slopes that it lacks
   // become on their way is not seen; it is added by the share of the light that
   // a bounce leaves, in the mean over all that anything is seen from.
@@ -54,8 +57,10 @@ struct ResidualEstimate {
 // Reads the solution and the trace chunks of the store. The same bits whatever
 // the budget and the threads. Takes more than half of what is free in the
 // budget, and not less than the largest cell's solution and 4 MiB.
+// `by_patch`, where it is wanted: what the points say of each patch.
 ResidualEstimate MeasureResidual(const BlockStorage& store,
                                  const ResidualOptions& options,
-                                 MemoryBudget& budget);
+                                 MemoryBudget& budget,
+                                 PatchErrors* by_patch = nullptr);
 
 }  // namespace enfilade

@@ -14,6 +14,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundRecord,
                                    observed_change,
                                    residual_error,
                                    estimated_error,
+                                   cared_for,
                                    relit,
                                    links)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,

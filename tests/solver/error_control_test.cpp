@@ -146,6 +146,20 @@ TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
   EXPECT_EQ(step(0.16 * 1.01), step(0.16 * 1.5)) << "both beyond the 3.2th";
 }
 
+// What care will mend, tau need not; and where that is much, tau may stay.
+TEST(ErrorControl, TheNextTauIsForWhatCareLeaves) {
+  const auto step = [](double cared_for) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    TakeResidual(Sure(0.16), &state);
+    state.rounds[1].cared_for = cared_for;
+    return NextTau(state);
+  };
+  EXPECT_LT(step(0), step(0.2));
+  EXPECT_LT(step(0.2), 1);
+  EXPECT_EQ(step(0.9), 1);
+}
+
 TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.05, 0.09, 10)};

@@ -266,6 +266,52 @@ TEST(WeakLinks, OfABulbAsOneAreUnbiased) {
   EXPECT_LT(4 * seen.standard_error, 0.1 * exact);
 }
 
+// A patch that is cared for n times as much gets the links of a solve with an
+// n-th of tau; their errors are what they are.
+TEST(Care, IsASmallerTauOfOnePatch) {
+  const Basis basis(2);
+  const std::vector<Patch> floor = Tiled(Floor(), 2);
+  const std::vector<Patch> ceiling = Tiled(Ceiling(0.5), 3);
+  const BrightCell receiver(0, basis, floor);
+  const BrightCell source(1, basis, ceiling);
+  std::vector<Patch> all = floor;
+  Append(all, ceiling);
+  all.push_back(test::Rectangle({0.2, 0.3, 0.3}, {0.4, 0, 0}, {0, 0.2, 0}));
+  const Scenery scenery(all);
+  constexpr uint32_t kCaredFor = 1;
+  constexpr float kCare = 8;
+  const auto links = [&](double tau, std::span<const PatchCare> care) {
+    RefineOptions options;
+    options.tau = tau;
+    options.tau_weak = tau / 2;
+    RefineSide side = receiver.Side();
+    side.care = care;
+    std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
+    double error = 0;
+    for (const RawLinks& item :
+         RefineAll(options, side, source.Side(), scenery.All())) {
+      for (const RawLink& link : item.links) {
+        made[link.receiver_patch == kCaredFor ? 1 : 0].emplace_back(
+            uint64_t{link.receiver_patch} << 32 | link.receiver_path,
+            link.source_path,
+            link.source_patch);
+      }
+      error += item.squared_error;
+    }
+    return std::make_pair(made, error);
+  };
+  std::vector<PatchCare> care(floor.size());
+  care[kCaredFor].care = kCare;
+  const auto [coarse, coarse_error] = links(0.02, {});
+  const auto [fine, fine_error] = links(0.02 / 8, {});
+  const auto [cared, cared_error] = links(0.02, care);
+  EXPECT_EQ(cared[0], coarse[0]);
+  EXPECT_EQ(cared[1], fine[1]);
+  EXPECT_GT(cared[1].size(), 2 * coarse[1].size());
+  EXPECT_LT(cared_error, coarse_error);
+  EXPECT_GT(cared_error, fine_error);
+}
+
 TEST(WeakLinks, StoreTheirGainToHalfPrecision) {
   const Basis basis(2);
   const BrightCell receiver(0, basis, Tiled(Floor(), 4));
@@ -472,6 +518,69 @@ TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
     }
   }
   EXPECT_GT(crossed, 0U);
+}
+
+// A small plate that shines down on a large floor inside of a shade that all
+// but touches it: whatever gets through the opening of the shade lands on the
+// floor, in a spot that is a thousandth of it. Everywhere else the plate is
+// hidden.
+TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
+  constexpr double kSide = 0.05;             // of the plate, m
+  constexpr double kOpening = 0.06;          // likewise, of the shade
+  constexpr double kBottom = 0.002;          // of the shade
+  constexpr double kHeight = 0.05;           // of the plate
+  constexpr Point3 kCorner = {2.7, 1.3, 0};  // of the shade
+  constexpr double kRim = (kOpening - kSide) / 2;
+  const Basis basis(GetParam());
+  const double x = kCorner.x;
+  const double y = kCorner.y;
+  const Vec3 up = {0, 0, 1.2 * kHeight - kBottom};
+  std::vector<Patch> patches = {
+      test::Rectangle({0, 0, 0}, {4, 0, 0}, {0, 4, 0}),
+      test::Rectangle(
+          {x + kRim, y + kRim, kHeight}, {0, kSide, 0}, {kSide, 0, 0}),
+      test::Rectangle({x, y, kBottom}, {kOpening, 0, 0}, up),
+      test::Rectangle({x, y + kOpening, kBottom}, {kOpening, 0, 0}, up),
+      test::Rectangle({x, y, kBottom}, {0, kOpening, 0}, up),
+      test::Rectangle({x + kOpening, y, kBottom}, {0, kOpening, 0}, up)};
+  const Scenery scenery(patches);
+  BrightCell cell(0, basis, patches);
+  constexpr ElementId kPlate{size_t{1}};
+  cell.Tree().Sent().SetZero();
+  std::fill_n(
+      cell.Tree().Sent()[kPlate].begin(), cell.Tree().Shape().Stride(), 1.0F);
+  cell.Tree().UpdateDetail();
+  RefineOptions options;
+  options.tau = 5e-4;
+  options.tau_weak = 0.5 * options.tau;
+  double flux = 0;
+  for (const RawLinks& item :
+       RefineAll(options, cell.Side(), cell.Side(), scenery.All())) {
+    for (const RawLink& link : item.links) {
+      if (link.receiver_patch == 0 && link.source_patch == kPlate.value) {
+        const PatchGeometry& floor = cell.Geometry()[0];
+        const ElementFrame frame = FrameOfPath(floor.shape, link.receiver_path);
+        flux += MeanGain(link) * static_cast<double>(AreaOf(floor, frame));
+      }
+    }
+  }
+  const auto opening = GeometryOf(
+      {test::Rectangle({x, y, kBottom}, {kOpening, 0, 0}, {0, kOpening, 0})});
+  const Corners corners = CornersOf(opening[0], {});
+  constexpr int kSteps = 50;
+  double passing = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int k = 0; k < kSteps; ++k) {
+      const Vec3f p = {
+          static_cast<float>(x + kRim + kSide * (i + 0.5) / kSteps),
+          static_cast<float>(y + kRim + kSide * (k + 0.5) / kSteps),
+          static_cast<float>(kHeight)};
+      passing +=
+          kSide * kSide / (kSteps * kSteps) *
+          static_cast<double>(PointToPolygon(p, {0, 0, -1}, corners.View()));
+    }
+  }
+  EXPECT_NEAR(flux, passing, 0.1 * passing);
 }
 
 // A wall that is bright in one spot only, as behind a bulb, and a small plate

@@ -8,6 +8,7 @@
 #include "scene/import.h"
 #include "solver/basis.h"
 #include "solver/element_tree.h"
+#include "solver/residual_probes.h"
 #include "solver/solve.h"
 #include "store/sqlite_store.h"
 #include "visibility/ray_tracer.h"
@@ -17,6 +18,7 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,8 +45,9 @@ class SolvedScene {
     Solve(*store, options, budget);
   }
 
-  // Multiplies the irradiance that the solution has by a factor.
-  void Scale(float factor) {
+  // Multiplies the irradiance that the solution has by a factor, everywhere or
+  // on one patch.
+  void Scale(float factor, std::optional<PatchId> only = {}) {
     const SceneInfo scene = LoadSceneInfo(*store);
     const Basis basis(BasisNamed("m2"));
     const size_t cells = LoadPartition(*store).cells.size();
@@ -58,8 +61,10 @@ class SolvedScene {
           CellTree::Load(*store, CellId(i), {&basis, kRgbChannels}, patches);
       if (tree) {
         for (size_t e = 0; e < tree->Size(); ++e) {
+          const bool scaled =
+              !only || tree->At(ElementId(e)).patch == only->value;
           for (float& value : tree->Gathered()[ElementId(e)]) {
-            value *= factor;
+            value *= scaled ? factor : 1;
           }
         }
         tree->Save(*store, CellId(i));
@@ -167,6 +172,61 @@ TEST(ResidualCheck, OfAConstantBasisItCountsWhatSlopesBecome) {
   MemoryBudget budget(kRoomy);
   const double with = MeasureResidual(*scene.store, options, budget).value;
   EXPECT_NEAR(with / without, 1 + 0.65 * 0.5, 1e-9);
+}
+
+// Twice the irradiance on one wall is 1 W/m2 too much of what it reflects; the
+// others, which see it as a fifth of their hemispheres, lack a tenth of that.
+TEST(ResidualCheck, SaysOnWhichPatchesTheErrorIs) {
+  size_t wrong = 0;
+  for (const size_t bright : {0U, 1U}) {  // one of two sides of the same face
+    SolvedScene scene = Furnace();
+    scene.Scale(2, PatchId(bright));
+    ResidualOptions options;
+    options.seed = 1;
+    options.locating_rays = 4 << 20;
+    options.most_rays = 8 << 20;
+    MemoryBudget budget(kRoomy);
+    PatchErrors errors;
+    MeasureResidual(*scene.store, options, budget, &errors);
+    const size_t cells = LoadPartition(*scene.store).cells.size();
+    for (size_t cell = 0; cell < cells; ++cell) {
+      const std::vector<float> square = errors.Of(CellId(cell));
+      for (size_t i = 0; i < square.size(); ++i) {
+        if (i == bright && square[i] > 0.02F) {
+          ++wrong;
+          EXPECT_NEAR(square[i], 1, 0.05);
+          EXPECT_NEAR(errors.OfAll(), 1.05, 0.05);
+        } else {
+          EXPECT_LT(square[i], 0.02);
+        }
+      }
+    }
+  }
+  EXPECT_GE(wrong, 1U);
+}
+
+// Leaves weigh as much as they are bright, and the points on them stand for as
+// much less: in the mean all points together stand for the reflecting area.
+TEST(ResidualProbes, StandForTheWholeArea) {
+  const SolvedScene scene = LampOverSquare();
+  MemoryBudget budget(kRoomy);
+  const Solution solution(*scene.store, budget);
+  const ProbeChooser chooser(
+      *scene.store, LoadPartition(*scene.store), solution, 0.1, budget);
+  constexpr uint32_t kProbes = 1 << 14;
+  double area = 0;
+  double lit = 0;
+  for (const Probe& p : chooser.Choose(5, {0, kProbes, kProbes}).probes) {
+    area += p.weight / kProbes;
+    EXPECT_GE(p.on.a, 0);
+    EXPECT_LE(p.on.a, 1);
+    if (p.normal.z > 0.5) {
+      lit += p.weight / kProbes;
+    }
+  }
+  // Both sides of the square; the lamp reflects nothing.
+  EXPECT_NEAR(area, 2, 0.02);
+  EXPECT_NEAR(lit, 1, 0.02);
 }
 
 TEST(ResidualCheck, IsTheSameForEveryBudgetAndNumberOfThreads) {

@@ -1,0 +1,150 @@
+// How much more carefully than others patches are refined.
+
+#include "solver/cell_care.h"
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "solver/patch_errors.h"
+#include "store/sqlite_store.h"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kRoomy = uint64_t{1} << 20;
+
+TEST(CellCare, IsOneUntilItIsStored) {
+  const auto store = CreateStoreInMemory();
+  for (const PatchCare& care : LoadCellCare(*store, CellId(3U), 4)) {
+    EXPECT_EQ(care.care, 1);
+    EXPECT_EQ(care.links, 0U);
+  }
+  const CellCare care = {{2, 70}, {1, 0}};
+  SaveCellCare(care, CellId(3U), *store);
+  const CellCare read = LoadCellCare(*store, CellId(3U), 2);
+  EXPECT_EQ(read[0].care, 2);
+  EXPECT_EQ(read[0].links, 70U);
+  EXPECT_EQ(LoadCellCare(*store, CellId(4U), 1)[0].care, 1);
+}
+
+TEST(CellCare, OfAnotherCellIsRefused) {
+  const auto store = CreateStoreInMemory();
+  SaveCellCare(CellCare(2), CellId(0U), *store);
+  EXPECT_THROW(LoadCellCare(*store, CellId(0U), 3), DamagedStoreError);
+}
+
+TEST(CellCare, NothingIsRaisedWhereTheErrorIsSmallEnough) {
+  const std::vector<LinkErrors> known = {{1, 10}, {5, 1}};
+  const double level = LevelOfErrors(known, {1, 100}, 1);
+  CellCare care(2);
+  EXPECT_EQ(RaiseOfCare(known[1], level), 1);
+  EXPECT_EQ(RaiseCare(std::vector<float>{1, 5}, level, 1, &care), 0);
+  EXPECT_EQ(care[1].care, 1);
+}
+
+// The squares of a patch fall with the 1.3th root of tau; the level is where
+// those of all add up to what is wanted.
+TEST(CellCare, TheLevelLeavesWhatIsWanted) {
+  const std::vector<LinkErrors> known = {{4, 10}, {2, 20}, {1, 200}};
+  const LinkErrors rest = {1, 10000};
+  for (const double left : {0.9, 0.6, 0.3}) {
+    const double level = LevelOfErrors(known, rest, left);
+    const auto square = [&](const LinkErrors& errors) {
+      return errors.square * std::pow(RaiseOfCare(errors, level), -1 / 1.3);
+    };
+    double sum = square(rest);
+    for (const LinkErrors& errors : known) {
+      sum += square(errors);
+    }
+    EXPECT_NEAR(sum, 8 * left, 0.02 * 8 * left);
+    EXPECT_GE(RaiseOfCare(known[0], level), RaiseOfCare(known[1], level));
+    EXPECT_EQ(RaiseOfCare(rest, level), 1) << "others are worse";
+  }
+}
+
+TEST(CellCare, WhereAllErrAlikeOnlyTauIsLowered) {
+  const std::vector<LinkErrors> known(3, {1, 10});
+  const LinkErrors rest = {100, 1000};
+  for (const double left : {0.5, 1e-9}) {
+    const double level = LevelOfErrors(known, rest, left);
+    const double by_tau = RaiseOfCare(rest, level);
+    EXPECT_GT(by_tau, 1);
+    CellCare care(1, {1, 10});
+    EXPECT_EQ(RaiseCare(std::vector<float>{1}, level, by_tau, &care), 0);
+    EXPECT_EQ(care[0].care, 1);
+  }
+}
+
+TEST(CellCare, IsRaisedWhereTheErrorIsAndStays) {
+  CellCare care = {{1, 100}, {3, 100}, {1, 100}};
+  const std::vector<float> square = {0, 9, 1};
+  const LinkErrors rest = {0, 1000};
+  const double level =
+      LevelOfErrors(std::vector<LinkErrors>{{9, 100}, {1, 100}}, rest, 0.5);
+  const double gone = RaiseCare(square, level, 1, &care);
+  EXPECT_NEAR(gone, 5, 0.2);
+  EXPECT_EQ(care[0].care, 1);
+  EXPECT_GT(care[1].care, 3);
+  EXPECT_EQ(care[2].care, 1);
+  const float raised = care[1].care;
+  RaiseCare(std::vector<float>(3), level, 1, &care);
+  EXPECT_EQ(care[1].care, raised);
+}
+
+// ------------------------------------------------------- errors by patch
+
+// Two cells of two patches and one; the first patch gets half of the probes.
+class ProbedPatches : public testing::Test {
+ protected:
+  static constexpr std::array<uint32_t, 2> kFirst = {0, 2};
+  static constexpr std::array<double, 4> kSums = {0, 4, 7, 8};
+
+  MemoryBudget budget_{kRoomy};
+  PatchErrors errors_{{kFirst, kSums}, budget_};
+};
+
+TEST_F(ProbedPatches, OneProbeSaysNothingOfAPatchButOfAll) {
+  errors_.Add(CellId(0U), PatchId(1U), 6);
+  EXPECT_EQ(errors_.Of(CellId(0U))[1], 0);
+  EXPECT_EQ(errors_.OfAll(), 6);
+}
+
+// As many probes as a patch has the share of, each of the integral over that
+// patch over its share.
+TEST_F(ProbedPatches, ManyProbesAddUpToTheWhole) {
+  constexpr std::array<double, 3> kSquare = {2, 0.5, 7};
+  constexpr std::array<double, 3> kShare = {0.5, 0.375, 0.125};
+  constexpr int kProbes = 8000;
+  for (size_t p = 0; p < kSquare.size(); ++p) {
+    for (int i = 0; i < kProbes * kShare[p]; ++i) {
+      const CellId cell(p < 2 ? 0U : 1U);
+      const PatchId patch(p < 2 ? p : 0U);
+      errors_.Add(cell, patch, kSquare[p] / kShare[p]);
+    }
+  }
+  EXPECT_NEAR(errors_.OfAll(), 9.5, 1e-9);
+  // Less one standard deviation: a share of one over the root of the probes.
+  for (size_t p = 0; p < kSquare.size(); ++p) {
+    const double seen = static_cast<double>(p < 2 ? errors_.Of(CellId(0U))[p]
+                                                  : errors_.Of(CellId(1U))[0]);
+    const double known = 1 - 1 / std::sqrt(kProbes * kShare[p]);
+    EXPECT_NEAR(seen, kSquare[p] * known, 1e-4 * kSquare[p]);
+  }
+}
+
+// A patch whose probes differ in sign is as likely right as wrong.
+TEST_F(ProbedPatches, NoiseIsNoError) {
+  for (int i = 0; i < 10; ++i) {
+    errors_.Add(CellId(1U), PatchId(0U), i % 2 == 0 ? 5 : -4);
+  }
+  EXPECT_EQ(errors_.Of(CellId(1U))[0], 0);
+}
+
+}  // namespace
+}  // namespace enfilade
