@@ -207,10 +207,11 @@ void Engine::CareFor(const PatchErrors& errors) {
   RoundRecord& round = state_.rounds.back();
   std::vector<LinkErrors> known;
   LinkErrors rest = {errors.OfAll(), static_cast<double>(round.links)};
-  for (uint32_t i = 0; i < state_.cells.size(); ++i) {
-    const std::vector<float> square = errors.Of(CellId(i));
-    const CellCare care = LoadCellCare(*store_, CellId(i), square.size());
-    for (size_t k = 0; k < square.size(); ++k) {
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    const size_t patches = partition_.cells[i].patches;
+    const std::vector<float> square = errors.Of(CellId(i), patches);
+    const CellCare care = LoadCellCare(*store_, CellId(i), patches);
+    for (size_t k = 0; k < patches; ++k) {
       if (square[k] > 0) {
         known.push_back({static_cast<double>(square[k]),
                          static_cast<double>(care[k].links)});
@@ -223,9 +224,10 @@ void Engine::CareFor(const PatchErrors& errors) {
   const double level = LevelOfErrors(known, rest, WantedOfSquare(state_));
   const double by_tau = RaiseOfCare(rest, level);
   double gone = 0;
-  for (uint32_t i = 0; i < state_.cells.size(); ++i) {
-    const std::vector<float> square = errors.Of(CellId(i));
-    CellCare care = LoadCellCare(*store_, CellId(i), square.size());
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    const size_t patches = partition_.cells[i].patches;
+    const std::vector<float> square = errors.Of(CellId(i), patches);
+    CellCare care = LoadCellCare(*store_, CellId(i), patches);
     const double mended = RaiseCare(square, level, by_tau, &care);
     if (mended > 0) {
       SaveCellCare(care, CellId(i), *store_);

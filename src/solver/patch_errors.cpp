@@ -2,50 +2,60 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace enfilade {
 
-PatchErrors::PatchErrors(const ProbeShares& shares, MemoryBudget& budget)
-    : charge_(budget,
-              (shares.first_patch.size() + 1) * sizeof(uint32_t) +
-                  shares.sums.size() * sizeof(Patch),
-              "the errors of patches"),
-      first_patch_(shares.first_patch.begin(), shares.first_patch.end()),
-      patches_(shares.sums.size() - 1) {
-  first_patch_.push_back(static_cast<uint32_t>(patches_.size()));
-  const double all = shares.sums.back();
-  for (size_t i = 0; all > 0 && i < patches_.size(); ++i) {
-    patches_[i].share =
-        static_cast<float>((shares.sums[i + 1] - shares.sums[i]) / all);
-  }
+PatchErrors::PatchErrors(std::span<const uint32_t> first_patch,
+                         size_t most_probes,
+                         MemoryBudget& budget)
+    : charge_(
+          budget,
+          first_patch.size() * sizeof(uint32_t) + most_probes * sizeof(Probe),
+          "the errors of patches"),
+      first_patch_(first_patch.begin(), first_patch.end()) {
+  probes_.reserve(most_probes);
 }
 
-void PatchErrors::Add(CellId cell, PatchId patch, double square) {
-  Patch& p = patches_[first_patch_[cell.Index()] + patch.Index()];
-  const auto value = static_cast<float>(square);
-  p.sum += value;
-  p.squares += value * value;
-  ++p.probes;
+void PatchErrors::Add(CellId cell, PatchId patch, double share, double square) {
+  probes_.push_back({first_patch_[cell.Index()] + patch.value,
+                     static_cast<float>(share * square)});
   sum_ += square;
-  ++probes_;
 }
 
-std::vector<float> PatchErrors::Of(CellId cell) const {
-  std::vector<float> squares;
-  for (size_t i = first_patch_[cell.Index()];
-       i < first_patch_[cell.Index() + 1];
-       ++i) {
-    const Patch& p = patches_[i];
-    squares.push_back(
-        p.probes == 0 ? 0.0F
-                      : p.share * std::max(p.sum - std::sqrt(p.squares), 0.0F) /
-                            static_cast<float>(p.probes));
+void PatchErrors::Sort() {
+  std::sort(probes_.begin(), probes_.end(), [](const Probe& a, const Probe& b) {
+    return std::tie(a.patch, a.square) < std::tie(b.patch, b.square);
+  });
+}
+
+std::vector<float> PatchErrors::Of(CellId cell, size_t patches) const {
+  std::vector<float> squares(patches);
+  const uint32_t first = first_patch_[cell.Index()];
+  auto probe = std::lower_bound(
+      probes_.begin(), probes_.end(), first, [](const Probe& p, uint32_t at) {
+        return p.patch < at;
+      });
+  for (size_t i = 0; i < patches; ++i) {
+    double sum = 0;
+    double scatter = 0;
+    int count = 0;
+    for (; probe != probes_.end() && probe->patch == first + i; ++probe) {
+      const auto square = static_cast<double>(probe->square);
+      sum += square;
+      scatter += square * square;
+      ++count;
+    }
+    squares[i] = static_cast<float>(std::max(sum - std::sqrt(scatter), 0.0) /
+                                    std::max(count, 1));
   }
   return squares;
 }
 
 double PatchErrors::OfAll() const {
-  return probes_ == 0 ? 0 : std::max(sum_ / static_cast<double>(probes_), 0.0);
+  return probes_.empty()
+             ? 0
+             : std::max(sum_ / static_cast<double>(probes_.size()), 0.0);
 }
 
 }  // namespace enfilade

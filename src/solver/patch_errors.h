@@ -6,48 +6,48 @@
 #include "base/ids.h"
 #include "base/memory.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace enfilade {
 
-// The share of the probes that each patch gets, patches counted through all
-// cells.
-struct ProbeShares {
-  std::span<const uint32_t> first_patch;  // by cell
-  std::span<const double> sums;  // weights of the patches before; one more
-};
-
 class PatchErrors {
  public:
   PatchErrors() = default;
 
-  // `shares` is read now.
-  PatchErrors(const ProbeShares& shares, MemoryBudget& budget);
+  // `first_patch`, by cell: patches are counted through all cells. Grows with
+  // the probes, for which it takes room now, and not with the patches.
+  PatchErrors(std::span<const uint32_t> first_patch,
+              size_t most_probes,
+              MemoryBudget& budget);
 
   // A probe on a patch: an estimate of the integral of r^2 over all patches,
-  // W^2/m2.
-  void Add(CellId cell, PatchId patch, double square);
+  // W^2/m2. `share`: of all probes, those that fall on this patch.
+  void Add(CellId cell, PatchId patch, double share, double square);
 
-  // The integral over each patch of a cell, W^2/m2, less its standard
-  // deviation: 0 where too few probes were to know of it. And over all.
-  [[nodiscard]] std::vector<float> Of(CellId cell) const;
+  // After the last probe.
+  void Sort();
+
+  // The integral over each of a cell's patches, as many as asked for, less its
+  // standard deviation: 0 where too few probes were to know of it. After
+  // Sort().
+  [[nodiscard]] std::vector<float> Of(CellId cell, size_t patches) const;
+
+  // The integral over all.
   [[nodiscard]] double OfAll() const;
 
  private:
-  struct Patch {
-    float share = 0;
-    float sum = 0;
-    float squares = 0;
-    uint32_t probes = 0;
+  struct Probe {
+    uint32_t patch = 0;
+    float square = 0;  // over the patch
   };
 
   MemoryCharge charge_;
-  std::vector<uint32_t> first_patch_;  // by cell; one more
-  std::vector<Patch> patches_;
+  std::vector<uint32_t> first_patch_;
+  std::vector<Probe> probes_;
   double sum_ = 0;
-  uint64_t probes_ = 0;
 };
 
 }  // namespace enfilade

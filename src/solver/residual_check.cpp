@@ -123,7 +123,9 @@ class ResidualMeter {
         lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
         reflected_(partition_.cells, budget),
         chooser_(store, partition_, solution_, options.mean_reflected, budget),
-        by_patch_(chooser_.Shares(), budget),
+        by_patch_(chooser_.FirstPatches(),
+                  options.most_rays / kRaysPerPoint + kPointsPerRound,
+                  budget),
         traced_points_(PointsIn(budget, kTracedBytes)),
         batch_points_(PointsIn(budget, kPointBytes)),
         batch_charge_(
@@ -155,7 +157,10 @@ class ResidualMeter {
     }
   }
 
-  PatchErrors TakePatchErrors() { return std::move(by_patch_); }
+  PatchErrors TakePatchErrors() {
+    by_patch_.Sort();
+    return std::move(by_patch_);
+  }
 
  private:
   // How many points of so many bytes fit in an eighth of what is free: one
@@ -361,7 +366,10 @@ class ResidualMeter {
     reflected_area_ += probe.weight * sight.enclosed * sight.enclosed *
                        (rho[0] + rho[1] + rho[2]) / kRgbChannels;
     const double weighted = square * probe.weight;
-    by_patch_.Add(probe.on.cell, probe.on.patch, weighted);
+    by_patch_.Add(probe.on.cell,
+                  probe.on.patch,
+                  chooser_.ShareOf(probe.on.cell, probe.on.patch),
+                  weighted);
     sum_ += weighted;
     squares_ += weighted * weighted;
     ++points_;

@@ -13,10 +13,10 @@
 #include "base/vec.h"
 #include "partition/partition.h"
 #include "partition/patch.h"
-#include "solver/patch_errors.h"
 #include "solver/solution.h"
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -57,7 +57,15 @@ class ProbeChooser {
   // Nothing reflects.
   [[nodiscard]] bool IsEmpty() const { return !(weights_.back() > 0); }
 
-  [[nodiscard]] ProbeShares Shares() const { return {first_patch_, weights_}; }
+  [[nodiscard]] std::span<const uint32_t> FirstPatches() const {
+    return first_patch_;
+  }
+
+  // Of all probes, those on a patch.
+  [[nodiscard]] double ShareOf(CellId cell, PatchId patch) const {
+    const size_t i = first_patch_[cell.Index()] + patch.Index();
+    return (weights_[i + 1] - weights_[i]) / weights_.back();
+  }
 
   // Of all reflecting sides, m2.
   [[nodiscard]] double ReflectingArea() const { return area_; }

@@ -99,19 +99,19 @@ TEST(CellCare, IsRaisedWhereTheErrorIsAndStays) {
 
 // ------------------------------------------------------- errors by patch
 
-// Two cells of two patches and one; the first patch gets half of the probes.
+// Two cells, of two patches and of one.
 class ProbedPatches : public testing::Test {
  protected:
   static constexpr std::array<uint32_t, 2> kFirst = {0, 2};
-  static constexpr std::array<double, 4> kSums = {0, 4, 7, 8};
 
   MemoryBudget budget_{kRoomy};
-  PatchErrors errors_{{kFirst, kSums}, budget_};
+  PatchErrors errors_{kFirst, 8192, budget_};
 };
 
 TEST_F(ProbedPatches, OneProbeSaysNothingOfAPatchButOfAll) {
-  errors_.Add(CellId(0U), PatchId(1U), 6);
-  EXPECT_EQ(errors_.Of(CellId(0U))[1], 0);
+  errors_.Add(CellId(0U), PatchId(1U), 0.5, 6);
+  errors_.Sort();
+  EXPECT_EQ(errors_.Of(CellId(0U), 2), std::vector<float>(2));
   EXPECT_EQ(errors_.OfAll(), 6);
 }
 
@@ -123,27 +123,30 @@ TEST_F(ProbedPatches, ManyProbesAddUpToTheWhole) {
   constexpr int kProbes = 8000;
   for (size_t p = 0; p < kSquare.size(); ++p) {
     for (int i = 0; i < kProbes * kShare[p]; ++i) {
-      const CellId cell(p < 2 ? 0U : 1U);
-      const PatchId patch(p < 2 ? p : 0U);
-      errors_.Add(cell, patch, kSquare[p] / kShare[p]);
+      errors_.Add(CellId(p < 2 ? 0U : 1U),
+                  PatchId(p < 2 ? p : 0U),
+                  kShare[p],
+                  kSquare[p] / kShare[p]);
     }
   }
+  errors_.Sort();
   EXPECT_NEAR(errors_.OfAll(), 9.5, 1e-9);
+  std::vector<float> seen = errors_.Of(CellId(0U), 2);
+  seen.push_back(errors_.Of(CellId(1U), 1)[0]);
   // Less one standard deviation: a share of one over the root of the probes.
   for (size_t p = 0; p < kSquare.size(); ++p) {
-    const double seen = static_cast<double>(p < 2 ? errors_.Of(CellId(0U))[p]
-                                                  : errors_.Of(CellId(1U))[0]);
     const double known = 1 - 1 / std::sqrt(kProbes * kShare[p]);
-    EXPECT_NEAR(seen, kSquare[p] * known, 1e-4 * kSquare[p]);
+    EXPECT_NEAR(seen[p], kSquare[p] * known, 1e-4 * kSquare[p]);
   }
 }
 
 // A patch whose probes differ in sign is as likely right as wrong.
 TEST_F(ProbedPatches, NoiseIsNoError) {
   for (int i = 0; i < 10; ++i) {
-    errors_.Add(CellId(1U), PatchId(0U), i % 2 == 0 ? 5 : -4);
+    errors_.Add(CellId(1U), PatchId(0U), 0.3, i % 2 == 0 ? 5 : -4);
   }
-  EXPECT_EQ(errors_.Of(CellId(1U))[0], 0);
+  errors_.Sort();
+  EXPECT_EQ(errors_.Of(CellId(1U), 1)[0], 0);
 }
 
 }  // namespace

@@ -188,9 +188,10 @@ TEST(ResidualCheck, SaysOnWhichPatchesTheErrorIs) {
     MemoryBudget budget(kRoomy);
     PatchErrors errors;
     MeasureResidual(*scene.store, options, budget, &errors);
-    const size_t cells = LoadPartition(*scene.store).cells.size();
-    for (size_t cell = 0; cell < cells; ++cell) {
-      const std::vector<float> square = errors.Of(CellId(cell));
+    const Partition partition = LoadPartition(*scene.store);
+    for (size_t cell = 0; cell < partition.cells.size(); ++cell) {
+      const std::vector<float> square =
+          errors.Of(CellId(cell), partition.cells[cell].patches);
       for (size_t i = 0; i < square.size(); ++i) {
         if (i == bright && square[i] > 0.02F) {
           ++wrong;
