@@ -1,6 +1,7 @@
 // The verbs `solve` and `resume`.
 
 #include "base/error.h"
+#include "solver/reference/form_factor_kinds.h"
 
 #include <memory>
 #include <optional>
@@ -22,9 +23,14 @@ struct SolveCommand {
   std::string scene;
   std::string store;
   bool basis_given = false;
+  bool linear_solver_given = false;
+  bool form_factors_given = false;  // or --projection
   SceneOptions options;
 
   void Run();
+
+ private:
+  void ChooseByMethod();
 };
 
 struct ResumeCommand {
@@ -131,11 +137,25 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
   return OpenStore(path, StoreAccess::kWrite);
 }
 
-void SolveCommand::Run() {
-  ApplyVerbosity(common);
-  if (options.settings.method.name != "wavelet" && !basis_given) {
+// Defaults that depend on other options.
+void SolveCommand::ChooseByMethod() {
+  MethodOptions& method = options.settings.method;
+  if (method.name == "wavelet" && form_factors_given) {
+    throw UsageError(
+        "--form-factors and --projection are of the reference methods; give "
+        "--method matrix, progressive or substructuring");
+  }
+  if (method.name != "wavelet" && !basis_given) {
     options.settings.basis = "haar";
   }
+  if (!linear_solver_given && !FormFactorOptionsOf(method).AreSymmetric()) {
+    method.linear_solver = "gs";
+  }
+}
+
+void SolveCommand::Run() {
+  ApplyVerbosity(common);
+  ChooseByMethod();
   const SolveSettings settings = SettingsOf(scene, options);
   if (fs::exists(store)) {
     RefuseExistingStore(store, settings);
@@ -184,6 +204,28 @@ void ResumeCommand::Run() {
   ReportSolve(store, summary, common, limits.Budget());
 }
 
+void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
+  command
+      .add_option("--form-factors",
+                  method.form_factors,
+                  "Reference methods: exact, point, polygon, switch, hemicube "
+                  "or montecarlo (docs/reference-methods.md)")
+      ->check(
+          CLI::IsMember(
+              {"exact", "point", "polygon", "switch", "hemicube", "montecarlo"})
+              .description(""))
+      ->type_name("KIND")
+      ->capture_default_str();
+  command
+      .add_option("--projection",
+                  method.projection,
+                  "Of --method matrix: galerkin (irradiance averaged over an "
+                  "element) or collocation (that of its center)")
+      ->check(CLI::IsMember({"galerkin", "collocation"}).description(""))
+      ->type_name("PROJECTION")
+      ->capture_default_str();
+}
+
 void AddMethodOptions(CLI::App& command, SceneOptions& options) {
   MethodOptions& method = options.settings.method;
   command
@@ -201,10 +243,12 @@ void AddMethodOptions(CLI::App& command, SceneOptions& options) {
       .add_option("--linear-solver",
                   method.linear_solver,
                   "Of --method matrix: gs (Gauss-Seidel), sor or cg (conjugate "
-                  "gradients)")
+                  "gradients, of symmetric form factors; gs is the default of "
+                  "the others)")
       ->check(CLI::IsMember({"gs", "sor", "cg"}).description(""))
       ->type_name("SOLVER")
       ->capture_default_str();
+  AddFormFactorOptions(command, method);
   command
       .add_option("--elements",
                   method.elements,
@@ -245,6 +289,9 @@ void AddSolveCommand(CLI::App& app) {
              "256M --report office.json");
   command->callback([options, command] {
     options->basis_given = command->count("--basis") > 0;
+    options->linear_solver_given = command->count("--linear-solver") > 0;
+    options->form_factors_given = command->count("--form-factors") > 0 ||
+                                  command->count("--projection") > 0;
     options->Run();
   });
 }

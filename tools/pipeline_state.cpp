@@ -70,6 +70,8 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
             {"seed", settings.seed},
             {"method", settings.method.name},
             {"linear_solver", settings.method.linear_solver},
+            {"form_factors", settings.method.form_factors},
+            {"projection", settings.method.projection},
             {"elements", settings.method.elements},
             {"ambient", settings.method.ambient}};
   if (settings.overrides) {
@@ -94,6 +96,10 @@ SolveSettings LoadSettings(const BlockStorage& store) {
     settings.method.name = j.value("method", settings.method.name);
     settings.method.linear_solver =
         j.value("linear_solver", settings.method.linear_solver);
+    settings.method.form_factors =
+        j.value("form_factors", settings.method.form_factors);
+    settings.method.projection =
+        j.value("projection", settings.method.projection);
     settings.method.elements = j.value("elements", settings.method.elements);
     settings.method.ambient = j.value("ambient", settings.method.ambient);
     if (j.contains("overrides")) {

@@ -5,6 +5,7 @@
 #include "solver/basis.h"
 #include "solver/engine.h"
 #include "solver/least_memory.h"
+#include "solver/reference/form_factor_kinds.h"
 #include "solver/reference/reference_solve.h"
 #include "solver/solve_state.h"
 
@@ -20,6 +21,34 @@ namespace {
 
 bool IsOneOf(const std::string& word, std::initializer_list<const char*> all) {
   return std::find(all.begin(), all.end(), word) != all.end();
+}
+
+// Which form factors go with which method and which linear solver.
+void ValidateFormFactors(const MethodOptions& method) {
+  const FormFactorOptions form_factors = FormFactorOptionsOf(method);
+  if (method.name == "wavelet" &&
+      (form_factors.kind != FormFactorKind::kExact ||
+       form_factors.projection != Projection::kGalerkin)) {
+    throw UsageError(
+        "--form-factors and --projection are of the reference methods; "
+        "--method wavelet has its own");
+  }
+  if (method.name != "matrix" &&
+      form_factors.projection == Projection::kCollocation) {
+    throw UsageError(fmt::format(
+        "--projection collocation is of --method matrix alone; --method {} "
+        "shoots",
+        method.name));
+  }
+  if (method.name == "matrix" && method.linear_solver == "cg" &&
+      !form_factors.AreSymmetric()) {
+    throw UsageError(fmt::format(
+        "--linear-solver cg needs a symmetric matrix, and --form-factors {} "
+        "with --projection {} makes one that is not: what i sees of j is not "
+        "what j sees of i. Use --linear-solver gs or sor",
+        method.form_factors,
+        method.projection));
+  }
 }
 
 void ValidateMethod(const MethodOptions& method, const std::string& basis) {
@@ -45,6 +74,7 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
         method.name,
         basis));
   }
+  ValidateFormFactors(method);
 }
 
 }  // namespace

@@ -17,6 +17,10 @@ namespace enfilade {
 struct MethodOptions {
   std::string name = "wavelet";      // or matrix, progressive, substructuring
   std::string linear_solver = "cg";  // of matrix: gs, sor or cg
+  // Of the reference methods: exact, point, polygon, switch, hemicube or
+  // montecarlo (reference/form_factor_kinds.h).
+  std::string form_factors = "exact";
+  std::string projection = "galerkin";  // of matrix: or collocation
   // At most so many elements, and no finer than that; 0: as the error asks.
   uint64_t elements = 0;
   // Progressive and substructuring: add the light still to come, evenly.

@@ -17,6 +17,7 @@ using Index = Eigen::Index;
 constexpr size_t kRowGroup = 64;
 // Twice the entries: the upper half as it is made, then the matrix.
 constexpr uint64_t kBytesPerPair = 2 * 8 + 8;
+constexpr uint64_t kBytesPerUnsymmetricPair = 2 * 8 + 2 * 8;
 // The scaling of row sums ends when all are this near to what they should be.
 constexpr int kMostHoldPasses = 200;
 constexpr double kHeld = 1e-6;
@@ -41,13 +42,15 @@ uint64_t CountFacingPairs(const std::vector<Panel>& panels) {
   return sum;
 }
 
-// The entries of a row right of the diagonal.
-std::vector<Entry> MakeUpperRow(const ReferenceScene& scene,
-                                const std::vector<Panel>& panels,
-                                size_t i) {
+// The entries of row i from column `first` on; none on the diagonal.
+std::vector<Entry> MakeRow(const FormFactors& form_factors,
+                           const std::vector<Panel>& panels,
+                           size_t i,
+                           size_t first) {
   std::vector<Entry> row;
-  for (size_t j = i + 1; j < panels.size(); ++j) {
-    const float value = scene.Exchange(panels[i], panels[j]);
+  for (size_t j = first; j < panels.size(); ++j) {
+    const float value =
+        j == i ? 0 : form_factors.Exchange(panels[i], panels[j]);
     if (value > 0) {
       row.push_back({static_cast<uint32_t>(j), value});
     }
@@ -56,20 +59,71 @@ std::vector<Entry> MakeUpperRow(const ReferenceScene& scene,
   return row;
 }
 
-std::vector<std::vector<Entry>> MakeUpperHalf(const ReferenceScene& scene,
-                                              const std::vector<Panel>& panels,
-                                              const RunControl& control) {
+// All rows, or the upper half of a symmetric matrix.
+std::vector<std::vector<Entry>> MakeRows(const FormFactors& form_factors,
+                                         const std::vector<Panel>& panels,
+                                         const RunControl& control) {
+  const bool upper = form_factors.Options().AreSymmetric();
   std::vector<std::vector<Entry>> rows(panels.size());
   for (size_t begin = 0; begin < panels.size(); begin += kRowGroup) {
     const double left =
         1 - static_cast<double>(begin) / static_cast<double>(panels.size());
-    control.Check(1 - left * left, "form factors");
+    control.Check(upper ? 1 - left * left : 1 - left, "form factors");
     const size_t count = std::min(kRowGroup, panels.size() - begin);
     ParallelFor(count, [&](size_t k) {
-      rows[begin + k] = MakeUpperRow(scene, panels, begin + k);
+      const size_t i = begin + k;
+      rows[i] = MakeRow(form_factors, panels, i, upper ? i + 1 : 0);
     });
   }
   return rows;
+}
+
+std::vector<std::vector<Entry>> TraceRows(const ReferenceScene& scene,
+                                          FormFactors& form_factors,
+                                          const std::vector<Panel>& panels,
+                                          const RunControl& control) {
+  PanelIndex index(scene);
+  for (size_t i = 0; i < panels.size(); ++i) {
+    index.Add(panels[i], i);
+  }
+  std::vector<std::vector<Entry>> rows(panels.size());
+  for (size_t i = 0; i < panels.size(); ++i) {
+    control.Check(static_cast<double>(i) / static_cast<double>(panels.size()),
+                  "form factors");
+    const std::vector<float> row = form_factors.TraceRow(panels[i], index);
+    for (size_t j = 0; j < row.size(); ++j) {
+      if (row[j] > 0) {
+        rows[i].push_back({static_cast<uint32_t>(j), row[j]});
+      }
+    }
+    rows[i].shrink_to_fit();
+  }
+  return rows;
+}
+
+// By rows from above, so that every row is filled from left to right.
+ExchangeMatrix MatrixOf(const std::vector<std::vector<Entry>>& rows,
+                        bool mirror) {
+  Eigen::VectorXi counts =
+      Eigen::VectorXi::Zero(static_cast<Index>(rows.size()));
+  for (size_t i = 0; i < rows.size(); ++i) {
+    counts[static_cast<Index>(i)] += static_cast<int>(rows[i].size());
+    for (const Entry& entry : rows[i]) {
+      counts[entry.column] += mirror ? 1 : 0;
+    }
+  }
+  ExchangeMatrix exchange(counts.size(), counts.size());
+  exchange.reserve(counts);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    for (const Entry& entry : rows[i]) {
+      exchange.insert(static_cast<Index>(i), entry.column) = entry.value;
+      if (mirror) {
+        exchange.insert(entry.column, static_cast<Index>(i)) = entry.value;
+      }
+    }
+  }
+  exchange.makeCompressed();
+  return exchange;
 }
 
 Eigen::VectorXd RowSums(const ExchangeMatrix& exchange) {
@@ -84,37 +138,26 @@ Eigen::VectorXd RowSums(const ExchangeMatrix& exchange) {
 }  // namespace
 
 ExchangeMatrix MakeExchangeMatrix(const ReferenceScene& scene,
+                                  FormFactors& form_factors,
                                   const std::vector<Panel>& panels,
                                   const RunControl& control,
                                   MemoryBudget& budget) {
+  const FormFactorOptions& options = form_factors.Options();
+  const bool symmetric = options.AreSymmetric();
   const MemoryCharge making(
       budget,
-      CountFacingPairs(panels) * kBytesPerPair,
+      CountFacingPairs(panels) *
+          (symmetric ? kBytesPerPair : kBytesPerUnsymmetricPair),
       fmt::format("the matrix of {} panels, making it", panels.size()));
-  const auto upper = MakeUpperHalf(scene, panels, control);
-  Eigen::VectorXi counts =
-      Eigen::VectorXi::Zero(static_cast<Index>(panels.size()));
-  for (size_t i = 0; i < upper.size(); ++i) {
-    counts[static_cast<Index>(i)] += static_cast<int>(upper[i].size());
-    for (const Entry& entry : upper[i]) {
-      ++counts[entry.column];
-    }
-  }
-  ExchangeMatrix exchange(counts.size(), counts.size());
-  exchange.reserve(counts);
-  // By rows from above, so that every row is filled from left to right.
-  for (size_t i = 0; i < upper.size(); ++i) {
-    for (const Entry& entry : upper[i]) {
-      exchange.insert(static_cast<Index>(i), entry.column) = entry.value;
-      exchange.insert(entry.column, static_cast<Index>(i)) = entry.value;
-    }
-  }
-  exchange.makeCompressed();
-  return exchange;
+  const auto rows = options.AreTraced()
+                        ? TraceRows(scene, form_factors, panels, control)
+                        : MakeRows(form_factors, panels, control);
+  return MatrixOf(rows, symmetric);
 }
 
 void HoldRowSums(const ReferenceScene& scene,
                  const std::vector<Panel>& panels,
+                 bool symmetric,
                  ExchangeMatrix* exchange) {
   std::vector<uint8_t> enclosed(panels.size());
   ParallelFor(panels.size(), [&](size_t i) {
@@ -130,26 +173,31 @@ void HoldRowSums(const ReferenceScene& scene,
       const double share = sums[i] / static_cast<double>(panels[k].end.area);
       if (share > 1 || (enclosed[k] != 0 && share > 0)) {
         worst = std::max(worst, std::abs(share - 1));
-        scale[i] = std::clamp(std::sqrt(1 / share), 1 / kMostScale, kMostScale);
+        scale[i] = std::clamp(symmetric ? std::sqrt(1 / share) : 1 / share,
+                              1 / kMostScale,
+                              kMostScale);
       }
     }
     for (Index i = 0; i < exchange->rows(); ++i) {
       for (ExchangeMatrix::InnerIterator it(*exchange, i); it; ++it) {
-        it.valueRef() *= static_cast<float>(scale[i] * scale[it.col()]);
+        it.valueRef() *= static_cast<float>(
+            symmetric ? scale[i] * scale[it.col()] : scale[i]);
       }
     }
   }
 }
 
 PanelSolution SolveByMatrix(const ReferenceScene& scene,
+                            FormFactors& form_factors,
                             std::vector<Panel> panels,
                             const LinearOptions& options,
                             const RunControl& control,
                             MemoryBudget& budget) {
-  ExchangeMatrix exchange = MakeExchangeMatrix(scene, panels, control, budget);
+  ExchangeMatrix exchange =
+      MakeExchangeMatrix(scene, form_factors, panels, control, budget);
   const MemoryCharge charge(
       budget, static_cast<uint64_t>(exchange.nonZeros()) * 8, "the matrix");
-  HoldRowSums(scene, panels, &exchange);
+  HoldRowSums(scene, panels, form_factors.Options().AreSymmetric(), &exchange);
   const auto n = static_cast<Index>(panels.size());
   PanelSolution solution;
   solution.irradiance.resize(panels.size());

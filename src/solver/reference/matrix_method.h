@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/memory.h"
+#include "solver/reference/form_factors.h"
 #include "solver/reference/linear_solver.h"
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/reference_scene.h"
@@ -15,6 +16,7 @@ namespace enfilade {
 // G_ij = A_i F_ij of all panels, m2. DoesNotFitError, naming the least cap,
 // before any work if the budget does not hold them.
 ExchangeMatrix MakeExchangeMatrix(const ReferenceScene& scene,
+                                  FormFactors& form_factors,
                                   const std::vector<Panel>& panels,
                                   const RunControl& control,
                                   MemoryBudget& budget);
@@ -25,9 +27,11 @@ ExchangeMatrix MakeExchangeMatrix(const ReferenceScene& scene,
 // every bounce.
 void HoldRowSums(const ReferenceScene& scene,
                  const std::vector<Panel>& panels,
+                 bool symmetric,
                  ExchangeMatrix* exchange);
 
 PanelSolution SolveByMatrix(const ReferenceScene& scene,
+                            FormFactors& form_factors,
                             std::vector<Panel> panels,
                             const LinearOptions& options,
                             const RunControl& control,

@@ -5,6 +5,7 @@
 #include "partition/partition.h"
 #include "solver/cell_pager.h"
 #include "solver/oracle.h"
+#include "solver/reference/panel_rays.h"
 #include "solver/transfer_sample.h"
 
 #include <algorithm>
@@ -21,23 +22,12 @@ namespace {
 constexpr uint32_t kRays = 16;            // per pair of panels
 constexpr uint32_t kEnclosureRays = 256;  // per panel
 constexpr uint64_t kEnclosureStream = 0xe5cab;
+constexpr uint64_t kCenterStream = 0xce47e;
 
 double LongestEdgeOf(const PatchGeometry& p) {
   const float third =
       p.shape == PatchShape::kTriangle ? Length(p.u - p.v) : 0.0F;
   return static_cast<double>(std::max({Length(p.u), Length(p.v), third}));
-}
-
-// Cosine-distributed about the normal of the patch.
-Vec3f CosineDirection(const PatchGeometry& patch, Random* random) {
-  const Vec3f n = patch.normal;
-  const Vec3f x = patch.u * (1 / Length(patch.u));
-  const Vec3f y = Cross(n, x);
-  const double r = std::sqrt(random->Next());
-  const double phi = 2 * kPi * random->Next();
-  const auto a = static_cast<float>(r * std::cos(phi));
-  const auto b = static_cast<float>(r * std::sin(phi));
-  return x * a + y * b + n * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
 }
 
 bool IsLongInU(const PatchGeometry& p) {
@@ -56,13 +46,8 @@ size_t MostStrips(const PatchGeometry& p) {
       std::clamp(std::ceil(std::log2(ratio)), 0.0, kMost));
 }
 
-// k of strip 2^k - 1 + i.
-size_t StripLevel(uint32_t strip) {
-  return static_cast<size_t>(std::bit_width(strip + 1) - 1);
-}
-
-uint64_t KeyOf(uint64_t seed, const Panel& p) {
-  return MixKey(MixKey(MixKey(seed, p.patch), p.strip), p.path);
+uint64_t FoldInto(uint64_t key, const Panel& p) {
+  return MixKey(MixKey(MixKey(key, p.patch), p.strip), p.path);
 }
 
 Rgb RowOf(const std::vector<float>& table, MaterialId material, bool any) {
@@ -74,6 +59,15 @@ Rgb RowOf(const std::vector<float>& table, MaterialId material, bool any) {
 }
 
 }  // namespace
+
+size_t StripLevel(uint32_t strip) {
+  return static_cast<size_t>(std::bit_width(strip + 1) - 1);
+}
+
+bool ComesBefore(const Panel& i, const Panel& j) {
+  return std::tie(i.patch, i.strip, i.path) <
+         std::tie(j.patch, j.strip, j.path);
+}
 
 ReferenceScene::ReferenceScene(const BlockStorage& store,
                                uint64_t seed,
@@ -241,6 +235,16 @@ PanelRect ReferenceScene::RectOf(const Panel& panel) const {
   return rect;
 }
 
+uint32_t ReferenceScene::StripAt(uint32_t patch, size_t k, UnitPoint* p) const {
+  const uint32_t strips = 1U << k;
+  double& along = IsLongInU(patches_[patch]) ? p->a : p->b;
+  along *= strips;
+  const uint32_t index =
+      std::min(static_cast<uint32_t>(std::max(along, 0.0)), strips - 1);
+  along -= index;
+  return strips - 1 + index;
+}
+
 bool ReferenceScene::Covers(const Panel& outer, const Panel& inner) const {
   if (outer.patch != inner.patch) {
     return false;
@@ -288,7 +292,7 @@ bool ReferenceScene::Face(const Panel& i, const Panel& j) {
 }
 
 float ReferenceScene::Exchange(const Panel& i, const Panel& j) const {
-  if (std::tie(j.patch, j.strip, j.path) < std::tie(i.patch, i.strip, i.path)) {
+  if (ComesBefore(j, i)) {
     return Exchange(j, i);
   }
   if (!Face(i, j)) {
@@ -308,7 +312,10 @@ float ReferenceScene::Exchange(const Panel& i, const Panel& j) const {
 
 // One ray for each pair of nodes, the rest anywhere.
 float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
-  Random random(KeyOf(KeyOf(seed_, i), j));
+  if (ComesBefore(j, i)) {
+    return VisibleShare(j, i);
+  }
+  Random random(FoldInto(KeyOf(i), j));
   SegmentPacket packet;
   for (uint32_t ray = 0; ray < kRays; ++ray) {
     const size_t stratum = ray < i.end.node_count * j.end.node_count
@@ -326,8 +333,28 @@ float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
   return static_cast<float>(seen) / static_cast<float>(kRays);
 }
 
+float ReferenceScene::ShareSeenFromCenter(const Panel& i,
+                                          const Panel& j) const {
+  const Vec3f x = i.end.center;
+  Random random(MixKey(FoldInto(KeyOf(i), j), kCenterStream));
+  SegmentPacket packet;
+  for (uint32_t ray = 0; ray < kRays; ++ray) {
+    const Vec3f y = PointNearNode(j.end, ray % j.end.node_count, &random);
+    if (Dot(y - x, i.end.patch->normal) > 0) {
+      AddSegment({x, y}, &packet);
+    }
+  }
+  const int blocked = std::popcount(Occluded(blockers_, packet));
+  const auto traced = static_cast<float>(packet.count);
+  return packet.count > 0 ? 1 - static_cast<float>(blocked) / traced : 0;
+}
+
+uint64_t ReferenceScene::KeyOf(const Panel& panel) const {
+  return FoldInto(seed_, panel);
+}
+
 bool ReferenceScene::IsEnclosed(const Panel& panel) const {
-  Random random(MixKey(KeyOf(seed_, panel), kEnclosureStream));
+  Random random(MixKey(KeyOf(panel), kEnclosureStream));
   int escaped = 0;
   for (uint32_t done = 0; done < kEnclosureRays; done += kRays) {
     SegmentPacket packet;

@@ -43,6 +43,12 @@ struct PanelRect {
   float a_low = 0, a_high = 1, b_low = 0, b_high = 1;
 };
 
+// The halvings k of strip 2^k - 1 + i.
+size_t StripLevel(uint32_t strip);
+
+// The order by which (i, j) and (j, i) are told apart.
+bool ComesBefore(const Panel& i, const Panel& j);
+
 class ReferenceScene {
  public:
   // Reads scene and partition from the store. DoesNotFitError, naming what
@@ -64,6 +70,10 @@ class ReferenceScene {
         cell_begins_[cell], cell_begins_[cell + 1] - cell_begins_[cell]);
   }
 
+  [[nodiscard]] PatchShape ShapeOf(uint32_t patch) const {
+    return patches_[patch].shape;
+  }
+
   [[nodiscard]] const SurfaceTable& Surfaces() const { return surfaces_; }
 
   // Reflectance and exitance of a panel; zero where it does not reflect or
@@ -80,6 +90,10 @@ class ReferenceScene {
 
   // Requires a panel of a parallelogram.
   [[nodiscard]] PanelRect RectOf(const Panel& panel) const;
+
+  // Which of the 2^k strips of a patch a point lies in; the point, in patch
+  // coordinates, becomes its place in that strip.
+  [[nodiscard]] uint32_t StripAt(uint32_t patch, size_t k, UnitPoint* p) const;
 
   // `inner` is part of `outer`, if it is no larger.
   [[nodiscard]] bool Covers(const Panel& outer, const Panel& inner) const;
@@ -100,6 +114,20 @@ class ReferenceScene {
   // A_i F_ij, in m2, visibility included. Thread-safe.
   [[nodiscard]] float Exchange(const Panel& i, const Panel& j) const;
 
+  // The share of 16 rays between two panels that are not blocked, the same for
+  // (i, j) and (j, i). Thread-safe.
+  [[nodiscard]] float VisibleShare(const Panel& i, const Panel& j) const;
+
+  // The share of rays from the center of i that reach j, of those to points of
+  // j above the horizon of i. Thread-safe.
+  [[nodiscard]] float ShareSeenFromCenter(const Panel& i, const Panel& j) const;
+
+  // By which the random numbers of a panel are drawn.
+  [[nodiscard]] uint64_t KeyOf(const Panel& panel) const;
+
+  // World coordinates of the origin of all panels.
+  [[nodiscard]] Point3 Origin() const { return device_.Origin(); }
+
   // Of 256 rays no more than one leaves the scene from here (one may slip
   // through where surfaces meet): form factors sum to 1.
   [[nodiscard]] bool IsEnclosed(const Panel& panel) const;
@@ -113,7 +141,6 @@ class ReferenceScene {
 
   [[nodiscard]] Cuts CutsFor(size_t patch, double longest_edge) const;
   void AppendStrips(const PatchGeometry& patch);
-  [[nodiscard]] float VisibleShare(const Panel& i, const Panel& j) const;
 
   uint64_t seed_;
   SurfaceTable surfaces_;

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "solver/reference/form_factors.h"
 #include "solver/reference/matrix_method.h"
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/shooting_method.h"
@@ -35,7 +36,9 @@ class ReferenceSolve {
       : store_(store),
         options_(options),
         budget_(budget),
-        scene_(store, options.seed, budget) {
+        scene_(store, options.seed, budget),
+        form_factors_(
+            scene_, FormFactorOptionsOf(options.method), store, budget) {
     control_.stop = options.stop;
     control_.progress = [this](double fraction, const std::string& phase) {
       if (options_.progress) {
@@ -63,6 +66,7 @@ class ReferenceSolve {
   SolveOptions options_;
   MemoryBudget& budget_;
   ReferenceScene scene_;
+  FormFactors form_factors_;
   RunControl control_;
   Basis haar_{1};
   SolveState state_;
@@ -117,14 +121,18 @@ size_t ReferenceSolve::FinestByPanels(size_t most) const {
 
 PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
   const Stopwatch watch(&state_.times.refine_seconds);
-  const uint64_t rays = TracedRays();
+  const uint64_t rays = TracedRays() + form_factors_.Rays();
   PanelSolution solution;
   if (options_.method.name == "matrix") {
     LinearOptions linear;
     linear.solver = options_.method.linear_solver;
     linear.check_stop = [&] { control_.Check(1, "linear system"); };
-    solution = SolveByMatrix(
-        scene_, scene_.Dice(EdgeOf(fineness)), linear, control_, budget_);
+    solution = SolveByMatrix(scene_,
+                             form_factors_,
+                             scene_.Dice(EdgeOf(fineness)),
+                             linear,
+                             control_,
+                             budget_);
   } else {
     ShootingOptions shooting;
     shooting.source_edge = EdgeOf(fineness);
@@ -137,9 +145,10 @@ PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
         shooting.most_receivers = options_.method.elements;
       }
     }
-    solution = SolveByShooting(scene_, shooting, control_, budget_);
+    solution =
+        SolveByShooting(scene_, form_factors_, shooting, control_, budget_);
   }
-  state_.rays += TracedRays() - rays;
+  state_.rays += TracedRays() + form_factors_.Rays() - rays;
   return solution;
 }
 

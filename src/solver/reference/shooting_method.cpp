@@ -48,6 +48,7 @@ struct Receiver {
 class Shooting {
  public:
   Shooting(const ReferenceScene& scene,
+           FormFactors& form_factors,
            const ShootingOptions& options,
            const RunControl& control,
            MemoryBudget& budget);
@@ -59,6 +60,8 @@ class Shooting {
   [[nodiscard]] size_t BrightestSource() const;
   void Shoot(Source* source);
   void FindFormFactors(Source* source);
+  [[nodiscard]] std::vector<float> FormFactorsTo(const Panel& source,
+                                                 size_t first);
   bool SplitSteepReceivers();
   [[nodiscard]] std::vector<size_t> SteepReceivers() const;
   void AppendChildren(size_t parent);
@@ -71,6 +74,7 @@ class Shooting {
   void AddAmbient();
 
   const ReferenceScene& scene_;
+  FormFactors& form_factors_;
   const ShootingOptions& options_;
   const RunControl& control_;
   MemoryBudget& budget_;
@@ -167,10 +171,15 @@ bool Shooting::SplitSteepReceivers() {
 // ------------------------------------------------------------------- details
 
 Shooting::Shooting(const ReferenceScene& scene,
+                   FormFactors& form_factors,
                    const ShootingOptions& options,
                    const RunControl& control,
                    MemoryBudget& budget)
-    : scene_(scene), options_(options), control_(control), budget_(budget) {
+    : scene_(scene),
+      form_factors_(form_factors),
+      options_(options),
+      control_(control),
+      budget_(budget) {
   const std::vector<Panel> panels = scene.Dice(options.source_edge);
   Rgb absorbed{};  // area-weighted absorptance
   double all_area = 0;
@@ -227,14 +236,7 @@ size_t Shooting::BrightestSource() const {
 }
 
 void Shooting::FindFormFactors(Source* source) {
-  source->form_factors.assign(receivers_.size(), 0);
-  ParallelFor(receivers_.size(), [&](size_t e) {
-    const Receiver& r = receivers_[e];
-    if (!r.split) {
-      source->form_factors[e] =
-          scene_.Exchange(r.panel, source->panel) / r.panel.end.area;
-    }
-  });
+  source->form_factors = FormFactorsTo(source->panel, 0);
   double sent = 0;
   for (size_t e = 0; e < receivers_.size(); ++e) {
     const float f = source->form_factors[e];
@@ -247,6 +249,31 @@ void Shooting::FindFormFactors(Source* source) {
   for (float& f : source->form_factors) {
     f *= static_cast<float>(source->hold);
   }
+}
+
+// F_ep of a source and the receivers from `first` on; 0 for split ones. What is
+// traced is so from the source: A_e F_ep = A_p F_pe.
+std::vector<float> Shooting::FormFactorsTo(const Panel& source, size_t first) {
+  std::vector<float> exchanges(receivers_.size() - first);
+  if (form_factors_.Options().AreTraced()) {
+    PanelIndex index(scene_);
+    for (size_t k = 0; k < exchanges.size(); ++k) {
+      if (!receivers_[first + k].split) {
+        index.Add(receivers_[first + k].panel, k);
+      }
+    }
+    exchanges = form_factors_.TraceRow(source, index);
+    exchanges.resize(receivers_.size() - first);
+  } else {
+    ParallelFor(exchanges.size(), [&](size_t k) {
+      const Receiver& r = receivers_[first + k];
+      exchanges[k] = r.split ? 0 : form_factors_.Exchange(r.panel, source);
+    });
+  }
+  for (size_t k = 0; k < exchanges.size(); ++k) {
+    exchanges[k] /= receivers_[first + k].panel.end.area;
+  }
+  return exchanges;
 }
 
 // The steepest first.
@@ -284,27 +311,21 @@ void Shooting::GatherFrom(size_t first_child) {
   charges_.emplace_back(budget_,
                         count * (4 * sources_.size() + kBytesPerReceiver),
                         "the form factors of split receivers");
-  for (Source& source : sources_) {
-    if (source.hold != 0) {
-      source.form_factors.resize(receivers_.size());
-    }
-  }
   std::vector<Rgb> gathered(count);
-  ParallelFor(count, [&](size_t k) {
-    const Panel& panel = receivers_[first_child + k].panel;
-    for (Source& source : sources_) {
-      if (source.hold == 0) {
-        continue;
-      }
-      const double f = source.hold * static_cast<double>(
-                                         scene_.Exchange(panel, source.panel) /
-                                         panel.end.area);
+  for (Source& source : sources_) {
+    if (source.hold == 0) {
+      continue;
+    }
+    source.form_factors.resize(receivers_.size());
+    const auto form_factors = FormFactorsTo(source.panel, first_child);
+    for (size_t k = 0; k < count; ++k) {
+      const double f = source.hold * static_cast<double>(form_factors[k]);
       source.form_factors[first_child + k] = static_cast<float>(f);
       for (size_t c = 0; c < kRgbChannels; ++c) {
         gathered[k][c] += f * source.shot[c];
       }
     }
-  });
+  }
   for (size_t k = 0; k < count; ++k) {
     Receiver& receiver = receivers_[first_child + k];
     Source& parent = sources_[receiver.source];
@@ -461,10 +482,11 @@ void Shooting::AddAmbient() {
 }  // namespace
 
 PanelSolution SolveByShooting(const ReferenceScene& scene,
+                              FormFactors& form_factors,
                               const ShootingOptions& options,
                               const RunControl& control,
                               MemoryBudget& budget) {
-  return Shooting(scene, options, control, budget).Run();
+  return Shooting(scene, form_factors, options, control, budget).Run();
 }
 
 }  // namespace enfilade

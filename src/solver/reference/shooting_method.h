@@ -21,6 +21,7 @@
 #pragma once
 
 #include "base/memory.h"
+#include "solver/reference/form_factors.h"
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/reference_scene.h"
 
@@ -43,6 +44,7 @@ struct ShootingOptions {
 };
 
 PanelSolution SolveByShooting(const ReferenceScene& scene,
+                              FormFactors& form_factors,
                               const ShootingOptions& options,
                               const RunControl& control,
                               MemoryBudget& budget);

@@ -1,0 +1,93 @@
+#include "solver/reference/panel_rays.h"
+
+#include "solver/transfer_sample.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+constexpr float kInversePi = static_cast<float>(1 / kPi);
+
+// Right-handed, z the normal.
+struct Axes {
+  Vec3f x, y, z;
+};
+
+Axes AxesOf(const PatchGeometry& patch) {
+  const Vec3f x = patch.u * (1 / Length(patch.u));
+  return {x, Cross(patch.normal, x), patch.normal};
+}
+
+// The middle of pixel k, in [-1, 1].
+float PixelCenter(size_t k) {
+  return (2 * static_cast<float>(k) + 1) / static_cast<float>(kHemicubePixels) -
+         1;
+}
+
+// cos cos' dA / (pi r^2) of a pixel that the ray to (a, b) at distance 1 from
+// the center meets, where cos' = 1 / r and cos = height / r.
+float DeltaFormFactor(float a, float b, float height) {
+  constexpr float kEdge = 2 / static_cast<float>(kHemicubePixels);
+  const float r2 = a * a + b * b + 1;
+  return height * kEdge * kEdge * kInversePi / (r2 * r2);
+}
+
+}  // namespace
+
+std::vector<PanelRay> HemicubeRays(const TransferEnd& end) {
+  const Axes axes = AxesOf(*end.patch);
+  std::vector<PanelRay> rays;
+  rays.reserve(3 * kHemicubePixels * kHemicubePixels);
+  for (size_t row = 0; row < kHemicubePixels; ++row) {
+    const float b = PixelCenter(row);
+    for (size_t column = 0; column < kHemicubePixels; ++column) {
+      const float a = PixelCenter(column);
+      rays.push_back({end.center,
+                      axes.x * a + axes.y * b + axes.z,
+                      DeltaFormFactor(a, b, 1)});
+      if (b < 0) {
+        continue;  // this half of the sides is below the horizon
+      }
+      const float share = DeltaFormFactor(a, b, b);
+      const Vec3f up = axes.z * b;
+      rays.push_back({end.center, axes.x + axes.y * a + up, share});
+      rays.push_back({end.center, axes.x * -1 + axes.y * a + up, share});
+      rays.push_back({end.center, axes.y + axes.x * a + up, share});
+      rays.push_back({end.center, axes.y * -1 + axes.x * a + up, share});
+    }
+  }
+  return rays;
+}
+
+std::vector<PanelRay> CosineRays(const TransferEnd& end, uint64_t key) {
+  Random random(key);
+  std::vector<PanelRay> rays(kCosineRays);
+  for (PanelRay& ray : rays) {
+    ray.from = RandomPoint(end, &random);
+    ray.direction = CosineDirection(*end.patch, &random);
+    ray.share = 1 / static_cast<float>(kCosineRays);
+  }
+  return rays;
+}
+
+std::vector<PanelRay> CosineRaysFromCenter(const TransferEnd& end,
+                                           uint64_t key) {
+  std::vector<PanelRay> rays = CosineRays(end, key);
+  for (PanelRay& ray : rays) {
+    ray.from = end.center;
+  }
+  return rays;
+}
+
+Vec3f CosineDirection(const PatchGeometry& patch, Random* random) {
+  const auto [x, y, n] = AxesOf(patch);
+  const double r = std::sqrt(random->Next());
+  const double phi = 2 * kPi * random->Next();
+  const auto a = static_cast<float>(r * std::cos(phi));
+  const auto b = static_cast<float>(r * std::sin(phi));
+  return x * a + y * b + n * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
+}
+
+}  // namespace enfilade

@@ -1,0 +1,48 @@
+// Rays from a panel whose shares of the panel's hemisphere are known: what they
+// hit says the panel's form factors to all others at once, occlusion included.
+//
+//   paper      here
+//   delta F    PanelRay::share: of the cosine-weighted hemisphere
+//
+// Hemicube: M. Cohen, D. Greenberg, The Hemi-Cube: A Radiosity Solution for
+// Complex Environments, SIGGRAPH 1985. Cosine-distributed rays: T. Malley, A
+// Shading Method for Computer Generated Images, 1988.
+
+#pragma once
+
+#include "base/random.h"
+#include "solver/form_factor.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace enfilade {
+
+struct PanelRay {
+  Vec3f from;       // on the panel, m
+  Vec3f direction;  // above it; any length
+  float share = 0;  // of all rays of a panel sum to 1
+};
+
+// Pixels along the edge of a hemicube, which has 3 N^2 in all.
+inline constexpr size_t kHemicubePixels = 64;
+// Rays from a panel by montecarlo.
+inline constexpr size_t kCosineRays = 4096;
+
+// Through the centers of the pixels of a hemicube about the center of the
+// panel: the top and the upper halves of four sides, aligned with the panel's
+// first edge. The shares sum to 1 but for the midpoint rule (1e-4).
+std::vector<PanelRay> HemicubeRays(const TransferEnd& end);
+
+// From random points of the panel.
+std::vector<PanelRay> CosineRays(const TransferEnd& end, uint64_t key);
+
+// From its center.
+std::vector<PanelRay> CosineRaysFromCenter(const TransferEnd& end,
+                                           uint64_t key);
+
+// Cosine-distributed about the normal of the patch.
+Vec3f CosineDirection(const PatchGeometry& patch, Random* random);
+
+}  // namespace enfilade
