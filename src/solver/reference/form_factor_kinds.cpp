@@ -57,6 +57,11 @@ float BetweenCenters(const TransferEnd& receiver,
   return source.area * above_receiver * above_source * kInversePi / (r2 * r2);
 }
 
+// Close for the size of either.
+bool AreNear(const TransferEnd& a, const TransferEnd& b) {
+  return IsNear(a, b) || IsNear(b, a);
+}
+
 }  // namespace
 
 bool FormFactorOptions::AreSymmetric() const {
@@ -98,7 +103,7 @@ float SwitchOver(const TransferEnd& receiver, const TransferEnd& source) {
 }
 
 float ExactFromCenter(const TransferEnd& receiver, const TransferEnd& source) {
-  if (IsNear(receiver, source) || IsNear(source, receiver)) {
+  if (AreNear(receiver, source)) {
     return CenterToPolygon(receiver, source);
   }
   float sum = 0;
