@@ -272,6 +272,17 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
   return PairByKernel(receiver, g, source, q, random);
 }
 
+Vec3f CosineDirection(const PatchGeometry& patch, Random* random) {
+  const Vec3f x = patch.u * (1 / Length(patch.u));
+  const Vec3f y = Cross(patch.normal, x);
+  const double r = std::sqrt(random->Next());
+  const double phi = 2 * kPi * random->Next();
+  const auto a = static_cast<float>(r * std::cos(phi));
+  const auto b = static_cast<float>(r * std::sin(phi));
+  return x * a + y * b +
+         patch.normal * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
+}
+
 bool IsPeaked(float small_diameter,
               Vec3f small_center,
               const TransferEnd& end) {
@@ -293,17 +304,9 @@ std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
   const bool from_source = source.diameter < receiver.diameter;
   const TransferEnd& small = from_source ? source : receiver;
   const TransferEnd& large = from_source ? receiver : source;
-  const Vec3f n = small.patch->normal;
-  const Vec3f u = small.patch->u * (1 / Length(small.patch->u));
-  const Vec3f v = Cross(n, u);
   for (int i = 0; i < kTrials; ++i) {
     const Vec3f from = RandomPoint(small, random);
-    const auto square = static_cast<float>(random->Next());
-    const float turn =
-        2 * static_cast<float>(kPi) * static_cast<float>(random->Next());
-    const float r = std::sqrt(square);
-    const Vec3f way = u * (r * std::cos(turn)) + v * (r * std::sin(turn)) +
-                      n * std::sqrt(1 - square);
+    const Vec3f way = CosineDirection(*small.patch, random);
     const float speed = Dot(way, large.patch->normal);
     const float height = Dot(large.center - from, large.patch->normal);
     if (!(speed < 0) || !(height < 0)) {

@@ -39,6 +39,9 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
                                     size_t q,
                                     Random* random);
 
+// Cosine-distributed about the normal of a patch.
+Vec3f CosineDirection(const PatchGeometry& patch, Random* random);
+
 // Whether a small end is so close to an element, the larger one, that the
 // kernel peaks in a part of it, which random points miss.
 bool IsPeaked(float small_diameter, Vec3f small_center, const TransferEnd& end);

@@ -2,9 +2,6 @@
 
 #include "solver/transfer_sample.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace enfilade {
 namespace {
 
@@ -79,15 +76,6 @@ std::vector<PanelRay> CosineRaysFromCenter(const TransferEnd& end,
     ray.from = end.center;
   }
   return rays;
-}
-
-Vec3f CosineDirection(const PatchGeometry& patch, Random* random) {
-  const auto [x, y, n] = AxesOf(patch);
-  const double r = std::sqrt(random->Next());
-  const double phi = 2 * kPi * random->Next();
-  const auto a = static_cast<float>(r * std::cos(phi));
-  const auto b = static_cast<float>(r * std::sin(phi));
-  return x * a + y * b + n * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
 }
 
 }  // namespace enfilade

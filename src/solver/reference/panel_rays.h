@@ -42,7 +42,4 @@ std::vector<PanelRay> CosineRays(const TransferEnd& end, uint64_t key);
 std::vector<PanelRay> CosineRaysFromCenter(const TransferEnd& end,
                                            uint64_t key);
 
-// Cosine-distributed about the normal of the patch.
-Vec3f CosineDirection(const PatchGeometry& patch, Random* random);
-
 }  // namespace enfilade
