@@ -149,6 +149,11 @@ size_t Engine::RefineGroup(const Refiner& refiner,
 }
 
 void Engine::GatherPair(const Receiver& r, CellId source) {
+  // A half of all visible pairs has no links, and a tree is much to read for
+  // nothing: docs/decisions/schedules.md.
+  if (store_->Count(BlockKind::kLinks, r.id.value, source.value) == 0) {
+    return;
+  }
   pager_.MoveTo(r.id, source);
   const auto geometry = pager_.Geometry(source);
   const auto tree = pager_.Tree(source);

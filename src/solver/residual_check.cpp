@@ -59,7 +59,7 @@ constexpr uint64_t kTracedBytes =
 constexpr uint64_t kPointBytes =
     uint64_t{kHalves} * kDirections *
         (sizeof(PatchPoint) + sizeof(Rgb) + sizeof(size_t) + sizeof(uint32_t)) +
-    sizeof(Probe) + sizeof(ProbeSight);
+    sizeof(Probe) + ProbeChooser::kWorkBytesPerProbe + sizeof(ProbeSight);
 constexpr uint64_t kMostBatchBytes = 48ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
 

@@ -46,6 +46,9 @@ struct ProbeStrata {
 
 class ProbeChooser {
  public:
+  // What choosing takes for each probe, beside the probe.
+  static constexpr uint64_t kWorkBytesPerProbe = 32;
+
   // Reads every cell once; what it borrows must outlive it. `mean_reflected`:
   // W/m2.
   ProbeChooser(const BlockStorage& store,
@@ -78,6 +81,7 @@ class ProbeChooser {
 
  private:
   // A probe's place on the line, counted from the beginning of its patch.
+  // kWorkBytesPerProbe: one of these, and a patch.
   struct Place {
     size_t probe = 0;  // index into the batch
     PatchId patch;
