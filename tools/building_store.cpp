@@ -17,6 +17,11 @@ uint64_t WorkBytes(const MemoryBudget& budget, Sharing sharing) {
   return std::min(budget.FreeBytes() / 10 * tenths, kMostWorkBytes);
 }
 
+double ShareOf(const MemoryBudget& whole, uint64_t bytes) {
+  return static_cast<double>(std::max<uint64_t>(bytes, 1)) /
+         static_cast<double>(whole.LimitBytes());
+}
+
 }  // namespace
 
 StoredBuilding::StoredBuilding(const BlockStorage& store,
@@ -27,7 +32,8 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
       turns_(sharing == Sharing::kAlone ||
              (sharing == Sharing::kTurns &&
               budget.FreeBytes() < kTurnsBelowBytes)),
-      work_budget_(WorkBytes(budget, sharing)),
+      work_budget_(WorkBytes(budget, sharing),
+                   ShareOf(budget, WorkBytes(budget, sharing))),
       work_charge_(budget, work_budget_.LimitBytes(), "the work on outputs"),
       scene_(LoadSceneInfo(store)),
       partition_(LoadPartition(store)) {
@@ -54,6 +60,13 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
     std::vector<Rgb> values;
     CallWithin([&] { values = OpenSolution().DisplayRadiosity(points); });
     return values;
+  };
+  view_.for_each_mean = [this](
+                            CellId cell,
+                            std::span<const PatchId> patches,
+                            const std::function<void(const LeafMean&)>& visit) {
+    // What may not fit is the cell, before anything is visited.
+    CallWithin([&] { OpenSolution().ForEachMean(cell, patches, visit); });
   };
   // Refuses a store without one before any work is done.
   CallWithin([&] { static_cast<void>(OpenSolution()); });
@@ -94,7 +107,7 @@ MemoryBudget& StoredBuilding::Share(double fraction,
   }
   const auto bytes = static_cast<uint64_t>(
       static_cast<double>(budget_->FreeBytes()) * fraction);
-  share.emplace(bytes);
+  share.emplace(bytes, ShareOf(*budget_, bytes));
   charge = MemoryCharge(*budget_, bytes, "tracing rays in a solution");
   return *share;
 }

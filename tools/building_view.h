@@ -30,6 +30,11 @@ struct BuildingView {
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> irradiance;
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)>
       display_radiosity;
+  // May be empty: then little is known of spots of light.
+  std::function<void(CellId,
+                     std::span<const PatchId>,
+                     const std::function<void(const LeafMean&)>&)>
+      for_each_mean;
 };
 
 // The point of a patch with patch coordinates (a, b).

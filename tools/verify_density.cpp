@@ -5,62 +5,78 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 namespace enfilade {
 namespace {
 
 constexpr double kUniformShare = 0.15;
+// Of what is not uniform, what goes on by the light alone: a pilot that met few
+// of the brightest places knows too little of their noise.
+constexpr double kLightShare = 0.4;
 constexpr double kPriorPoints = 8;  // that a class borrows from all
 
 }  // namespace
 
-PointDensity::PointDensity(double area, std::vector<double> levels)
-    : area_(area), levels_(std::move(levels)) {
-  ENFILADE_CHECK(!levels_.empty(), "no bins");
-  mean_level_ = std::accumulate(levels_.begin(), levels_.end(), 0.0) /
-                static_cast<double>(levels_.size());
-  std::vector<double> masses;
-  for (const double level : levels_) {
-    masses.push_back(std::sqrt(level));
+PointDensity::PointDensity(std::vector<LightBin> bins)
+    : area_(bins.empty() ? 0 : bins.back().end), bins_(std::move(bins)) {
+  ENFILADE_CHECK(area_ > 0, "no bins");
+  for (const LightBin& bin : bins_) {
+    mean_level_ += bin.level * (bin.end - bin.begin) / area_;
   }
-  SetMasses(std::move(masses));
+  SetMasses([](const LightBin& bin) { return std::sqrt(bin.level); });
 }
 
-// To probabilities, with the uniform share.
-void PointDensity::SetMasses(std::vector<double> masses) {
-  const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
-  const double uniform = 1 / static_cast<double>(masses.size());
-  for (double& mass : masses) {
-    mass = sum > 0 ? kUniformShare * uniform + (1 - kUniformShare) * mass / sum
-                   : uniform;
+template <typename Density>
+void PointDensity::SetMasses(const Density& density) {
+  masses_.clear();
+  double sum = 0;
+  double light = 0;
+  for (const LightBin& bin : bins_) {
+    masses_.push_back(density(bin) * (bin.end - bin.begin));
+    sum += masses_.back();
+    light += std::sqrt(bin.level) * (bin.end - bin.begin);
   }
-  masses_ = std::move(masses);
+  for (size_t i = 0; i < bins_.size(); ++i) {
+    const double length = bins_[i].end - bins_[i].begin;
+    const double uniform = length / area_;
+    const double learned = sum > 0 ? masses_[i] / sum : uniform;
+    const double by_light =
+        light > 0 ? std::sqrt(bins_[i].level) * length / light : uniform;
+    masses_[i] = kUniformShare * uniform +
+                 (1 - kUniformShare) *
+                     (kLightShare * by_light + (1 - kLightShare) * learned);
+  }
 }
 
 PointDensity::Draw PointDensity::Choose(uint32_t count, uint64_t key) const {
-  const auto bins = static_cast<double>(masses_.size());
   Draw draw;
-  size_t bin = 0;
+  size_t at = 0;
   double before = 0;  // probability of the bins before this one
   for (uint32_t i = 0; i < count; ++i) {
     Random random(MixKey(key, i));
     const double target = (i + random.Next()) / count;
-    while (bin + 1 < masses_.size() && target >= before + masses_[bin]) {
-      before += masses_[bin++];
+    while (at + 1 < masses_.size() && target >= before + masses_[at]) {
+      before += masses_[at++];
     }
     const double within =
-        std::min((target - before) / masses_[bin], 0x1.fffffffffffffp-1);
-    draw.places.push_back((static_cast<double>(bin) + within) * area_ / bins);
-    draw.weights.push_back(1 / (bins * masses_[bin]));
+        std::min((target - before) / masses_[at], 0x1.fffffffffffffp-1);
+    const LightBin& bin = bins_[at];
+    const double length = bin.end - bin.begin;
+    draw.places.push_back(bin.begin + within * length);
+    draw.weights.push_back(length / area_ / masses_[at]);
   }
   return draw;
 }
 
 size_t PointDensity::BinAt(double place) const {
-  const auto bins = static_cast<double>(masses_.size());
-  return std::min(static_cast<size_t>(place / area_ * bins),
-                  masses_.size() - 1);
+  const auto after = std::upper_bound(
+      bins_.begin(), bins_.end(), place, [](double p, const LightBin& bin) {
+        return p < bin.begin;
+      });
+  return static_cast<size_t>(
+             std::max(after - bins_.begin(), std::ptrdiff_t{1})) -
+         1;
 }
 
 size_t PointDensity::ClassOf(double level) const {
@@ -77,7 +93,7 @@ void PointDensity::Learn(const Draw& draw, std::span<const double> values) {
   std::array<double, kClasses> counts{};
   double all_squares = 0;
   for (size_t i = 0; i < values.size(); ++i) {
-    const size_t k = ClassOf(levels_[BinAt(draw.places[i])]);
+    const size_t k = ClassOf(bins_[BinAt(draw.places[i])].level);
     squares[k] += values[i] * values[i];
     counts[k] += 1;
     all_squares += values[i] * values[i] * draw.weights[i];
@@ -95,11 +111,7 @@ void PointDensity::Learn(const Draw& draw, std::span<const double> values) {
     }
     roots[k] = std::sqrt(sum / count);
   }
-  std::vector<double> masses;
-  for (const double level : levels_) {
-    masses.push_back(roots[ClassOf(level)]);
-  }
-  SetMasses(std::move(masses));
+  SetMasses([&](const LightBin& bin) { return roots[ClassOf(bin.level)]; });
 }
 
 }  // namespace enfilade

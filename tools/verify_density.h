@@ -1,5 +1,5 @@
 // Where points are worth their rays: a density over the line of the reflecting
-// sides (verify_points.h), constant on bins of equal area.
+// sides (verify_points.h), constant on bins.
 //
 // The variance of a weighted mean of y is least with points in proportion to
 // the root of E[y^2] (Cochran 1977, section 5.5). What is known before: how
@@ -14,6 +14,8 @@
 #include <span>
 #include <vector>
 
+#include "tools/verify_bins.h"
+
 namespace enfilade {
 
 class PointDensity {
@@ -23,10 +25,9 @@ class PointDensity {
     std::vector<double> weights;  // uniform density over this one
   };
 
-  // `levels` of the bins: the squared reflected radiosity of the solution,
-  // one number per bin, not negative. Starts with points in proportion to its
-  // root.
-  PointDensity(double area, std::vector<double> levels);
+  // The bins cover the line. Starts with points in proportion to the root of
+  // their levels.
+  explicit PointDensity(std::vector<LightBin> bins);
 
   // One point in each of `count` strata of equal probability.
   [[nodiscard]] Draw Choose(uint32_t count, uint64_t key) const;
@@ -39,11 +40,13 @@ class PointDensity {
 
   [[nodiscard]] size_t BinAt(double place) const;
   [[nodiscard]] size_t ClassOf(double level) const;
-  void SetMasses(std::vector<double> masses);
+  // `density`: of the points that are not uniform, up to a factor.
+  template <typename Density>
+  void SetMasses(const Density& density);
 
   double area_;
   double mean_level_ = 0;
-  std::vector<double> levels_;
+  std::vector<LightBin> bins_;
   std::vector<double> masses_;  // probabilities of the bins
 };
 

@@ -21,11 +21,12 @@ using Clock = std::chrono::steady_clock;
 // Keeps the samples apart from those of every other part of the program.
 constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
 
-constexpr uint64_t kPointBytes = 768;  // of a point in all arrays of a round
+constexpr uint64_t kPointBytes = 512;  // of a point in all arrays of a round
 constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
 constexpr uint32_t kPilotStrata = 4;
 constexpr uint32_t kMostStrata = 32;
+constexpr double kLeastRounds = 3;
 
 class Measurement {
  public:
@@ -36,9 +37,11 @@ class Measurement {
         options_(options),
         budget_(budget),
         points_(view),
-        charge_(budget,
-                options.points_per_round * kPointBytes,
-                "the points of a round"),
+        equal_bins_(options.points_per_round * kBinsPerPoint),
+        charge_(
+            budget,
+            options.points_per_round * kPointBytes + LightBinBytes(equal_bins_),
+            "the points of a round"),
         tracer_(view, budget) {}
 
   VerifySummary Run() {
@@ -63,28 +66,9 @@ class Measurement {
     return std::chrono::duration<double>(Clock::now() - start_).count();
   }
 
-  // The squared reflected radiosity of the solution at the middle of each bin.
   void LookAtTheSolution() {
-    std::vector<double> levels;
-    const uint32_t chunk = options_.points_per_round;
-    const uint32_t bins = chunk * kBinsPerPoint;
-    for (uint32_t first = 0; first < bins; first += chunk) {
-      std::vector<double> places;
-      for (uint32_t i = first; i < first + chunk; ++i) {
-        places.push_back((i + 0.5) / bins * points_.Area());
-      }
-      const std::vector<SidePoint> points = points_.At(places);
-      const std::vector<Rgb> radiosity = view_.radiosity(OnPatches(points));
-      for (size_t i = 0; i < points.size(); ++i) {
-        double sum = 0;
-        for (size_t c = 0; c < kRgbChannels; ++c) {
-          const double reflected = radiosity[i][c] - ExitanceAt(points[i])[c];
-          sum += reflected * reflected / kRgbChannels;
-        }
-        levels.push_back(sum);
-      }
-    }
-    density_.emplace(points_.Area(), std::move(levels));
+    density_.emplace(
+        FindLightBins(view_, points_, equal_bins_, options_.points_per_round));
   }
 
   static std::vector<PatchPoint> OnPatches(
@@ -125,6 +109,15 @@ class Measurement {
       const double next_seconds = (Seconds() - start) * 4 * next * next / paths;
       settled = next <= 2 * strata_ || next_seconds > options_.max_seconds / 8;
       strata_ = next;
+      // Of a round that took most of the time there would be one.
+      const double pilot_points =
+          std::min(kPilotPoints, options_.points_per_round);
+      const double per_path = (Seconds() - start) / (pilot_points * paths);
+      while (strata_ > kPilotStrata &&
+             per_path * options_.points_per_round * strata_ * strata_ >
+                 options_.max_seconds / kLeastRounds) {
+        --strata_;
+      }
     }
   }
 
@@ -238,6 +231,7 @@ class Measurement {
   MemoryBudget& budget_;
   Clock::time_point start_ = Clock::now();
   SidePoints points_;
+  uint32_t equal_bins_;
   MemoryCharge charge_;
   PathTracer tracer_;
   std::optional<PointDensity> density_;

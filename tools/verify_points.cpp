@@ -3,11 +3,43 @@
 #include "base/check.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace enfilade {
 namespace {
 
 constexpr int kDigits = 22;  // to base 4: a ten-millionth of a side and less
+
+// A part of a patch: (a + scale s, b + scale t) for (s, t) of the patch. The
+// middle quarter of a triangle is turned, by a negative scale.
+struct Quarter {
+  double a = 0;
+  double b = 0;
+  double scale = 1;
+
+  void Enter(PatchShape shape, int digit) {
+    const bool triangle = shape == PatchShape::kTriangle;
+    if (triangle && digit == 0) {
+      a += scale / 2;
+      b += scale / 2;
+      scale = -scale / 2;
+      return;
+    }
+    scale /= 2;
+    a += digit == 1 || (digit == 3 && !triangle) ? scale : 0;
+    b += digit == 2 || (digit == 3 && !triangle) ? scale : 0;
+  }
+
+  // Of the quarter that a point lies in.
+  [[nodiscard]] int DigitOf(PatchShape shape, double at_a, double at_b) const {
+    const double s = (at_a - a) / scale;
+    const double t = (at_b - b) / scale;
+    if (shape == PatchShape::kTriangle) {
+      return s > 0.5 ? 1 : t > 0.5 ? 2 : s + t < 0.5 ? 3 : 0;
+    }
+    return (s >= 0.5 ? 1 : 0) + (t >= 0.5 ? 2 : 0);
+  }
+};
 
 SidePoint MakePoint(CellId cell,
                     PatchId id,
@@ -30,30 +62,37 @@ bool Reflects(const SceneInfo& scene, const Patch& patch) {
          MaxChannel(scene.materials.at(patch.material.Index()).reflectance) > 0;
 }
 
-// The part at hand holds (a + scale s, b + scale t) for (s, t) of the patch;
-// the middle quarter of a triangle is turned, by a negative scale.
 PatchPoint PlaceOnPatch(PatchShape shape, double fraction) {
-  PatchPoint p;
-  double scale = 1;
+  Quarter q;
   for (int i = 0; i < kDigits; ++i) {
     fraction *= 4;
     const int digit = std::clamp(static_cast<int>(fraction), 0, 3);
     fraction -= digit;
-    if (shape == PatchShape::kTriangle && digit == 0) {
-      p.a += scale / 2;
-      p.b += scale / 2;
-      scale = -scale / 2;
-      continue;
-    }
-    scale /= 2;
-    const bool triangle = shape == PatchShape::kTriangle;
-    p.a += digit == 1 || (digit == 3 && !triangle) ? scale : 0;
-    p.b += digit == 2 || (digit == 3 && !triangle) ? scale : 0;
+    q.Enter(shape, digit);
   }
   const double middle = shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
-  p.a += scale * middle;
-  p.b += scale * middle;
+  PatchPoint p;
+  p.a = q.a + q.scale * middle;
+  p.b = q.b + q.scale * middle;
   return p;
+}
+
+LineStretch StretchOnPatch(PatchShape shape, const ElementFrame& part) {
+  const auto scale = static_cast<double>(part.scale);
+  const double middle = shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
+  const double a = static_cast<double>(part.a) + scale * middle;
+  const double b = static_cast<double>(part.b) + scale * middle;
+  Quarter q;
+  double begin = 0;
+  double length = 1;
+  for (int i = 0; i < kDigits && std::abs(q.scale) > 1.5 * std::abs(scale);
+       ++i) {
+    const int digit = q.DigitOf(shape, a, b);
+    q.Enter(shape, digit);
+    length /= 4;
+    begin += digit * length;
+  }
+  return {begin, begin + length};
 }
 
 SidePoints::SidePoints(const BuildingView& view) : view_(&view) {

@@ -31,6 +31,15 @@ bool Reflects(const SceneInfo& scene, const Patch& patch);
 // Patch coordinates of the place at a fraction in [0, 1) of a patch.
 PatchPoint PlaceOnPatch(PatchShape shape, double fraction);
 
+// The fractions of a patch whose places lie in one of its quarters, quarters of
+// those and so on.
+struct LineStretch {
+  double begin = 0;
+  double end = 1;
+};
+
+LineStretch StretchOnPatch(PatchShape shape, const ElementFrame& part);
+
 class SidePoints {
  public:
   // Reads every cell once; keeps one number per cell.

@@ -109,7 +109,8 @@ bool MemoryBudget::TryCharge(uint64_t bytes) {
 
 void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
   if (!TryCharge(bytes)) {
-    const uint64_t now = UsedBytes() + bytes;
+    const auto now = static_cast<uint64_t>(
+        static_cast<double>(UsedBytes() + bytes) / share_);
     const uint64_t enough = CapForBudget(now + now / kMoreParts);
     throw DoesNotFitError(
         fmt::format("{} needs {:.1f} MiB more than the memory cap leaves; run "

@@ -26,11 +26,13 @@ void ReleaseFreedMemory();
 // A byte count with a limit. Thread-safe.
 class MemoryBudget {
  public:
-  // `limit_bytes` is what may be charged in all.
-  explicit MemoryBudget(uint64_t limit_bytes) : limit_bytes_(limit_bytes) {}
+  // `limit_bytes` is what may be charged in all. `share`: of which part of the
+  // process's budget this is; refusals name a cap under which it would do.
+  explicit MemoryBudget(uint64_t limit_bytes, double share = 1)
+      : limit_bytes_(limit_bytes), share_(share) {}
 
   // The budget under a cap: the cap less the fixed part of the process and a
-  // fortieth of the rest, for the allocator.
+  // thirty-second of the rest, for the allocator.
   // Throws DoesNotFitError, naming the least cap, if nothing would be left.
   static uint64_t BudgetUnderCap(uint64_t cap_bytes);
 
@@ -69,6 +71,7 @@ class MemoryBudget {
 
  private:
   uint64_t limit_bytes_;
+  double share_;
   std::atomic<uint64_t> used_bytes_{0};
   std::atomic<uint64_t> peak_bytes_{0};
 };

@@ -138,6 +138,24 @@ TEST(MemoryBudget, RefusalNamesWhatAndACap) {
   EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
+// Who has a part of the process's budget is refused with a cap for the process.
+TEST(MemoryBudget, RefusalOfAPartNamesACapForTheWhole) {
+  constexpr uint64_t kCap = 100ULL << 20;
+  constexpr double kShare = 0.25;
+  const uint64_t whole = MemoryBudget::BudgetUnderCap(kCap);
+  MemoryBudget part(static_cast<uint64_t>(kShare * static_cast<double>(whole)),
+                    kShare);
+  try {
+    part.Charge(part.LimitBytes() + 1, "the test");
+    FAIL() << "charged more than the limit";
+  } catch (const DoesNotFitError& error) {
+    const std::string what = error.what();
+    const size_t at = what.find("--memory ");
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_GT(std::stoull(what.substr(at + 9)), kCap >> 20) << what;
+  }
+}
+
 // The cap that a refusal names is enough, and a megabyte less is not.
 TEST(MemoryBudget, TheLeastCapForABudgetLeavesIt) {
   for (const uint64_t budget : {20'000'000ULL, 123'456'789ULL, 7ULL << 30}) {

@@ -34,6 +34,53 @@ TEST(PlaceOnPatchTest, EqualFractionsGetEqualAreas) {
   }
 }
 
+// Parts of parts, down to a random depth: all places of their stretch lie on
+// them, and the stretch is as long as they are large.
+TEST(StretchOnPatchTest, HoldsThePlacesOfAPart) {
+  Random random(2);
+  for (const PatchShape shape :
+       {PatchShape::kParallelogram, PatchShape::kTriangle}) {
+    const bool triangle = shape == PatchShape::kTriangle;
+    for (int i = 0; i < 200; ++i) {
+      ElementFrame frame;
+      const uint32_t levels = random.NextBelow(10);
+      for (uint32_t level = 0; level < levels; ++level) {
+        frame = ChildOf(frame, shape, random.NextBelow(4));
+      }
+      const LineStretch stretch = StretchOnPatch(shape, frame);
+      EXPECT_EQ(stretch.end - stretch.begin, std::pow(0.25, levels));
+      for (int k = 0; k < 8; ++k) {
+        const PatchPoint p = PlaceOnPatch(
+            shape,
+            stretch.begin + random.Next() * (stretch.end - stretch.begin));
+        const double s = (p.a - static_cast<double>(frame.a)) /
+                         static_cast<double>(frame.scale);
+        const double t = (p.b - static_cast<double>(frame.b)) /
+                         static_cast<double>(frame.scale);
+        EXPECT_GE(s, -1e-4);
+        EXPECT_GE(t, -1e-4);
+        EXPECT_LE(triangle ? s + t : std::max(s, t), 1 + 1e-4);
+      }
+    }
+  }
+}
+
+TEST(LightBinsTest, OverlaidBinsCoverTheLineOnce) {
+  const std::vector<LightBin> bins = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}};
+  const std::vector<LightBin> bright = {
+      {0, 0.1, 50}, {0.5, 0.6, 60}, {0.9, 2.2, 70}, {2.9, 3, 80}};
+  double line = 0;
+  std::vector<double> levels;
+  for (const LightBin& bin : Overlaid(bins, bright)) {
+    EXPECT_EQ(bin.begin, line);
+    EXPECT_GT(bin.end, bin.begin);
+    line = bin.end;
+    levels.push_back(bin.level);
+  }
+  EXPECT_EQ(line, 3);
+  EXPECT_EQ(levels, (std::vector<double>{50, 1, 60, 1, 70, 3, 80}));
+}
+
 TEST(SidePointsTest, PlacesFollowTheAreasOfReflectingSides) {
   FakeBuilding building;
   const MaterialId grey = building.AddMaterial({.5, .5, .5}, {});
@@ -55,11 +102,14 @@ TEST(SidePointsTest, PlacesFollowTheAreasOfReflectingSides) {
 
 // Whatever the density has learned, weighted means are means over the area.
 TEST(PointDensityTest, WeightedMeansAreUnbiased) {
-  std::vector<double> levels;
+  std::vector<LightBin> bins;
   for (int i = 0; i < 64; ++i) {
-    levels.push_back(i < 20 ? 0 : std::pow(1.3, i % 30));
+    const double end = 10 * std::pow((i + 1) / 64.0, 1.5);
+    bins.push_back({bins.empty() ? 0 : bins.back().end,
+                    end,
+                    i < 20 ? 0 : std::pow(1.3, i % 30)});
   }
-  PointDensity density(10, levels);
+  PointDensity density(bins);
   const auto f = [](double place) { return place < 4 ? 1 : 5 + place; };
   constexpr double kMean = (4 + 6 * (5 + 7)) / 10.0;
   for (uint64_t pass = 0; pass < 3; ++pass) {
