@@ -26,7 +26,6 @@ constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
 constexpr uint32_t kPilotStrata = 4;
 constexpr uint32_t kMostStrata = 32;
-constexpr double kLeastRounds = 3;
 
 class Measurement {
  public:
@@ -90,6 +89,7 @@ class Measurement {
   // point are worth their time.
   void ChooseStrata() {
     strata_ = kPilotStrata;
+    uint32_t pilots = 0;
     for (bool settled = false; !settled;) {
       ErrorEstimate pilot;
       const double start = Seconds();
@@ -107,17 +107,10 @@ class Measurement {
       const auto next = static_cast<uint32_t>(
           std::clamp(std::ceil(std::sqrt(best)), 4.0, kMostStrata * 1.0));
       const double next_seconds = (Seconds() - start) * 4 * next * next / paths;
-      settled = next <= 2 * strata_ || next_seconds > options_.max_seconds / 8;
+      // The first pilot has points where light is, not where it is worth it.
+      settled = ++pilots > 1 && (next <= 2 * strata_ ||
+                                 next_seconds > options_.max_seconds / 8);
       strata_ = next;
-      // Of a round that took most of the time there would be one.
-      const double pilot_points =
-          std::min(kPilotPoints, options_.points_per_round);
-      const double per_path = (Seconds() - start) / (pilot_points * paths);
-      while (strata_ > kPilotStrata &&
-             per_path * options_.points_per_round * strata_ * strata_ >
-                 options_.max_seconds / kLeastRounds) {
-        --strata_;
-      }
     }
   }
 
