@@ -17,7 +17,7 @@ constexpr double kMostRaise = 64;
 constexpr float kMostCare = 1024;
 // Which power of tau the squared error is; what is left goes into the number of
 // links, so that the squared error per link goes with the square of tau.
-constexpr double kSquarePerTau = 2 / 2.6;
+constexpr double kSquarePerTau = 2 / kTauPerError;
 // The level is found to this ratio.
 constexpr double kSameLevel = 1.01;
 

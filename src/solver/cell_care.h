@@ -20,6 +20,10 @@
 
 namespace enfilade {
 
+// The power of the error that tau is: the error falls a little slower than the
+// root of tau, and the slower the more of it is shadows.
+inline constexpr double kTauPerError = 2.6;
+
 struct PatchCare {
   float care = 1;      // at least 1; tau over that of the patch's links
   uint32_t links = 0;  // that it has received in this round

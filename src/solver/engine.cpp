@@ -205,7 +205,11 @@ void Engine::CheckResidual() {
 // on: so much that with the next tau it comes down to what is wanted.
 void Engine::CareFor(const PatchErrors& errors) {
   RoundRecord& round = state_.rounds.back();
+  const MemoryCharge charge(*budget_,
+                            errors.MostKnown() * sizeof(LinkErrors),
+                            "the errors of patches that are known");
   std::vector<LinkErrors> known;
+  known.reserve(errors.MostKnown());
   LinkErrors rest = {errors.OfAll(), static_cast<double>(round.links)};
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
     const size_t patches = partition_.cells[i].patches;

@@ -1,5 +1,7 @@
 #include "solver/error_control.h"
 
+#include "solver/cell_care.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,9 +20,7 @@ constexpr double kErrorPerResidual = 1.15;
 // Predictions up to this multiple of the requested error are checked: where
 // light is smooth, they are several times too large.
 constexpr double kCheckedFrom = 5;
-// The error falls a little slower than the root of tau, and the slower the more
-// of it is shadows: this power of it is tau where that is not known.
-constexpr double kTauPerError = 2.6;
+// Where rays saw two rounds, that power is theirs, within these.
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
 constexpr double kMargin = 0.92;

@@ -4,7 +4,6 @@
 #include "solver/shaft.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -186,14 +185,7 @@ bool GroupRays::SeesPeak() {
       AddSegment(*pair, &packet);
     }
   }
-  if (packet.count == 0) {
-    return false;
-  }
-  const uint32_t lanes = (1U << packet.count) - 1;
-  const uint32_t seen = ~blockers_->Occlude(packet) & lanes;
-  count_->traced += packet.count;
-  count_->seen += static_cast<uint32_t>(std::popcount(seen));
-  return seen != 0;
+  return SeenIn(*blockers_, packet, count_) != 0;
 }
 
 // The rays of a point go to as many strata of the group.
@@ -201,13 +193,10 @@ void GroupRays::Trace(std::span<Point> points, size_t rays) {
   SegmentPacket packet;
   std::array<Point*, 16> lanes{};
   const auto flush = [&] {
-    const uint32_t blocked = blockers_->Occlude(packet);
+    const uint32_t seen = SeenIn(*blockers_, packet, count_);
     for (uint32_t lane = 0; lane < packet.count; ++lane) {
-      const uint32_t seen = (blocked >> lane & 1) == 0 ? 1 : 0;
-      lanes[lane]->seen += seen;
-      count_->seen += seen;
+      lanes[lane]->seen += seen >> lane & 1;
     }
-    count_->traced += packet.count;
     packet.count = 0;
   };
   std::array<float, kMostGroupPatches> form_factors{};

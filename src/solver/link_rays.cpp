@@ -6,6 +6,19 @@
 #include <bit>
 
 namespace enfilade {
+uint32_t SeenIn(const Blockers& blockers,
+                const SegmentPacket& packet,
+                RayCount* count) {
+  if (packet.count == 0) {
+    return 0;
+  }
+  const uint32_t lanes = (1U << packet.count) - 1;
+  const uint32_t seen = ~blockers.Occlude(packet) & lanes;
+  count->traced += packet.count;
+  count->seen += static_cast<uint32_t>(std::popcount(seen));
+  return seen;
+}
+
 uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source) {
   const uint32_t row = (1U << source.node_count) - 1;
   uint32_t bits = 0;
@@ -46,7 +59,7 @@ bool LinkRays::SeesPeak() {
       }
     }
   }
-  sees_peak_ = SeenIn(packet) != 0;
+  sees_peak_ = SeenIn(*blockers_, packet, count_) != 0;
   return *sees_peak_;
 }
 
@@ -90,23 +103,11 @@ void LinkRays::Trace(DiagonalRange range, Rays* rays) {
       }
     }
   }
-  const uint32_t seen = SeenIn(packet);
+  const uint32_t seen = SeenIn(*blockers_, packet, count_);
   for (uint32_t lane = 0; lane < packet.count; ++lane) {
     const auto bit = static_cast<uint16_t>(1U << lane_bit[lane]);
     rays->seen |= (seen >> lane & 1) != 0 ? bit : uint16_t{0};
   }
-}
-
-// The lanes whose rays get through.
-uint32_t LinkRays::SeenIn(const SegmentPacket& packet) {
-  if (packet.count == 0) {
-    return 0;
-  }
-  const uint32_t lanes = (1U << packet.count) - 1;
-  const uint32_t seen = ~blockers_->Occlude(packet) & lanes;
-  count_->traced += packet.count;
-  count_->seen += static_cast<uint32_t>(std::popcount(seen));
-  return seen;
 }
 
 }  // namespace enfilade

@@ -20,6 +20,11 @@ struct RayCount {
   uint64_t seen = 0;
 };
 
+// Traces a packet and counts its rays; the lanes whose rays get through.
+uint32_t SeenIn(const Blockers& blockers,
+                const SegmentPacket& packet,
+                RayCount* count);
+
 // The rays of a pair of ends. First those that say how much of the transfer
 // gets through, and by that whether it may become a link; then others that say
 // the same to the link itself. A link that kept the rays by which it was
@@ -88,7 +93,6 @@ class LinkRays {
   };
 
   void Trace(DiagonalRange range, Rays* rays);
-  uint32_t SeenIn(const SegmentPacket& packet);
 
   const Blockers* blockers_;
   const TransferEnd* receiver_;

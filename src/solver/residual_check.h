@@ -56,7 +56,8 @@ struct ResidualEstimate {
 
 // Reads the solution and the trace chunks of the store. The same bits whatever
 // the budget and the threads. Takes more than half of what is free in the
-// budget, and not less than the largest cell's solution and 4 MiB.
+// budget, and not less than the largest cell's solution, 4 MiB, and a byte for
+// every 22 of the most rays.
 // `by_patch`, where it is wanted: what the points say of each patch.
 ResidualEstimate MeasureResidual(const BlockStorage& store,
                                  const ResidualOptions& options,

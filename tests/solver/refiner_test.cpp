@@ -554,13 +554,16 @@ TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
   options.tau = 5e-4;
   options.tau_weak = 0.5 * options.tau;
   double flux = 0;
+  double square_error = 0;
   for (const RawLinks& item :
        RefineAll(options, cell.Side(), cell.Side(), scenery.All())) {
     for (const RawLink& link : item.links) {
       if (link.receiver_patch == 0 && link.source_patch == kPlate.value) {
         const PatchGeometry& floor = cell.Geometry()[0];
         const ElementFrame frame = FrameOfPath(floor.shape, link.receiver_path);
-        flux += MeanGain(link) * static_cast<double>(AreaOf(floor, frame));
+        const auto area = static_cast<double>(AreaOf(floor, frame));
+        flux += MeanGain(link) * area;
+        square_error += options.tau * options.tau * area;
       }
     }
   }
@@ -580,7 +583,11 @@ TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
           static_cast<double>(PointToPolygon(p, {0, 0, -1}, corners.View()));
     }
   }
-  EXPECT_NEAR(flux, passing, 0.1 * passing);
+  // A link may be wrong by tau over the root of its receiver's area, in
+  // radiosity; errors of links do not know of each other.
+  const double bound = std::sqrt(square_error) / kReflectance;
+  EXPECT_LT(bound, 0.15 * passing);
+  EXPECT_NEAR(flux, passing, bound);
 }
 
 // A wall that is bright in one spot only, as behind a bulb, and a small plate

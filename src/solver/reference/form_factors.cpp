@@ -4,6 +4,12 @@ namespace enfilade {
 namespace {
 
 constexpr uint64_t kMonteCarloStream = 0x3c4a7;
+// Of one row: its rays, what they meet, and the panels by their places.
+constexpr uint64_t kIndexBytesPerPanel = 128;
+constexpr uint64_t kTracedBytes =
+    3 * kHemicubePixels * kHemicubePixels *
+        (sizeof(PanelRay) + sizeof(TraceRay) + sizeof(TraceHit)) +
+    kMostPanels * (kIndexBytesPerPanel + sizeof(float));
 
 Vec3 ToDouble(Vec3f v) {
   return {v.x, v.y, v.z};
@@ -17,6 +23,7 @@ FormFactors::FormFactors(const ReferenceScene& scene,
                          MemoryBudget& budget)
     : scene_(scene), options_(options) {
   if (options.AreTraced()) {
+    charge_ = MemoryCharge(budget, kTracedBytes, "the rays of a panel");
     tracer_ = std::make_unique<RayTracer>(store, budget);
   }
 }

@@ -45,6 +45,7 @@ class FormFactors {
   const ReferenceScene& scene_;
   FormFactorOptions options_;
   std::unique_ptr<RayTracer> tracer_;  // of kinds that are traced
+  MemoryCharge charge_;                // likewise: rays, a row and an index
   uint64_t rays_ = 0;
 };
 
