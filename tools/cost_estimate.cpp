@@ -20,7 +20,7 @@ constexpr double kLinksPerError = 1.7;
 constexpr double kHaarLinks = 3;
 constexpr double kElementsPerLink = 0.2;
 // Of the whole store, elements included.
-constexpr double kM2BytesPerLink = 36;
+constexpr double kM2BytesPerLink = 28;
 constexpr double kHaarBytesPerLink = 20;
 // Of one core.
 constexpr double kSecondsPerLink = 25e-6;

@@ -180,6 +180,12 @@ Kernel KernelByColumns(const TransferEnd& receiver, const TransferEnd& source) {
 
 }  // namespace
 
+void MaskKernel(uint16_t visible, Kernel* kernel) {
+  for (size_t i = 0; i < kernel->size(); ++i) {
+    (*kernel)[i] = (visible >> i & 1) != 0 ? (*kernel)[i] : 0.0F;
+  }
+}
+
 Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source) {
   return source.diameter < receiver.diameter ? KernelByColumns(receiver, source)
                                              : KernelByRows(receiver, source);

@@ -12,6 +12,7 @@
 #include "solver/geometry.h"
 
 #include <array>
+#include <cstdint>
 #include <span>
 
 namespace enfilade {
@@ -52,6 +53,9 @@ using Kernel = std::array<float, kTransferNodes * kTransferNodes>;
 // Plain product quadrature: A_s w_q cos_x cos_y / (pi r^2). Accurate to about
 // (diameter / distance)^4 / 10.
 Kernel QuadratureKernel(const TransferEnd& receiver, const TransferEnd& source);
+
+// Makes K_gq zero where bit (g * kTransferNodes + q) is not set.
+void MaskKernel(uint16_t visible, Kernel* kernel);
 
 // One row of the kernel at any point x with normal n of the receiver.
 std::array<float, kTransferNodes> QuadratureRow(Vec3f x,

@@ -87,20 +87,6 @@ std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
   return groups;
 }
 
-void MaskKernel(uint16_t visible, Kernel* kernel) {
-  for (size_t i = 0; i < kernel->size(); ++i) {
-    (*kernel)[i] = (visible >> i & 1) != 0 ? (*kernel)[i] : 0.0F;
-  }
-}
-
-Kernel StoredKernel(const NearCoefficients& coefficients) {
-  Kernel kernel;
-  for (size_t i = 0; i < kernel.size(); ++i) {
-    kernel[i] = DecodeCoefficient(coefficients[i]);
-  }
-  return kernel;
-}
-
 // What a source sends: its elements, and its groups.
 struct SentLight {
   const CoefficientArray* radiosity;
@@ -149,7 +135,7 @@ void GatherRange(const LinkBlock& block,
       continue;  // a constant basis has weak links only
     }
     if (link.kind == LinkKind::kNear) {
-      GatherKernel(to, StoredKernel(block.near[link.index]), b);
+      GatherKernel(to, DecodeKernel(link.value, block.near[link.index]), b);
       continue;
     }
     if (link.receiver != r_id) {

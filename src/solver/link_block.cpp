@@ -1,14 +1,11 @@
 #include "solver/link_block.h"
 
 #include <algorithm>
-#include <bit>
 #include <tuple>
 
 namespace enfilade {
 namespace {
 
-constexpr int kExponentBias = 127 - 47;
-constexpr int kDroppedBits = 13;  // of the 23 fraction bits of a float
 // Steps of receiver and source, and a value.
 constexpr size_t kTypicalLinkBytes = 6;
 
@@ -21,21 +18,10 @@ int64_t UnZigZag(uint64_t v) {
 }
 
 bool HasValue(LinkKind kind) {
-  return kind == LinkKind::kWeak || kind == LinkKind::kFar;
+  return kind != LinkKind::kGroup;
 }
 
 }  // namespace
-
-uint16_t EncodeCoefficient(float value) {
-  if (!(value > 0)) {
-    return 0;
-  }
-  const uint32_t rounded =
-      std::bit_cast<uint32_t>(value) + (1U << (kDroppedBits - 1));
-  const int64_t code = static_cast<int64_t>(rounded >> kDroppedBits) -
-                       (int64_t{kExponentBias} << (23 - kDroppedBits));
-  return static_cast<uint16_t>(std::clamp<int64_t>(code, 0, 0xFFFF));
-}
 
 void SortLinks(LinkBlock* block) {
   std::sort(block->links.begin(),
@@ -75,7 +61,7 @@ uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
 Bytes EncodeLinks(const LinkBlock& block) {
   ByteWriter out;
   out.Reserve(block.links.size() * kTypicalLinkBytes +
-              block.near.size() * sizeof(NearCoefficients) +
+              block.near.size() * sizeof(KernelShape) +
               block.group.size() * sizeof(GroupCoefficients));
   out.PutVarint(block.links.size());
   uint32_t receiver = 0;
@@ -92,7 +78,7 @@ Bytes EncodeLinks(const LinkBlock& block) {
       out.Put(link.value);
     }
   }
-  for (const NearCoefficients& n : block.near) {
+  for (const KernelShape& n : block.near) {
     out.Put(n);
   }
   for (const GroupCoefficients& g : block.group) {
@@ -139,8 +125,8 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
     }
   }
   block.near.resize(near);
-  for (NearCoefficients& n : block.near) {
-    n = in.Get<NearCoefficients>();
+  for (KernelShape& n : block.near) {
+    n = in.Get<KernelShape>();
   }
   block.group.resize(group);
   for (GroupCoefficients& g : block.group) {

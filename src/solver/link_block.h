@@ -6,20 +6,19 @@
 //   kind    stored                       meaning
 //   weak    one coefficient    constant transfer of the mean radiosity
 //   far     16 bits V_gq       K_gq V_gq, K by plain quadrature
-//   near    16 coefficients    K_gq V_gq, where quadrature is too crude to be
-//                              rebuilt cheaply
+//   near    their sum, and     K_gq V_gq, where quadrature is too crude to be
+//           4 bits each        rebuilt cheaply
 //   group   4 coefficients     F_g V_g of a group of patches, which sends its
 //                              mean radiosity (source_group.h)
 //
-// Coefficients are 16-bit floats without sign (EncodeCoefficient).
+// Coefficients are written as in link_codes.h.
 
 #pragma once
 
 #include "base/bytes.h"
-#include "solver/form_factor.h"
+#include "solver/link_codes.h"
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,37 +27,27 @@ namespace enfilade {
 
 enum class LinkKind : uint8_t { kWeak = 0, kFar = 1, kNear = 2, kGroup = 3 };
 
-using NearCoefficients = std::array<uint16_t, kTransferNodes * kTransferNodes>;
 using GroupCoefficients = std::array<uint16_t, kTransferNodes>;
-
-// Six bits of exponent, ten of fraction: [2^-47, 2^17), relative error at most
-// 2^-11; smaller values become zero, larger ones the largest.
-uint16_t EncodeCoefficient(float value);
-
-inline float DecodeCoefficient(uint16_t code) {
-  constexpr uint32_t kBias = (127 - 47) << 10;
-  const uint32_t bits = (code + kBias) << 13;
-  return std::bit_cast<float>(code == 0 ? 0U : bits);
-}
 
 // A link of a cell pair; ids are local to the two cells.
 struct Link {
   uint32_t receiver = 0;  // an element
   uint32_t source = 0;    // an element; group: a group
   LinkKind kind{};
-  uint16_t value = 0;  // weak: coefficient; far: visibility bits
-  uint32_t index = 0;  // near, group: which of the block's coefficients
+  uint16_t value = 0;  // weak: coefficient; far: visibility bits; near: sum
+  uint32_t index = 0;  // near: which shape of the block; group: which
+                       // coefficients
 };
 
 // A chunk of links in memory, ascending by receiver, then source.
 struct LinkBlock {
   std::vector<Link> links;
-  std::vector<NearCoefficients> near;
+  std::vector<KernelShape> near;
   std::vector<GroupCoefficients> group;
 
   [[nodiscard]] uint64_t SizeBytes() const {
     return links.capacity() * sizeof(Link) +
-           near.capacity() * sizeof(NearCoefficients) +
+           near.capacity() * sizeof(KernelShape) +
            group.capacity() * sizeof(GroupCoefficients);
   }
 

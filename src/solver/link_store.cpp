@@ -8,9 +8,9 @@
 namespace enfilade {
 namespace {
 
-// Links per chunk: at 4 to 36 bytes each, up to half a megabyte. A chunk on its
-// way to the store is there five times over: links, sorted, encoded, compressed
-// and in SQLite's hands (docs/decisions/least-memory.md).
+// Links per chunk: at 4 to 14 bytes each, up to a quarter of a megabyte. A
+// chunk on its way to the store is there five times over: links, sorted,
+// encoded, compressed and in SQLite's hands (docs/decisions/least-memory.md).
 constexpr size_t kChunkLinks = size_t{16} * 1024;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {

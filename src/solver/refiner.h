@@ -72,7 +72,7 @@ struct RawLink {
 
 struct RawLinks {
   std::vector<RawLink> links;
-  std::vector<NearCoefficients> near;
+  std::vector<KernelShape> near;
   double squared_error = 0;  // sum of squared weighted errors, (W/m)^2
   uint64_t rays = 0;
   bool overflowed = false;  // there were too many: of no use

@@ -127,10 +127,10 @@ void Refiner::Accept(const Receiver& r,
   RawLink link = LinkBetween(r, s);
   link.kind = LinkKind::kFar;
   link.value = visible;
-  for (size_t i = 0; i < judgement.kernel.size(); ++i) {
-    if ((visible >> i & 1) != 0) {
-      link.gain[i / kTransferNodes] += judgement.kernel[i];
-    }
+  Kernel seen = judgement.kernel;
+  MaskKernel(visible, &seen);
+  for (size_t i = 0; i < seen.size(); ++i) {
+    link.gain[i / kTransferNodes] += seen[i];
   }
   if (constant_basis_) {
     const float mean = std::inner_product(
@@ -139,16 +139,11 @@ void Refiner::Accept(const Receiver& r,
     link.kind = LinkKind::kWeak;
     link.value = EncodeCoefficient(mean);
   } else if (judgement.near && !basis_->HasOwnNodes()) {
-    NearCoefficients coefficients{};
-    for (size_t i = 0; i < coefficients.size(); ++i) {
-      if ((visible >> i & 1) != 0) {
-        coefficients[i] = EncodeCoefficient(judgement.kernel[i]);
-      }
-    }
+    const EncodedKernel encoded = EncodeKernel(seen);
     link.kind = LinkKind::kNear;
-    link.value = 0;
+    link.value = encoded.sum;
     link.near_index = static_cast<uint32_t>(task->out->near.size());
-    task->out->near.push_back(coefficients);
+    task->out->near.push_back(encoded.shape);
   }
   task->out->links.push_back(link);
   task->out->overflowed = task->out->links.size() > task->most;
