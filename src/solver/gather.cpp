@@ -87,6 +87,13 @@ std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
   return groups;
 }
 
+Kernel StoredKernel(const LinkBlock& block, const Link& link) {
+  const KernelShape* shape = &block.shapes[link.index];
+  return link.kind == LinkKind::kFine
+             ? DecodeFineKernel(link.value, shape[0], shape[1])
+             : DecodeKernel(link.value, shape[0]);
+}
+
 // What a source sends: its elements, and its groups.
 struct SentLight {
   const CoefficientArray* radiosity;
@@ -134,8 +141,8 @@ void GatherRange(const LinkBlock& block,
     if (constant) {
       continue;  // a constant basis has weak links only
     }
-    if (link.kind == LinkKind::kNear) {
-      GatherKernel(to, DecodeKernel(link.value, block.near[link.index]), b);
+    if (ShapesOf(link.kind) > 0) {
+      GatherKernel(to, StoredKernel(block, link), b);
       continue;
     }
     if (link.receiver != r_id) {

@@ -8,6 +8,8 @@ namespace {
 
 // Steps of receiver and source, and a value.
 constexpr size_t kTypicalLinkBytes = 6;
+constexpr int kKindBits = 3;
+constexpr uint64_t kKindMask = (1U << kKindBits) - 1;
 
 uint64_t ZigZag(int64_t v) {
   return static_cast<uint64_t>(v) << 1 ^ static_cast<uint64_t>(v >> 63);
@@ -31,12 +33,12 @@ void SortLinks(LinkBlock* block) {
                      std::tie(b.receiver, b.source, b.kind, b.value);
             });
   LinkBlock sorted;
-  sorted.near.reserve(block->near.size());
+  sorted.shapes.reserve(block->shapes.size());
   sorted.group.reserve(block->group.size());
   for (Link& link : block->links) {
     link.index = sorted.TakeCoefficients(*block, link);
   }
-  block->near = std::move(sorted.near);
+  block->shapes = std::move(sorted.shapes);
   block->group = std::move(sorted.group);
 }
 
@@ -47,9 +49,11 @@ void LinkBlock::AppendFrom(const LinkBlock& other, size_t i) {
 }
 
 uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
-  if (link.kind == LinkKind::kNear) {
-    near.push_back(other.near[link.index]);
-    return static_cast<uint32_t>(near.size() - 1);
+  if (const size_t count = ShapesOf(link.kind); count > 0) {
+    const auto first =
+        other.shapes.begin() + static_cast<ptrdiff_t>(link.index);
+    shapes.insert(shapes.end(), first, first + static_cast<ptrdiff_t>(count));
+    return static_cast<uint32_t>(shapes.size() - count);
   }
   if (link.kind == LinkKind::kGroup) {
     group.push_back(other.group[link.index]);
@@ -61,14 +65,14 @@ uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
 Bytes EncodeLinks(const LinkBlock& block) {
   ByteWriter out;
   out.Reserve(block.links.size() * kTypicalLinkBytes +
-              block.near.size() * sizeof(KernelShape) +
+              block.shapes.size() * sizeof(KernelShape) +
               block.group.size() * sizeof(GroupCoefficients));
   out.PutVarint(block.links.size());
   uint32_t receiver = 0;
   uint32_t source = 0;
   for (const Link& link : block.links) {
     const uint64_t step = link.receiver - receiver;
-    out.PutVarint(step << 2 | static_cast<uint64_t>(link.kind));
+    out.PutVarint(step << kKindBits | static_cast<uint64_t>(link.kind));
     out.PutVarint(ZigZag(int64_t{link.source} - int64_t{source}));
     receiver = link.receiver;
     source = link.source;
@@ -78,8 +82,8 @@ Bytes EncodeLinks(const LinkBlock& block) {
       out.Put(link.value);
     }
   }
-  for (const KernelShape& n : block.near) {
-    out.Put(n);
+  for (const KernelShape& s : block.shapes) {
+    out.Put(s);
   }
   for (const GroupCoefficients& g : block.group) {
     out.Put(g);
@@ -97,13 +101,13 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
   block.links.resize(count);
   uint64_t receiver = 0;
   int64_t source = 0;
-  uint32_t near = 0;
+  uint32_t shapes = 0;
   uint32_t group = 0;
   for (Link& link : block.links) {
     const uint64_t step = in.GetVarint();
-    receiver += step >> 2;
+    receiver += step >> kKindBits;
     source += UnZigZag(in.GetVarint());
-    link.kind = static_cast<LinkKind>(step & 3);
+    link.kind = static_cast<LinkKind>(step & kKindMask);
     const size_t sources =
         link.kind == LinkKind::kGroup ? ends.groups : ends.sources;
     if (receiver >= ends.receivers || source < 0 ||
@@ -113,8 +117,12 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
     }
     link.receiver = static_cast<uint32_t>(receiver);
     link.source = static_cast<uint32_t>(source);
-    if (link.kind == LinkKind::kNear) {
-      link.index = near++;
+    if (link.kind > LinkKind::kFine) {
+      throw DamagedStoreError("a link block has a link of no known kind");
+    }
+    if (ShapesOf(link.kind) > 0) {
+      link.index = shapes;
+      shapes += static_cast<uint32_t>(ShapesOf(link.kind));
     } else if (link.kind == LinkKind::kGroup) {
       link.index = group++;
     }
@@ -124,9 +132,9 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
       link.value = in.Get<uint16_t>();
     }
   }
-  block.near.resize(near);
-  for (KernelShape& n : block.near) {
-    n = in.Get<KernelShape>();
+  block.shapes.resize(shapes);
+  for (KernelShape& s : block.shapes) {
+    s = in.Get<KernelShape>();
   }
   block.group.resize(group);
   for (GroupCoefficients& g : block.group) {

@@ -8,6 +8,8 @@
 //   far     16 bits V_gq       K_gq V_gq, K by plain quadrature
 //   near    their sum, and     K_gq V_gq, where quadrature is too crude to be
 //           4 bits each        rebuilt cheaply
+//   fine    their sum, and     the same, where 4 bits would be seen
+//           8 bits each
 //   group   4 coefficients     F_g V_g of a group of patches, which sends its
 //                              mean radiosity (source_group.h)
 //
@@ -25,7 +27,18 @@
 
 namespace enfilade {
 
-enum class LinkKind : uint8_t { kWeak = 0, kFar = 1, kNear = 2, kGroup = 3 };
+enum class LinkKind : uint8_t {
+  kWeak = 0,
+  kFar = 1,
+  kNear = 2,
+  kGroup = 3,
+  kFine = 4
+};
+
+// How many shapes a link has: the coefficients of fine ones take two.
+constexpr size_t ShapesOf(LinkKind kind) {
+  return kind == LinkKind::kFine ? 2 : kind == LinkKind::kNear ? 1 : 0;
+}
 
 using GroupCoefficients = std::array<uint16_t, kTransferNodes>;
 
@@ -34,20 +47,21 @@ struct Link {
   uint32_t receiver = 0;  // an element
   uint32_t source = 0;    // an element; group: a group
   LinkKind kind{};
-  uint16_t value = 0;  // weak: coefficient; far: visibility bits; near: sum
-  uint32_t index = 0;  // near: which shape of the block; group: which
+  uint16_t value =
+      0;  // weak: coefficient; far: visibility bits; near, fine: sum
+  uint32_t index = 0;  // near, fine: its first shape in the block; group: which
                        // coefficients
 };
 
 // A chunk of links in memory, ascending by receiver, then source.
 struct LinkBlock {
   std::vector<Link> links;
-  std::vector<KernelShape> near;
+  std::vector<KernelShape> shapes;
   std::vector<GroupCoefficients> group;
 
   [[nodiscard]] uint64_t SizeBytes() const {
     return links.capacity() * sizeof(Link) +
-           near.capacity() * sizeof(KernelShape) +
+           shapes.capacity() * sizeof(KernelShape) +
            group.capacity() * sizeof(GroupCoefficients);
   }
 

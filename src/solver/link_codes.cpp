@@ -10,37 +10,87 @@ namespace {
 constexpr int kExponentBias = 127 - 47;
 constexpr int kDroppedBits = 13;  // of the 23 fraction bits of a float
 constexpr int kMostRoot = 15;
+constexpr int kMostFineRoot = 255;
 
-// The root whose square is nearest to a share of the largest coefficient.
-int RootOf(float share) {
-  const float wanted = std::clamp(share, 0.0F, 1.0F) * kMostRoot * kMostRoot;
+// The root, up to `most`, whose square is nearest to a share of the largest
+// coefficient.
+int RootOf(float share, int most) {
+  const float wanted =
+      std::clamp(share, 0.0F, 1.0F) * static_cast<float>(most * most);
   const int below = static_cast<int>(std::sqrt(wanted));
-  const bool nearer_below =
-      wanted - static_cast<float>(below * below) <
-      static_cast<float>((below + 1) * (below + 1)) - wanted;
-  return std::min(nearer_below ? below : below + 1, kMostRoot);
+  const int above = below + 1;
+  const bool nearer_below = wanted - static_cast<float>(below * below) <
+                            static_cast<float>(above * above) - wanted;
+  return std::min(nearer_below ? below : above, most);
 }
 
-using RowRoots = std::array<int, kTransferNodes>;
+using Roots = std::array<int, kTransferNodes * kTransferNodes>;
 
-// The largest coefficient of a row first.
-RowRoots RootsOfRow(const float* row, float largest) {
+// The roots of a row, that of its largest coefficient first.
+void FindRoots(const float* row, float largest, int most, int* roots) {
   std::array<size_t, kTransferNodes> order{};
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [row](size_t a, size_t b) {
     return row[a] > row[b];
   });
-  RowRoots roots{};
   float missing = 0;
   for (const size_t i : order) {
     const float share = row[i] / largest;
     if (share > 0) {
-      roots[i] = RootOf(share + missing);
+      roots[i] = RootOf(share + missing, most);
       missing += share - static_cast<float>(roots[i] * roots[i]) /
-                             (kMostRoot * kMostRoot);
+                             static_cast<float>(most * most);
+    }
+  }
+}
+
+Roots RootsOf(const Kernel& kernel, int most) {
+  Roots roots{};
+  const float largest = *std::max_element(kernel.begin(), kernel.end());
+  if (largest > 0) {
+    for (size_t first = 0; first < kernel.size(); first += kTransferNodes) {
+      FindRoots(&kernel[first], largest, most, &roots[first]);
     }
   }
   return roots;
+}
+
+uint16_t SumOf(const Kernel& kernel) {
+  return EncodeCoefficient(std::accumulate(kernel.begin(), kernel.end(), 0.0F));
+}
+
+// Four bits of each root, from the bit `shift` on.
+KernelShape Packed(const Roots& roots, int shift) {
+  KernelShape shape{};
+  for (size_t i = 0; i < shape.size(); ++i) {
+    const int low = roots[2 * i] >> shift & 15;
+    const int high = roots[2 * i + 1] >> shift & 15;
+    shape[i] = static_cast<uint8_t>(low | high << 4);
+  }
+  return shape;
+}
+
+Roots Unpacked(const KernelShape& shape) {
+  Roots roots{};
+  for (size_t i = 0; i < shape.size(); ++i) {
+    roots[2 * i] = shape[i] & 15;
+    roots[2 * i + 1] = shape[i] >> 4;
+  }
+  return roots;
+}
+
+Kernel KernelOf(uint16_t sum, Roots roots) {
+  for (int& root : roots) {
+    root *= root;
+  }
+  const int total = std::accumulate(roots.begin(), roots.end(), 0);
+  const float scale =
+      total > 0 ? DecodeCoefficient(sum) / static_cast<float>(total) : 0.0F;
+  Kernel kernel;
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    kernel[i] = scale * static_cast<float>(roots[i]);
+  }
+  return kernel;
 }
 
 }  // namespace
@@ -57,40 +107,27 @@ uint16_t EncodeCoefficient(float value) {
 }
 
 EncodedKernel EncodeKernel(const Kernel& kernel) {
-  EncodedKernel encoded;
-  encoded.sum =
-      EncodeCoefficient(std::accumulate(kernel.begin(), kernel.end(), 0.0F));
-  if (encoded.sum == 0) {
-    return encoded;
-  }
-  const float largest = *std::max_element(kernel.begin(), kernel.end());
-  for (size_t g = 0; g < kTransferNodes; ++g) {
-    const size_t first = g * kTransferNodes;
-    const RowRoots roots = RootsOfRow(&kernel[first], largest);
-    for (size_t q = 0; q < kTransferNodes; q += 2) {
-      encoded.shape[(first + q) / 2] =
-          static_cast<uint8_t>(roots[q] | roots[q + 1] << 4);
-    }
-  }
-  return encoded;
+  return {SumOf(kernel), Packed(RootsOf(kernel, kMostRoot), 0), {}};
+}
+
+EncodedKernel EncodeKernelFinely(const Kernel& kernel) {
+  const Roots roots = RootsOf(kernel, kMostFineRoot);
+  return {SumOf(kernel), Packed(roots, 4), Packed(roots, 0)};
 }
 
 Kernel DecodeKernel(uint16_t sum, const KernelShape& shape) {
-  std::array<int, 2 * std::tuple_size_v<KernelShape>> squares{};
-  for (size_t i = 0; i < shape.size(); ++i) {
-    const int low = shape[i] & 15;
-    const int high = shape[i] >> 4;
-    squares[2 * i] = low * low;
-    squares[2 * i + 1] = high * high;
+  return KernelOf(sum, Unpacked(shape));
+}
+
+Kernel DecodeFineKernel(uint16_t sum,
+                        const KernelShape& shape,
+                        const KernelShape& rest) {
+  Roots roots = Unpacked(shape);
+  const Roots low = Unpacked(rest);
+  for (size_t i = 0; i < roots.size(); ++i) {
+    roots[i] = roots[i] << 4 | low[i];
   }
-  const int total = std::accumulate(squares.begin(), squares.end(), 0);
-  const float scale =
-      total > 0 ? DecodeCoefficient(sum) / static_cast<float>(total) : 0.0F;
-  Kernel kernel;
-  for (size_t i = 0; i < kernel.size(); ++i) {
-    kernel[i] = scale * static_cast<float>(squares[i]);
-  }
-  return kernel;
+  return KernelOf(sum, roots);
 }
 
 }  // namespace enfilade

@@ -3,6 +3,7 @@
 //   EncodeCoefficient   one coefficient, 16 bits: a float without sign
 //   EncodeKernel        the 16 of a near link, 10 bytes: their sum as above,
 //                       and 4 bits each (docs/decisions/link-size.md)
+//   EncodeKernelFinely  the same, 18 bytes: 8 bits each
 
 #pragma once
 
@@ -25,18 +26,25 @@ inline float DecodeCoefficient(uint16_t code) {
 }
 
 // The roots of coefficients as multiples of a fifteenth of the largest root;
-// byte i holds that of 2i in its low half and of 2i + 1 in its high one.
+// byte i holds that of 2i in its low half and of 2i + 1 in its high one. Of
+// fine ones, multiples of a 255th, the upper halves; the lower ones are
+// another.
 using KernelShape = std::array<uint8_t, kTransferNodes * kTransferNodes / 2>;
 
 struct EncodedKernel {
   uint16_t sum = 0;  // EncodeCoefficient of the sum of all
   KernelShape shape{};
+  KernelShape rest{};  // fine: the lower halves
 };
 
 // Keeps the sum, zeros, and nearly the sums of rows: what rounding adds to a
 // row with one coefficient it takes away with the next smaller one.
 EncodedKernel EncodeKernel(const Kernel& kernel);
+EncodedKernel EncodeKernelFinely(const Kernel& kernel);
 
 Kernel DecodeKernel(uint16_t sum, const KernelShape& shape);
+Kernel DecodeFineKernel(uint16_t sum,
+                        const KernelShape& shape,
+                        const KernelShape& rest);
 
 }  // namespace enfilade

@@ -65,7 +65,7 @@ void LinkWriter::Flush() {
     store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(chunk));
   }
   pending_.links.clear();
-  pending_.near.clear();
+  pending_.shapes.clear();
   pending_.group.clear();
 }
 

@@ -65,14 +65,14 @@ struct RawLink {
   ElementPath source_path = kRootPath;
   LinkKind kind{};
   uint16_t value = 0;
-  uint32_t near_index = 0;
+  uint32_t shape_index = 0;
   // What a source of 1 W/m2 brings to the receiver's nodes, W/m2.
   std::array<float, kTransferNodes> gain{};
 };
 
 struct RawLinks {
   std::vector<RawLink> links;
-  std::vector<KernelShape> near;
+  std::vector<KernelShape> shapes;
   double squared_error = 0;  // sum of squared weighted errors, (W/m)^2
   uint64_t rays = 0;
   bool overflowed = false;  // there were too many: of no use
@@ -210,6 +210,13 @@ class Refiner {
                                  const Judgement& judgement) const;
   static float UnknownBlocked(bool few, int blocked);
   static float UnknownShare(float visible, bool proven, bool few, int blocked);
+  // Writes the coefficients of a link down, finely where four bits each would
+  // be seen.
+  void Encode(const Receiver& r,
+              const Source& s,
+              const Kernel& kernel,
+              RawLink* link,
+              Task* task) const;
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
 
   // Without the care of the receiver.

@@ -16,6 +16,9 @@ namespace {
 // later.
 constexpr float kWeakGain = 1;
 
+// What rounding of coefficients may add to a link's error, in tau.
+constexpr float kCodingShare = 0.25F;
+
 // Adds gains at transfer nodes to those at the nodes of a basis.
 void AddGain(const TreeShape& shape,
              PatchShape patch_shape,
@@ -41,15 +44,36 @@ GroupCoefficients EncodedGain(const std::array<float, kTransferNodes>& gain) {
   return coefficients;
 }
 
+// What rounding makes of the irradiance that a source with these nodes and this
+// detail brings, W/m2, root of the mean square over the receiver's nodes.
+float ErrorOfCode(const Kernel& kernel,
+                  const Kernel& rounded,
+                  const std::array<float, kTransferNodes>& radiosity,
+                  float detail) {
+  float square = 0;
+  for (size_t g = 0; g < kTransferNodes; ++g) {
+    float even = 0;
+    float uneven = 0;
+    for (size_t q = 0; q < kTransferNodes; ++q) {
+      const size_t i = g * kTransferNodes + q;
+      const float off = rounded[i] - kernel[i];
+      even += off * radiosity[q];
+      uneven += off * off;
+    }
+    square += even * even + uneven * detail * detail;
+  }
+  return std::sqrt(square / kTransferNodes);
+}
+
 }  // namespace
 
 void RawLinks::Clear() {
   constexpr size_t kKept = 64;
-  if (links.capacity() > kKept || near.capacity() > kKept) {
+  if (links.capacity() > kKept || shapes.capacity() > kKept) {
     *this = {};
   }
   links.clear();
-  near.clear();
+  shapes.clear();
   squared_error = 0;
   rays = 0;
   overflowed = false;
@@ -83,9 +107,12 @@ void ApplyLinks(const RawLinks& raw,
             receiver_patches[link.receiver_patch].shape,
             link.gain,
             receiver.Gain().At(out.receiver));
-    if (link.kind == LinkKind::kNear) {
-      out.index = static_cast<uint32_t>(block->near.size());
-      block->near.push_back(raw.near[link.near_index]);
+    if (const size_t count = ShapesOf(link.kind); count > 0) {
+      out.index = static_cast<uint32_t>(block->shapes.size());
+      const auto first =
+          raw.shapes.begin() + static_cast<ptrdiff_t>(link.shape_index);
+      block->shapes.insert(
+          block->shapes.end(), first, first + static_cast<ptrdiff_t>(count));
     } else if (link.kind == LinkKind::kGroup) {
       out.index = static_cast<uint32_t>(block->group.size());
       block->group.push_back(EncodedGain(link.gain));
@@ -139,14 +166,33 @@ void Refiner::Accept(const Receiver& r,
     link.kind = LinkKind::kWeak;
     link.value = EncodeCoefficient(mean);
   } else if (judgement.near && !basis_->HasOwnNodes()) {
-    const EncodedKernel encoded = EncodeKernel(seen);
-    link.kind = LinkKind::kNear;
-    link.value = encoded.sum;
-    link.near_index = static_cast<uint32_t>(task->out->near.size());
-    task->out->near.push_back(encoded.shape);
+    Encode(r, s, seen, &link, task);
   }
   task->out->links.push_back(link);
   task->out->overflowed = task->out->links.size() > task->most;
+}
+
+void Refiner::Encode(const Receiver& r,
+                     const Source& s,
+                     const Kernel& kernel,
+                     RawLink* link,
+                     Task* task) const {
+  EncodedKernel encoded = EncodeKernel(kernel);
+  const float error = ErrorOfCode(
+      kernel, DecodeKernel(encoded.sum, encoded.shape), s.radiosity, s.detail);
+  const bool is_fine =
+      r.weight * error > kCodingShare * static_cast<float>(options_.tau);
+  if (is_fine) {
+    encoded = EncodeKernelFinely(kernel);
+  }
+  link->kind = is_fine ? LinkKind::kFine : LinkKind::kNear;
+  link->value = encoded.sum;
+  auto& shapes = task->out->shapes;
+  link->shape_index = static_cast<uint32_t>(shapes.size());
+  shapes.push_back(encoded.shape);
+  if (is_fine) {
+    shapes.push_back(encoded.rest);
+  }
 }
 
 void Refiner::AddWeak(const Receiver& r,

@@ -16,13 +16,13 @@ LinkBlock RandomBlock(size_t count, uint64_t seed) {
     Link link;
     link.receiver = random.NextBelow(500);
     link.source = random.NextBelow(700);
-    link.kind = static_cast<LinkKind>(random.NextBelow(4));
-    if (link.kind == LinkKind::kNear) {
-      link.index = static_cast<uint32_t>(block.near.size());
+    link.kind = static_cast<LinkKind>(random.NextBelow(5));
+    if (const size_t taken = ShapesOf(link.kind); taken > 0) {
+      link.index = static_cast<uint32_t>(block.shapes.size());
       KernelShape n{};
       n[i % n.size()] = static_cast<uint8_t>(random.NextBelow(256));
       link.value = static_cast<uint16_t>(random.NextBelow(65536));
-      block.near.push_back(n);
+      block.shapes.insert(block.shapes.end(), taken, n);
     } else if (link.kind == LinkKind::kGroup) {
       link.source = random.NextBelow(30);
       link.index = static_cast<uint32_t>(block.group.size());
@@ -42,7 +42,7 @@ TEST(LinkBlock, SurvivesEncoding) {
   const LinkBlock block = RandomBlock(2000, 1);
   const LinkBlock read = DecodeLinks(EncodeLinks(block), {500, 700, 30});
   ASSERT_EQ(read.links.size(), block.links.size());
-  ASSERT_EQ(read.near, block.near);
+  ASSERT_EQ(read.shapes, block.shapes);
   ASSERT_EQ(read.group, block.group);
   for (size_t i = 0; i < block.links.size(); ++i) {
     EXPECT_EQ(read.links[i].receiver, block.links[i].receiver);
@@ -63,7 +63,7 @@ TEST(LinkBlock, KeepsCoefficientsWithTheirLinks) {
     link.index = i / 2;
     const auto tag = static_cast<uint8_t>(link.receiver);
     if (i % 2 == 0) {
-      block.near.push_back({tag});
+      block.shapes.push_back({tag});
     } else {
       block.group.push_back({tag});
     }
@@ -76,7 +76,7 @@ TEST(LinkBlock, KeepsCoefficientsWithTheirLinks) {
   }
   for (const LinkBlock* b : {&block, &half}) {
     for (const Link& link : b->links) {
-      EXPECT_EQ(link.kind == LinkKind::kNear ? b->near[link.index][0]
+      EXPECT_EQ(link.kind == LinkKind::kNear ? b->shapes[link.index][0]
                                              : b->group[link.index][0],
                 link.receiver);
     }

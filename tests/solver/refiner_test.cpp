@@ -683,7 +683,7 @@ void ExpectSame(const RawLink& a, const RawLink& b) {
   EXPECT_EQ(a.source_path, b.source_path);
   EXPECT_EQ(a.kind, b.kind);
   EXPECT_EQ(a.value, b.value);
-  EXPECT_EQ(a.near_index, b.near_index);
+  EXPECT_EQ(a.shape_index, b.shape_index);
   EXPECT_EQ(a.gain, b.gain);
 }
 
@@ -745,7 +745,7 @@ TEST_F(FinelyLinkedRoom, HasTheSameLinksHoweverTheWorkIsCut) {
     ASSERT_EQ(links.size(), expected.size()) << most;
     for (size_t i = 0; i < links.size(); ++i) {
       RawLink link = links[i];
-      link.near_index = expected[i].near_index;  // counts within a part
+      link.shape_index = expected[i].shape_index;  // counts within a part
       ExpectSame(link, expected[i]);
     }
   }
@@ -817,7 +817,7 @@ TEST(Links, AreTheSameForAnyNumberOfThreads) {
   for (size_t i = 0; i < one.size(); ++i) {
     EXPECT_EQ(one[i].squared_error, two[i].squared_error);
     EXPECT_EQ(one[i].rays, two[i].rays);
-    EXPECT_EQ(one[i].near, two[i].near);
+    EXPECT_EQ(one[i].shapes, two[i].shapes);
     ASSERT_EQ(one[i].links.size(), two[i].links.size());
     for (size_t k = 0; k < one[i].links.size(); ++k) {
       ExpectSame(one[i].links[k], two[i].links[k]);
