@@ -31,7 +31,7 @@ constexpr double kMostGuessedReflectance = 0.8;
 // The residual is worth so many rays per link, and at least these: a round too
 // many costs more.
 constexpr uint64_t kResidualRaysPerLink = 4;
-constexpr uint64_t kLeastResidualRays = 2 << 20;
+constexpr uint64_t kLeastResidualRays = 8 << 20;
 // And to know where the error is one for so many links, but at least these.
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kLeastLocatingRays = 1 << 20;

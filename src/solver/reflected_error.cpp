@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 namespace enfilade {
 namespace {
 
 constexpr size_t kMostGroups = 256;
-// Of the bounces of s: it ends where they add no more than this share.
-constexpr double kSettled = 1e-3;
-constexpr int kMostBounces = 500;
+// A place is two groups: what is narrow, and the rest.
+constexpr size_t kMostPlaces = kMostGroups / 2;
+// Narrow, as a share of the longest edge of a place.
+constexpr double kNarrow = 0.25;
+// Of the size of groups by groups, at a time.
+constexpr size_t kWorkMatrices = 3;
 
 double Along(Vec3 v, size_t axis) {
   return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
@@ -34,29 +39,67 @@ std::array<size_t, 3> BoxesOf(const Box3& bounds, size_t most) {
   return boxes;
 }
 
+double LongestEdge(const Box3& bounds, const std::array<size_t, 3>& boxes) {
+  double longest = 0;
+  for (size_t axis = 0; axis < boxes.size(); ++axis) {
+    longest = std::max(
+        longest,
+        Along(bounds.Extent(), axis) / static_cast<double>(boxes[axis]));
+  }
+  return longest;
+}
+
+Eigen::Index Index(size_t i) {
+  return static_cast<Eigen::Index>(i);
+}
+
+// The mean of a_i b_j over all i != j.
+double OfDifferentParts(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  const auto parts = static_cast<double>(a.size());
+  return (a.sum() * b.sum() - a.dot(b)) / (parts * (parts - 1));
+}
+
+double VarianceOfMean(const Eigen::VectorXd& a) {
+  const auto parts = static_cast<double>(a.size());
+  return (a.array() - a.mean()).square().sum() / (parts * (parts - 1));
+}
+
 }  // namespace
 
 ReflectedError::ReflectedError(std::span<const CellInfo> cells,
                                MemoryBudget& budget)
-    : cells_per_group_((cells.size() + kMostGroups - 1) / kMostGroups),
-      groups_per_cell_(cells.empty() ? 1 : kMostGroups / cells.size()),
-      charge_(budget,
-              kMostGroups *
-                  (sizeof(Grid) + sizeof(Group) + kMostGroups * sizeof(double)),
-              "the error that is reflected") {
-  groups_per_cell_ = std::max<size_t>(groups_per_cell_, 1);
-  if (cells_per_group_ == 1) {
-    for (const CellInfo& cell : cells) {
-      grids_.push_back({cell.bounds, BoxesOf(cell.bounds, groups_per_cell_)});
+    : cells_per_place_((cells.size() + kMostPlaces - 1) / kMostPlaces),
+      places_per_cell_(cells.empty() ? 1 : kMostPlaces / cells.size()),
+      charge_(
+          budget,
+          kMostGroups * (sizeof(Grid) + sizeof(Group) +
+                         (1 + kWorkMatrices) * kMostGroups * sizeof(double)) +
+              cells.size() * sizeof(double),
+          "the error that is reflected") {
+  places_per_cell_ = std::max<size_t>(places_per_cell_, 1);
+  narrow_below_.reserve(cells.size());
+  for (const CellInfo& cell : cells) {
+    const Grid grid = {cell.bounds, BoxesOf(cell.bounds, places_per_cell_)};
+    narrow_below_.push_back(kNarrow * LongestEdge(grid.bounds, grid.boxes));
+    if (cells_per_place_ == 1) {
+      grids_.push_back(grid);
     }
   }
   groups_.resize(kMostGroups);
   seen_.resize(kMostGroups * kMostGroups);
 }
 
-size_t ReflectedError::GroupOf(CellId cell, Point3 x) const {
+double ReflectedError::NarrowBelow(CellId cell) const {
+  return narrow_below_[cell.Index()];
+}
+
+size_t ReflectedError::GroupOf(CellId cell, Point3 x, bool is_narrow) const {
+  return 2 * PlaceOf(cell, x) + (is_narrow ? 1 : 0);
+}
+
+size_t ReflectedError::PlaceOf(CellId cell, Point3 x) const {
   if (grids_.empty()) {
-    return cell.Index() / cells_per_group_;
+    return cell.Index() / cells_per_place_;
   }
   const Grid& grid = grids_[cell.Index()];
   size_t box = 0;
@@ -67,7 +110,7 @@ size_t ReflectedError::GroupOf(CellId cell, Point3 x) const {
     const double index = std::clamp(std::floor(at * boxes), 0.0, boxes - 1);
     box = box * grid.boxes[axis] + static_cast<size_t>(index);
   }
-  return cell.Index() * groups_per_cell_ + box;
+  return cell.Index() * places_per_cell_ + box;
 }
 
 void ReflectedError::AddProbe(const ErrorProbe& probe) {
@@ -75,7 +118,7 @@ void ReflectedError::AddProbe(const ErrorProbe& probe) {
   group.weight += probe.weight;
   for (size_t c = 0; c < kRgbChannels; ++c) {
     group.reflectance[c] += probe.weight * probe.reflectance[c];
-    group.residual[probes_ % kHalves][c] += probe.weight * probe.residual[c];
+    group.residual[probes_ % kParts][c] += probe.weight * probe.residual[c];
   }
   ++probes_;
 }
@@ -84,65 +127,58 @@ void ReflectedError::AddRay(size_t from, size_t to, double weight) {
   seen_[from * kMostGroups + to] += weight;
 }
 
-double ReflectedError::ResidualOf(const Group& group,
-                                  size_t half,
-                                  size_t channel) const {
-  return group.weight > 0
-             ? kHalves * group.residual[half][channel] / group.weight
-             : 0;
+Eigen::MatrixXd ReflectedError::Residuals(size_t channel) const {
+  Eigen::MatrixXd residuals = Eigen::MatrixXd::Zero(kMostGroups, kParts);
+  for (size_t k = 0; k < kMostGroups; ++k) {
+    const Group& group = groups_[k];
+    for (size_t part = 0; part < kParts && group.weight > 0; ++part) {
+      residuals(Index(k), Index(part)) =
+          kParts * group.residual[part][channel] / group.weight;
+    }
+  }
+  return residuals;
 }
 
-std::vector<double> ReflectedError::Spread(size_t half, size_t channel) const {
-  std::vector<double> residual(kMostGroups);
-  std::vector<double> spread(kMostGroups);
+// s = (1 - rho F)^-1 rho F r. What a group sees of others is at most 1 in all,
+// and what it reflects of that less: the matrix is diagonally dominant.
+Eigen::MatrixXd ReflectedError::Spread(const Eigen::MatrixXd& residuals,
+                                       size_t channel) const {
+  Eigen::MatrixXd reflected = Eigen::MatrixXd::Zero(kMostGroups, kMostGroups);
   for (size_t k = 0; k < kMostGroups; ++k) {
-    residual[k] = ResidualOf(groups_[k], half, channel);
-  }
-  for (int bounce = 0; bounce < kMostBounces; ++bounce) {
-    std::vector<double> next(kMostGroups);
-    double change = 0;
-    double all = 0;
-    for (size_t k = 0; k < kMostGroups; ++k) {
-      const Group& group = groups_[k];
-      if (!(group.weight > 0)) {
-        continue;
-      }
-      double arriving = 0;
-      for (size_t l = 0; l < kMostGroups; ++l) {
-        arriving += seen_[k * kMostGroups + l] * (residual[l] + spread[l]);
-      }
-      next[k] =
-          group.reflectance[channel] / group.weight * arriving / group.weight;
-      change += std::abs(next[k] - spread[k]) * group.weight;
-      all += std::abs(next[k]) * group.weight;
-    }
-    spread = std::move(next);
-    if (change <= kSettled * all) {
-      break;
+    const Group& group = groups_[k];
+    for (size_t l = 0; l < kMostGroups && group.weight > 0; ++l) {
+      reflected(Index(k), Index(l)) = group.reflectance[channel] /
+                                      group.weight *
+                                      seen_[k * kMostGroups + l] / group.weight;
     }
   }
-  return spread;
+  const Eigen::MatrixXd left =
+      Eigen::MatrixXd::Identity(kMostGroups, kMostGroups) - reflected;
+  return left.partialPivLu().solve(reflected * residuals);
 }
 
 ErrorIntegral ReflectedError::Integral() const {
-  double added = 0;    // e^2 - r^2 = 2 r s + s^2
-  double square = 0;   // s^2
-  double scatter = 0;  // of s between the halves
+  double added = 0;     // e^2 - r^2 = 2 r s + s^2
+  double variance = 0;  // of s, integrated
+  // What `added` becomes, to the first order, where a part is all there is.
+  Eigen::VectorXd by_part = Eigen::VectorXd::Zero(kParts);
   for (size_t c = 0; c < kRgbChannels; ++c) {
-    const std::vector<double> a = Spread(0, c);
-    const std::vector<double> b = Spread(1, c);
+    const Eigen::MatrixXd r = Residuals(c);
+    const Eigen::MatrixXd s = Spread(r, c);
     for (size_t k = 0; k < kMostGroups; ++k) {
-      const Group& group = groups_[k];
-      const double share = group.weight / kRgbChannels;
-      added += share * (a[k] * b[k] + a[k] * ResidualOf(group, 1, c) +
-                        b[k] * ResidualOf(group, 0, c));
-      square += share * a[k] * b[k];
-      scatter += share * (a[k] - b[k]) * (a[k] - b[k]);
+      const double share = groups_[k].weight / kRgbChannels;
+      const Eigen::VectorXd rs = r.row(Index(k));
+      const Eigen::VectorXd ss = s.row(Index(k));
+      // Products of different parts only, whose noise is independent.
+      added +=
+          share * (OfDifferentParts(ss, ss) + 2 * OfDifferentParts(rs, ss));
+      by_part += 2 * share * (ss.mean() * ss + ss.mean() * rs + rs.mean() * ss);
+      variance += share * VarianceOfMean(ss);
     }
   }
   const double n = std::max<double>(1, static_cast<double>(probes_));
   return {added / n,
-          (std::sqrt(std::max(square, 0.0) * scatter) + scatter / 2) / n};
+          std::sqrt(VarianceOfMean(by_part) + 2 * variance * variance) / n};
 }
 
 }  // namespace enfilade

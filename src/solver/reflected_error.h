@@ -28,6 +28,8 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace enfilade {
 
 // Where a residual was measured.
@@ -49,10 +51,16 @@ class ReflectedError {
   ReflectedError(std::span<const CellInfo> cells, MemoryBudget& budget);
 
   // The group of a point of a cell's surfaces: a box of a few in the cell, or
-  // several cells together where there are many.
-  [[nodiscard]] size_t GroupOf(CellId cell, Point3 x) const;
+  // several cells together where there are many. What is narrow there is a
+  // group of its own: light that leaks into the slot behind a cupboard comes
+  // back in it again and again, and hardly into the room.
+  [[nodiscard]] size_t GroupOf(CellId cell, Point3 x, bool is_narrow) const;
 
-  // Probes are counted by turns to two independent halves.
+  // A point most of whose rays end within this distance is in a narrow place,
+  // m.
+  [[nodiscard]] double NarrowBelow(CellId cell) const;
+
+  // Probes are counted by turns to independent parts.
   void AddProbe(const ErrorProbe& probe);
 
   // A ray from a probe of `from` that met a surface of `to`; `weight`: the
@@ -64,12 +72,14 @@ class ReflectedError {
   [[nodiscard]] ErrorIntegral Integral() const;
 
  private:
-  static constexpr size_t kHalves = 2;
+  // Two would do for a square without bias. How sure it is takes more: where
+  // all is one room, two that agree by chance say nothing.
+  static constexpr size_t kParts = 16;
 
   struct Group {
     double weight = 0;  // of its probes
     Rgb reflectance{};  // likewise, times weight
-    std::array<Rgb, kHalves> residual{};
+    std::array<Rgb, kParts> residual{};
   };
 
   // Boxes along each axis of a cell.
@@ -78,16 +88,17 @@ class ReflectedError {
     std::array<size_t, 3> boxes = {1, 1, 1};
   };
 
-  // What the residuals of one half become, one channel: s by group.
-  [[nodiscard]] std::vector<double> Spread(size_t half, size_t channel) const;
+  [[nodiscard]] size_t PlaceOf(CellId cell, Point3 x) const;
 
-  [[nodiscard]] double ResidualOf(const Group& group,
-                                  size_t half,
-                                  size_t channel) const;
+  // Residuals of one channel, [group][part], and what they become.
+  [[nodiscard]] Eigen::MatrixXd Residuals(size_t channel) const;
+  [[nodiscard]] Eigen::MatrixXd Spread(const Eigen::MatrixXd& residuals,
+                                       size_t channel) const;
 
-  size_t cells_per_group_ = 1;
-  size_t groups_per_cell_ = 1;
-  std::vector<Grid> grids_;  // by cell, unless several are one group
+  size_t cells_per_place_ = 1;
+  size_t places_per_cell_ = 1;
+  std::vector<double> narrow_below_;  // by cell
+  std::vector<Grid> grids_;           // by cell, unless several are one group
   MemoryCharge charge_;
   std::vector<Group> groups_;
   std::vector<double> seen_;  // [from][to]: sum of the weights of rays

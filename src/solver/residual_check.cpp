@@ -287,12 +287,26 @@ class ResidualMeter {
     return {lamps_, batch.visible[probe.visible], probe.origin, probe.normal};
   }
 
+  // Whether most rays over the hemisphere of a probe end within a distance.
+  static bool IsNarrow(const RayPart& part, size_t i, double distance) {
+    size_t near = 0;
+    for (size_t k = 0; k < kRaysPerPoint; ++k) {
+      const TraceHit& hit = part.hits[(i - part.first) * kRaysPerPoint + k];
+      if (k % kSamples < kDirections && hit.hit && hit.distance < distance) {
+        ++near;
+      }
+    }
+    return 2 * near > size_t{kHalves} * kDirections;
+  }
+
   // Takes from the rays of a probe what they say by themselves, and notes where
   // the solution is to be looked up.
   void AddSight(const RayPart& part, size_t i, Batch* batch) {
     const Probe& probe = batch->probes[i];
     ProbeSight& sight = batch->sights[i];
-    sight.group = GroupOf(probe);
+    const double near = reflected_.NarrowBelow(probe.on.cell);
+    const bool is_narrow = IsNarrow(part, i, near);
+    sight.group = reflected_.GroupOf(probe.on.cell, probe.origin, is_narrow);
     const double share = probe.weight / (double{kHalves} * kDirections);
     std::optional<LampChoice> lamps;
     size_t seen = 0;
@@ -310,7 +324,11 @@ class ResidualMeter {
       ++seen;
       const TraceRay& ray = part.rays[at];
       const Point3 y = ray.origin + ray.direction * hit.distance;
-      reflected_.AddRay(sight.group, reflected_.GroupOf(hit.cell, y), share);
+      // What is close to a point in a slot is in it too.
+      reflected_.AddRay(
+          sight.group,
+          reflected_.GroupOf(hit.cell, y, is_narrow && hit.distance < near),
+          share);
       batch->points.push_back({hit.cell, hit.patch, hit.a, hit.b});
       batch->owners.push_back(
           static_cast<uint32_t>(kHalves * i + k / kSamples));
@@ -373,10 +391,6 @@ class ResidualMeter {
     sum_ += weighted;
     squares_ += weighted * weighted;
     ++points_;
-  }
-
-  [[nodiscard]] size_t GroupOf(const Probe& probe) const {
-    return reflected_.GroupOf(probe.on.cell, probe.origin);
   }
 
   [[nodiscard]] ResidualEstimate Estimate() const {
