@@ -37,12 +37,14 @@ TEST(StudyPlan, CountsBytesAsThePaperDid) {
   EXPECT_EQ(PaperBytes("haar", 0, 0, 1), 40);
   EXPECT_EQ(PaperBytes("m2", 0, 0, 1), 400);
   EXPECT_EQ(PaperBytes("m3", 0, 0, 1), 1960);
+  EXPECT_EQ(PaperBytes("triage-haar", 0, 0, 1), 40);
+  EXPECT_EQ(PaperBytes("switch-f3", 0, 0, 1), 1960);
   EXPECT_EQ(PaperBytes("matrix", 0, 2, 3), 2 * 24 + 3 * 28);
   EXPECT_EQ(PaperBytes("substructuring", 2, 3, 9), 2 * 24 + 3 * 52);
 }
 
-TEST(StudyPlan, HasTheSevenExperiments) {
-  EXPECT_EQ(Experiments().size(), 7U);
+TEST(StudyPlan, HasTheSevenExperimentsAndFiveOfOneChoice) {
+  EXPECT_EQ(Experiments().size(), 7U + 5U);
   EXPECT_EQ(FindExperiment("complex").name, "chairs");
   EXPECT_THROW((void)FindExperiment("circle"), UsageError);
 }
@@ -107,6 +109,7 @@ TEST(Study, GoesOnWhereItWasKilled) {
 TEST(Study, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(RunProgram({"study", "circle"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"study"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"study", "box", "--methods", "ray-haar"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"study", "--list"}).exit_code, 0);
 }
 
