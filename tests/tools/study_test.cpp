@@ -106,6 +106,20 @@ TEST(Study, GoesOnWhereItWasKilled) {
   EXPECT_NE(again.out.find("parallel 1 progressive 2000\n"), std::string::npos);
 }
 
+TEST(Study, ComparesOneChoiceOfTheHierarchicalMethod) {
+  const TemporaryFolder folder;
+  const ProgramResult run = RunProgram(
+      {"study", "singular", "--methods", "cc-m3", "--out", folder / "study"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = LoadStudy(folder / "study/singular.jsonl");
+  ASSERT_EQ(lines.size(), 3U);  // three epsilons
+  for (const Json& line : lines) {
+    EXPECT_EQ(line.at("exit_code"), 0);
+    EXPECT_LT(line.at("rms_error").get<double>(), 0.05);
+  }
+  EXPECT_LT(lines[2].at("rms_error"), lines[0].at("rms_error"));
+}
+
 TEST(Study, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(RunProgram({"study", "circle"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"study"}).exit_code, 2);
