@@ -13,8 +13,13 @@
 //   Schroeder 1994)                  difference from the polynomial through the
 //                                    nodes, likewise a share
 //   the solver's own                 kTransfer: RMS of what the receiver's
-//                                    basis cannot follow, rho_i (A_i / A)^1/2,
-//                                    over the emitted power per area of all
+//                                    basis cannot follow and of what the
+//                                    source has beyond its nodes, times rho_i
+//                                    (A_i / A)^1/2, over the emitted power per
+//                                    area of all
+//
+// |B| is the mean of the channels, as W's brightness; kTransfer takes the
+// largest channel of each node.
 
 #pragma once
 
