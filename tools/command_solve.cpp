@@ -25,6 +25,7 @@ struct SolveCommand {
   bool basis_given = false;
   bool linear_solver_given = false;
   bool form_factors_given = false;  // or --projection
+  bool error_given = false;
   SceneOptions options;
 
   void Run();
@@ -140,10 +141,15 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
 // Defaults that depend on other options.
 void SolveCommand::ChooseByMethod() {
   MethodOptions& method = options.settings.method;
-  if (method.name == "wavelet" && form_factors_given) {
+  const bool hierarchical = method.name == "hierarchical";
+  if ((method.name == "wavelet" || hierarchical) && form_factors_given) {
     throw UsageError(
         "--form-factors and --projection are of the reference methods; give "
         "--method matrix, progressive or substructuring");
+  }
+  if (hierarchical && error_given) {
+    throw UsageError(
+        "--method hierarchical does not know its error: give --epsilon");
   }
   if (method.name != "wavelet" && !basis_given) {
     options.settings.basis = "haar";
@@ -226,17 +232,44 @@ void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
       ->capture_default_str();
 }
 
+void AddHierarchicalOptions(CLI::App& command, MethodOptions& method) {
+  const auto add = [&](const char* name, std::string& value, const char* what) {
+    command.add_option(name, value, what)->type_name("NAME");
+  };
+  command
+      .add_option("--epsilon",
+                  method.epsilon,
+                  "Of --method hierarchical: no link is worse by its oracle "
+                  "(0.001 if not given)")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("EPS");
+  add("--visibility",
+      method.visibility,
+      "Of --method hierarchical: ray, fractional, triage, quadrature or "
+      "stratified");
+  add("--singular",
+      method.singular,
+      "Of --method hierarchical, where surfaces touch: none, switch, cc or "
+      "near");
+  add("--oracle",
+      method.oracle,
+      "Of --method hierarchical: form-factor, power, polynomial or transfer");
+}
+
 void AddMethodOptions(CLI::App& command, SceneOptions& options) {
   MethodOptions& method = options.settings.method;
   command
       .add_option("--method",
                   method.name,
-                  "matrix, progressive, substructuring or wavelet: all but "
-                  "wavelet are for comparison, and hold the scene whole "
-                  "(docs/reference-methods.md)")
-      ->check(
-          CLI::IsMember({"matrix", "progressive", "substructuring", "wavelet"})
-              .description(""))
+                  "matrix, progressive, substructuring, hierarchical or "
+                  "wavelet: all but wavelet are for comparison, and hold the "
+                  "scene whole (docs/reference-methods.md)")
+      ->check(CLI::IsMember({"matrix",
+                             "progressive",
+                             "substructuring",
+                             "hierarchical",
+                             "wavelet"})
+                  .description(""))
       ->type_name("METHOD")
       ->capture_default_str();
   command
@@ -249,6 +282,7 @@ void AddMethodOptions(CLI::App& command, SceneOptions& options) {
       ->type_name("SOLVER")
       ->capture_default_str();
   AddFormFactorOptions(command, method);
+  AddHierarchicalOptions(command, method);
   command
       .add_option("--elements",
                   method.elements,
@@ -292,6 +326,7 @@ void AddSolveCommand(CLI::App& app) {
     options->linear_solver_given = command->count("--linear-solver") > 0;
     options->form_factors_given = command->count("--form-factors") > 0 ||
                                   command->count("--projection") > 0;
+    options->error_given = command->count("--error") > 0;
     options->Run();
   });
 }

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "tools/command.h"
@@ -11,6 +12,7 @@
 #include "tools/study.h"
 #include "tools/study_report.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace enfilade {
 namespace {
@@ -35,6 +37,23 @@ void List() {
   }
 }
 
+// UsageError if the experiment lacks one of the methods that were named.
+void RequireMethods(const Experiment& experiment,
+                    const std::vector<std::string>& methods) {
+  std::set<std::string> known;
+  for (const StudySetting& setting : experiment.settings) {
+    known.insert(setting.method);
+  }
+  for (const std::string& method : methods) {
+    if (known.count(method) == 0) {
+      throw UsageError(fmt::format("--methods {}: experiment {} has {}",
+                                   method,
+                                   experiment.name,
+                                   fmt::join(known, ", ")));
+    }
+  }
+}
+
 void StudyCommand::Run() {
   if (list) {
     List();
@@ -45,6 +64,7 @@ void StudyCommand::Run() {
   }
   options.folder = std::filesystem::absolute(folder);
   const Experiment& chosen = FindExperiment(experiment);
+  RequireMethods(chosen, options.methods);
   const std::vector<Json> lines = RunStudy(chosen, options);
   const std::string tables = StudyTables(chosen, lines);
   const auto path = options.folder / (chosen.name + ".md");
@@ -94,11 +114,9 @@ void AddStudyCommand(CLI::App& app) {
   command
       ->add_option("--methods",
                    options->options.methods,
-                   "Only these: haar, m2, matrix, progressive, substructuring")
+                   "Only these: haar, m2, matrix, progressive, substructuring, "
+                   "or what else the experiment has")
       ->delimiter(',')
-      ->check(CLI::IsMember(
-                  {"haar", "m2", "matrix", "progressive", "substructuring"})
-                  .description(""))
       ->type_name("METHOD,...");
   command
       ->add_option("--seconds",

@@ -159,6 +159,14 @@ void AddCompareCommand(CLI::App& app) {
   command->add_option("b", options->b, "The reference")
       ->required()
       ->type_name("B");
+  command
+      ->add_option("--samples",
+                   options->options.samples_per_patch,
+                   "At least so many points on each patch, up to 1024: more "
+                   "where errors are in one place")
+      ->check(CLI::Range(1, 1024).description(""))
+      ->type_name("N")
+      ->capture_default_str();
   AddCommonOptions(*command, options->common);
   SetExample(*command, "enfilade compare coarse.enf fine.enf");
   command->callback([options] { options->Run(); });

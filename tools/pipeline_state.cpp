@@ -73,7 +73,11 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
             {"form_factors", settings.method.form_factors},
             {"projection", settings.method.projection},
             {"elements", settings.method.elements},
-            {"ambient", settings.method.ambient}};
+            {"ambient", settings.method.ambient},
+            {"epsilon", settings.method.epsilon},
+            {"visibility", settings.method.visibility},
+            {"singular", settings.method.singular},
+            {"oracle", settings.method.oracle}};
   if (settings.overrides) {
     j["overrides"] = settings.overrides->string();
   }
@@ -102,6 +106,11 @@ SolveSettings LoadSettings(const BlockStorage& store) {
         j.value("projection", settings.method.projection);
     settings.method.elements = j.value("elements", settings.method.elements);
     settings.method.ambient = j.value("ambient", settings.method.ambient);
+    settings.method.epsilon = j.value("epsilon", settings.method.epsilon);
+    settings.method.visibility =
+        j.value("visibility", settings.method.visibility);
+    settings.method.singular = j.value("singular", settings.method.singular);
+    settings.method.oracle = j.value("oracle", settings.method.oracle);
     if (j.contains("overrides")) {
       settings.overrides = j.at("overrides").get<std::string>();
     }

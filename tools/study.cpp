@@ -232,6 +232,8 @@ void Study::AddErrors(const fs::path& store,
   Call({"compare",
         store.string(),
         reference.string(),
+        "--samples",
+        fmt::format("{}", experiment_.samples),
         "--report",
         Work("compare.json").string()});
   const Json compared = ReadJson(Work("compare.json"));

@@ -3,6 +3,7 @@
 #include "base/error.h"
 
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,147 @@ StudySetting Reference(const std::string& method, double elements) {
   return {method,
           elements,
           {"--method", method, "--elements", fmt::format("{}", elements)}};
+}
+
+// One choice of the hierarchical method in a basis, by its option: its name in
+// tables ends in that of the basis, by which PaperBytes counts.
+StudySetting Hierarchical(const std::string& option,
+                          const std::string& choice,
+                          const std::string& basis,
+                          double epsilon) {
+  return {fmt::format("{}-{}", choice, basis),
+          epsilon,
+          {"--method",
+           "hierarchical",
+           "--" + option,
+           choice,
+           "--basis",
+           basis,
+           "--epsilon",
+           fmt::format("{}", epsilon)}};
+}
+
+// Choices of one option, each at its own epsilon, a quarter and a sixteenth of
+// it; last the solver itself.
+struct Choice {
+  std::string name;
+  std::string basis;
+  double epsilon = 0;
+};
+
+std::vector<StudySetting> ChoicesOf(const std::string& option,
+                                    const std::vector<Choice>& choices,
+                                    double finest_error) {
+  std::vector<StudySetting> settings;
+  for (const Choice& c : choices) {
+    for (const double finer : {1.0, 4.0, 16.0}) {
+      settings.push_back(
+          Hierarchical(option, c.name, c.basis, c.epsilon / finer));
+    }
+  }
+  for (const char* basis : {"haar", "m2"}) {
+    for (const double coarser : {4.0, 2.0, 1.0}) {
+      settings.push_back(Wavelet(basis, coarser * finest_error));
+    }
+  }
+  return settings;
+}
+
+// The polynomial oracle of M2 asks less of a link than power does of Haar's.
+std::vector<StudySetting> Visibilities(double epsilon, double finest_error) {
+  constexpr double kSecondOrder = 0.1;
+  std::vector<Choice> choices;
+  for (const char* mode :
+       {"ray", "fractional", "triage", "quadrature", "stratified"}) {
+    choices.push_back({mode, "haar", epsilon});
+    choices.push_back({mode, "m2", kSecondOrder * epsilon});
+  }
+  return ChoicesOf("visibility", choices, finest_error);
+}
+
+std::vector<StudySetting> SingularRules() {
+  return ChoicesOf("singular",
+                   {{"none", "haar", 1e-3},
+                    {"switch", "haar", 1e-3},
+                    {"cc", "haar", 1e-3},
+                    {"near", "haar", 1e-3},
+                    {"switch", "f3", 1e-4},
+                    {"none", "m3", 1e-4},
+                    {"cc", "m3", 1e-4},
+                    {"near", "m3", 1e-4}},
+                   0.02);
+}
+
+// Epsilons that make about as many links.
+std::vector<StudySetting> Oracles() {
+  std::vector<Choice> choices;
+  for (const char* basis : {"haar", "m2"}) {
+    choices.push_back({"form-factor", basis, 0.8});
+    choices.push_back({"power", basis, 3e-3});
+    choices.push_back({"polynomial", basis, 1e-3});
+    choices.push_back({"transfer", basis, 0.05});
+  }
+  return ChoicesOf("oracle", choices, 0.05);
+}
+
+// Of one choice within the hierarchical method.
+std::vector<Experiment> MakeChoiceExperiments() {
+  std::vector<Experiment> list = {
+      {"visibility",
+       "ways to find visibility, behind a blocker",
+       "blocker",
+       "--height",
+       {0.7},
+       {0.7, 1.4},
+       Visibilities(4e-3, 0.05),
+       {},
+       {}},
+      {"visibility-complex",
+       "ways to find visibility, among chairs",
+       "chairs",
+       "--count",
+       {4},
+       {4, 9},
+       Visibilities(1e-3, 0.1),
+       {},
+       {}},
+      {"singular",
+       "what to do where two squares touch",
+       "perpendicular",
+       "--separation",
+       {0},
+       {0, 0.1},
+       SingularRules(),
+       {},
+       {}},
+      {"singular-box",
+       "what to do where the walls of a box touch",
+       "box",
+       "--reflectance",
+       {0.9},
+       {0.5, 0.9},
+       SingularRules(),
+       {},
+       {}},
+      {"oracles",
+       "what says that a link is good enough, in a box",
+       "box",
+       "--reflectance",
+       {0.5},
+       {0.5, 0.9},
+       Oracles(),
+       {},
+       {}}};
+  for (Experiment& e : list) {
+    // Another method for comparison would be less sure than these are.
+    e.element_reference = Wavelet("m2",
+                                  e.scene == "chairs"    ? 0.04
+                                  : e.scene == "blocker" ? 0.015
+                                                         : 0.01);
+    e.wavelet_reference = e.element_reference;
+    e.samples = 1024;
+  }
+  return list;
 }
 
 // Both wavelet bases at three errors, and the other methods at two sizes.
@@ -111,6 +253,9 @@ std::vector<Experiment> MakeExperiments() {
     }
     e.element_reference = Reference("substructuring", furnished ? 4000 : 6000);
   }
+  for (Experiment& e : MakeChoiceExperiments()) {
+    list.push_back(std::move(e));
+  }
   return list;
 }
 
@@ -157,7 +302,7 @@ double PaperBytes(const std::string& method,
   if (method == "substructuring") {
     return 24 * patches + 52 * elements;
   }
-  const double order = method == "haar" ? 1 : method.back() - '0';
+  const double order = method.ends_with("haar") ? 1 : method.back() - '0';
   const double square = order * order;
   return (16 + 24 * square * square) * links + (20 + 24 * square) * elements;
 }

@@ -1,5 +1,6 @@
 // The seven experiments of Willmott and Heckbert 1997, section 3.1, as runs of
-// the program: scene x parameter x method x setting.
+// the program: scene x parameter x method x setting. And five that compare one
+// choice within the hierarchical method, beside the wavelet solver.
 
 #pragma once
 
@@ -10,8 +11,8 @@ namespace enfilade {
 
 // One solve: by which method, how fine.
 struct StudySetting {
-  std::string method;              // haar, m2, matrix, ...
-  double setting = 0;              // requested error, or number of elements
+  std::string method;              // haar, m2, matrix, ..., ray-haar, cc-m3
+  double setting = 0;              // requested error, elements, or epsilon
   std::vector<std::string> words;  // for `enfilade solve`
 };
 
@@ -28,13 +29,16 @@ struct Experiment {
   std::vector<StudySetting> settings;
   StudySetting wavelet_reference;
   StudySetting element_reference;
+  // Points on each patch at which solutions are compared, at least.
+  int samples = 16;
 
   [[nodiscard]] const std::vector<double>& Values(bool all) const {
     return all ? all_values : few_values;
   }
 };
 
-// By wavelets: its setting is an error. By anything else: elements.
+// By wavelets: its setting is an error, or an epsilon. By anything else:
+// elements.
 bool IsWavelet(const std::string& method);
 
 // The same method at twice the error, or half the elements.

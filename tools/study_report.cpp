@@ -93,7 +93,8 @@ std::string MethodOf(const Json& line) {
   return line.at("method").get<std::string>();
 }
 
-// How links grow as the error asked for shrinks, and error falls with elements.
+// How links grow as the error asked for, or epsilon, shrinks, and error falls
+// with elements.
 std::string FitsAtValues(const std::vector<Json>& lines) {
   const auto group = [](const Json& line) {
     return fmt::format("{} at {}", MethodOf(line), Number(line, "value"));
@@ -110,10 +111,10 @@ std::string FitsAtValues(const std::vector<Json>& lines) {
   const auto elements = [](const Json& line) {
     return Number(line, "elements");
   };
-  return FitRows("links by 1/error",
+  return FitRows("links by 1/setting",
                  Collect(wavelets, group, inverse, "links"),
                  2) +
-         FitRows("time by 1/error",
+         FitRows("time by 1/setting",
                  Collect(wavelets, group, inverse, "wall_seconds"),
                  2) +
          FitRows("error by elements",

@@ -6,6 +6,8 @@
 #include "solver/engine.h"
 #include "solver/least_memory.h"
 #include "solver/reference/form_factor_kinds.h"
+#include "solver/reference/hierarchical_options.h"
+#include "solver/reference/hierarchical_solve.h"
 #include "solver/reference/reference_solve.h"
 #include "solver/solve_state.h"
 
@@ -26,12 +28,13 @@ bool IsOneOf(const std::string& word, std::initializer_list<const char*> all) {
 // Which form factors go with which method and which linear solver.
 void ValidateFormFactors(const MethodOptions& method) {
   const FormFactorOptions form_factors = FormFactorOptionsOf(method);
-  if (method.name == "wavelet" &&
+  if ((method.name == "wavelet" || method.name == "hierarchical") &&
       (form_factors.kind != FormFactorKind::kExact ||
        form_factors.projection != Projection::kGalerkin)) {
-    throw UsageError(
-        "--form-factors and --projection are of the reference methods; "
-        "--method wavelet has its own");
+    throw UsageError(fmt::format(
+        "--form-factors and --projection are of matrix, progressive and "
+        "substructuring; --method {} has its own",
+        method.name));
   }
   if (method.name != "matrix" &&
       form_factors.projection == Projection::kCollocation) {
@@ -51,12 +54,36 @@ void ValidateFormFactors(const MethodOptions& method) {
   }
 }
 
+// What only the hierarchical method takes, and what it does not take.
+void ValidateHierarchical(const MethodOptions& method,
+                          const std::string& basis) {
+  if (method.name == "hierarchical") {
+    if (method.elements != 0 || method.ambient) {
+      throw UsageError(
+          "--elements and --ambient are of the methods with one mesh; --method "
+          "hierarchical takes --epsilon");
+    }
+    HierarchicalOptionsOf(method, basis);
+  } else if (method.epsilon != 0 || !method.visibility.empty() ||
+             !method.singular.empty() || !method.oracle.empty()) {
+    throw UsageError(fmt::format(
+        "--epsilon, --visibility, --singular and --oracle are of --method "
+        "hierarchical; --method {} has its own",
+        method.name));
+  }
+}
+
 void ValidateMethod(const MethodOptions& method, const std::string& basis) {
   if (!IsOneOf(method.name,
-               {"wavelet", "matrix", "progressive", "substructuring"})) {
-    throw UsageError(fmt::format(
-        "--method {}: give matrix, progressive, substructuring or wavelet",
-        method.name));
+               {"wavelet",
+                "matrix",
+                "progressive",
+                "substructuring",
+                "hierarchical"})) {
+    throw UsageError(
+        fmt::format("--method {}: give matrix, progressive, substructuring, "
+                    "hierarchical or wavelet",
+                    method.name));
   }
   if (!IsOneOf(method.linear_solver, {"gs", "sor", "cg"})) {
     throw UsageError(fmt::format("--linear-solver {}: give gs, sor or cg",
@@ -68,13 +95,16 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
         "--elements and --ambient are of the reference methods; "
         "--method wavelet takes --error alone");
   }
-  if (!wavelet && BasisNamed(basis) != BasisKind{1, false}) {
+  const bool has_bases = wavelet || method.name == "hierarchical";
+  if (!has_bases && BasisNamed(basis) != BasisKind{1, false}) {
     throw UsageError(fmt::format(
-        "--method {} has constant elements: --basis {} is of wavelet alone",
+        "--method {} has constant elements: --basis {} is of wavelet and "
+        "hierarchical",
         method.name,
         basis));
   }
   ValidateFormFactors(method);
+  ValidateHierarchical(method, basis);
 }
 
 }  // namespace
@@ -93,6 +123,9 @@ SolveSummary Solve(BlockStorage& store,
                    const SolveOptions& options,
                    MemoryBudget& budget) {
   options.Validate();
+  if (options.method.name == "hierarchical") {
+    return SolveHierarchically(store, options, budget);
+  }
   if (options.method.name != "wavelet") {
     return SolveByReference(store, options, budget);
   }

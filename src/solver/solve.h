@@ -15,7 +15,8 @@ namespace enfilade {
 
 // Which method computes the light, and what only the reference methods take.
 struct MethodOptions {
-  std::string name = "wavelet";      // or matrix, progressive, substructuring
+  // Or matrix, progressive, substructuring, hierarchical.
+  std::string name = "wavelet";
   std::string linear_solver = "cg";  // of matrix: gs, sor or cg
   // Of the reference methods: exact, point, polygon, switch, hemicube or
   // montecarlo (reference/form_factor_kinds.h).
@@ -25,6 +26,12 @@ struct MethodOptions {
   uint64_t elements = 0;
   // Progressive and substructuring: add the light still to come, evenly.
   bool ambient = false;
+  // Of hierarchical (reference/hierarchical_options.h); 0 and empty: what the
+  // study of 1997 had for the basis.
+  double epsilon = 0;
+  std::string visibility;
+  std::string singular;
+  std::string oracle;
 
   friend bool operator==(const MethodOptions&, const MethodOptions&) = default;
 };

@@ -19,6 +19,11 @@ TEST(SolveSettings, SurviveTheStore) {
   settings.error = 0.1 / 3;  // no short decimal
   settings.basis = "haar";
   settings.seed = 0xffffffffffffffffULL;
+  settings.method.name = "hierarchical";
+  settings.method.epsilon = 0.1 / 3;
+  settings.method.visibility = "quadrature";
+  settings.method.singular = "cc";
+  settings.method.oracle = "power";
   const auto store = CreateStoreInMemory();
   SaveSettings(*store, settings);
   EXPECT_EQ(LoadSettings(*store), settings);

@@ -37,12 +37,14 @@ TEST(StudyPlan, CountsBytesAsThePaperDid) {
   EXPECT_EQ(PaperBytes("haar", 0, 0, 1), 40);
   EXPECT_EQ(PaperBytes("m2", 0, 0, 1), 400);
   EXPECT_EQ(PaperBytes("m3", 0, 0, 1), 1960);
+  EXPECT_EQ(PaperBytes("triage-haar", 0, 0, 1), 40);
+  EXPECT_EQ(PaperBytes("switch-f3", 0, 0, 1), 1960);
   EXPECT_EQ(PaperBytes("matrix", 0, 2, 3), 2 * 24 + 3 * 28);
   EXPECT_EQ(PaperBytes("substructuring", 2, 3, 9), 2 * 24 + 3 * 52);
 }
 
-TEST(StudyPlan, HasTheSevenExperiments) {
-  EXPECT_EQ(Experiments().size(), 7U);
+TEST(StudyPlan, HasTheSevenExperimentsAndFiveOfOneChoice) {
+  EXPECT_EQ(Experiments().size(), 7U + 5U);
   EXPECT_EQ(FindExperiment("complex").name, "chairs");
   EXPECT_THROW((void)FindExperiment("circle"), UsageError);
 }
@@ -104,9 +106,24 @@ TEST(Study, GoesOnWhereItWasKilled) {
   EXPECT_NE(again.out.find("parallel 1 progressive 2000\n"), std::string::npos);
 }
 
+TEST(Study, ComparesOneChoiceOfTheHierarchicalMethod) {
+  const TemporaryFolder folder;
+  const ProgramResult run = RunProgram(
+      {"study", "singular", "--methods", "cc-m3", "--out", folder / "study"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = LoadStudy(folder / "study/singular.jsonl");
+  ASSERT_EQ(lines.size(), 3U);  // three epsilons
+  for (const Json& line : lines) {
+    EXPECT_EQ(line.at("exit_code"), 0);
+    EXPECT_LT(line.at("rms_error").get<double>(), 0.05);
+  }
+  EXPECT_LT(lines[2].at("rms_error"), lines[0].at("rms_error"));
+}
+
 TEST(Study, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(RunProgram({"study", "circle"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"study"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"study", "box", "--methods", "ray-haar"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"study", "--list"}).exit_code, 0);
 }
 

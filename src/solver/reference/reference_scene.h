@@ -122,6 +122,11 @@ class ReferenceScene {
   // j above the horizon of i. Thread-safe.
   [[nodiscard]] float ShareSeenFromCenter(const Panel& i, const Panel& j) const;
 
+  // Bit i: segment i of the packet is blocked. Thread-safe.
+  [[nodiscard]] uint32_t Blocked(const SegmentPacket& packet) const {
+    return Occluded(blockers_, packet);
+  }
+
   // By which the random numbers of a panel are drawn.
   [[nodiscard]] uint64_t KeyOf(const Panel& panel) const;
 

@@ -5,6 +5,7 @@
 #include "solver/reference/form_factors.h"
 #include "solver/reference/matrix_method.h"
 #include "solver/reference/panel_solution.h"
+#include "solver/reference/reference_store.h"
 #include "solver/reference/shooting_method.h"
 #include "solver/solve_state.h"
 #include "solver/stopwatch.h"
@@ -155,21 +156,9 @@ PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
 void ReferenceSolve::Record(const PanelSolution& solution,
                             const std::vector<CellTree>& trees,
                             const std::vector<CellTree>* coarser) {
-  state_.cells.assign(scene_.CellCount(), {});
-  area_ = 0;
-  double reflected = 0;
+  area_ = TakeCellRows(scene_, trees, &state_);
   for (size_t c = 0; c < trees.size(); ++c) {
-    CellRow& row = state_.cells[c];
-    const auto patches = scene_.PatchesOf(c);
-    for (const PatchGeometry& p : patches) {
-      row.area += p.reflects ? static_cast<double>(p.area) : 0;
-    }
-    row.reflected = SumOverLeaves(trees[c], patches, trees[c].Sent()).value -
-                    EmittedFlux(patches, scene_.Surfaces());
-    row.elements = PanelsOfCell(solution, c);
-    row.peak = trees[c].Sent().MaxAbs();
-    area_ += row.area;
-    reflected += row.reflected;
+    state_.cells[c].elements = PanelsOfCell(solution, c);
   }
   if (!state_.cells.empty()) {
     state_.cells[0].links = solution.form_factors;
@@ -178,7 +167,6 @@ void ReferenceSolve::Record(const PanelSolution& solution,
   state_.seed = options_.seed;
   state_.residual = solution.residual;
   state_.sweeps += solution.steps;
-  state_.mean_reflected = std::max(reflected / std::max(area_, 1e-30), 1e-30);
   RoundRecord record;
   record.links = solution.form_factors;
   record.estimated_error = 1;
@@ -214,13 +202,7 @@ uint32_t ReferenceSolve::PanelsOfCell(const PanelSolution& solution,
 
 void ReferenceSolve::Write(const std::vector<CellTree>& trees) {
   const Stopwatch watch(&state_.times.store_seconds);
-  store_.EraseAll(BlockKind::kCellTree);
-  store_.EraseAll(BlockKind::kLinks);
-  for (size_t c = 0; c < trees.size(); ++c) {
-    trees[c].Save(store_, CellId(c));
-  }
-  SaveSolveState(state_, store_);
-  store_.Commit();
+  WriteSolution(trees, state_, store_);
 }
 
 // The last fineness that was committed; nothing if there is none.

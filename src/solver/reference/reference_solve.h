@@ -1,6 +1,7 @@
-// Solve by one of the reference methods: finer and finer dicings of the whole
-// scene, each solved from scratch, until the difference of the last two says
-// that the requested error is met. Estimate: docs/reference-methods.md.
+// Solve by matrix, progressive or substructuring: finer and finer dicings of
+// the whole scene, each solved from scratch, until the difference of the last
+// two says that the requested error is met. Estimate:
+// docs/reference-methods.md.
 
 #pragma once
 

@@ -1,0 +1,26 @@
+// How reference methods leave their solution in a store: the element trees of
+// all cells, and a row of the solve's state for each.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "solver/element_tree.h"
+#include "solver/reference/reference_scene.h"
+#include "solver/solve_state.h"
+
+#include <vector>
+
+namespace enfilade {
+
+// The state's cells and mean reflected radiosity become those of the trees.
+// Returns the area of what reflects, m2.
+double TakeCellRows(const ReferenceScene& scene,
+                    const std::vector<CellTree>& trees,
+                    SolveState* state);
+
+// Writes trees and state and commits.
+void WriteSolution(const std::vector<CellTree>& trees,
+                   const SolveState& state,
+                   BlockStorage& store);
+
+}  // namespace enfilade
