@@ -51,7 +51,10 @@ CellPager::CellPager(BlockStorage& store,
       device_(&device),
       budget_(&budget),
       origin_(device.Origin()),
-      trace_(budget.LimitBytes()),
+      trace_charge_(budget,
+                    AccessTrace::OwnBytesUnder(budget.LimitBytes()),
+                    "the record of what is read"),
+      trace_(trace_charge_.Bytes()),
       next_use_(store, partition.cells.size(), budget) {
   for (size_t i = 0; i < partition.portals.size(); ++i) {
     portals_of_[partition.portals[i].front.Index()].emplace_back(i);
@@ -83,89 +86,139 @@ CellPager::~CellPager() {
   }
 }
 
-BlockKey CellPager::BlockOf(ItemKey key) {
-  return {key.first == ItemKind::kTree ? BlockKind::kCellTree
-                                       : BlockKind::kCellPatches,
-          key.second};
+CachedThing CellPager::ThingOf(ItemKey key) {
+  return {{key.first == ItemKind::kTree ? BlockKind::kCellTree
+                                        : BlockKind::kCellPatches,
+           key.second},
+          static_cast<uint32_t>(key.first)};
 }
 
 CellPager::Item* CellPager::Find(ItemKey key) {
   const auto it = items_.find(key);
-  if (it == items_.end()) {
-    return nullptr;
-  }
-  it->second.last_use = ++clock_;
-  trace_.RecordHit(BlockOf(key));
-  return &it->second;
+  return it == items_.end() ? nullptr : &it->second;
 }
 
-CellPager::Item& CellPager::Insert(ItemKey key,
-                                   std::shared_ptr<void> value,
-                                   uint64_t bytes) {
+// `bytes` are charged to the budget, or are so by the value itself.
+void CellPager::Insert(ItemKey key,
+                       std::shared_ptr<void> value,
+                       uint64_t bytes) {
   Item& item = items_[key];
   item.value = std::move(value);
-  item.charged_bytes = bytes;
+  item.charged_bytes = key.first == ItemKind::kOccluder ? 0 : bytes;
+  SetHeld(key, &item, bytes);
+}
+
+void CellPager::SetHeld(ItemKey key, Item* item, uint64_t bytes) {
+  held_bytes_ += bytes - item->held_bytes;
+  item->held_bytes = bytes;
+  trace_.SetHeld(ThingOf(key), bytes);
+}
+
+// The value of an item that is there, in use as long as the pointer is held.
+template <typename T>
+std::shared_ptr<T> CellPager::Use(ItemKey key, bool is_along) {
+  Item& item = items_.at(key);
   item.last_use = ++clock_;
-  return item;
+  auto use = item.use.lock();
+  if (use == nullptr) {
+    NoteCapacity();
+    const CachedThing thing = ThingOf(key);
+    is_along ? trace_.BeginAlong(thing) : trace_.Begin(thing);
+    use = std::shared_ptr<void>(
+        item.value.get(),
+        [this, thing, value = item.value](void*) { trace_.End(thing); });
+    item.use = use;
+  }
+  return std::static_pointer_cast<T>(use);
+}
+
+// What is not taken by others.
+void CellPager::NoteCapacity() {
+  const uint64_t used = budget_->UsedBytes();
+  const uint64_t by_others = used - std::min(used, held_bytes_);
+  const uint64_t limit = budget_->LimitBytes();
+  trace_.SetCapacity(limit - std::min(limit, by_others));
 }
 
 std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   const ItemKey key{ItemKind::kGeometry, cell.value};
-  if (const Item* item = Find(key)) {
-    return std::static_pointer_cast<const CellGeometry>(item->value);
+  if (Find(key) == nullptr) {
+    const CellPatches stored = ReadPatches(cell, {key.first});
+    auto geometry = std::make_shared<CellGeometry>();
+    geometry->patches.reserve(stored.patches.size());
+    for (const Patch& patch : stored.patches) {
+      geometry->patches.push_back(MakePatchGeometry(
+          patch, scene_->materials.at(patch.material.Index()), origin_));
+    }
+    geometry->portals = PortalsOf(cell);
+    geometry->clusters = std::make_unique<ClusterTree>(
+        geometry->patches, WholePatches(geometry->patches.size()));
+    if (!shape_.basis->HasOwnNodes()) {
+      geometry->groups = SourceGroups(geometry->patches);
+    }
+    const uint64_t bytes = geometry->SizeBytes();
+    MakeRoom(bytes, "the geometry of a cell");
+    Insert(key, std::move(geometry), bytes);
   }
-  const CellPatches stored = ReadPatches(cell);
-  auto geometry = std::make_shared<CellGeometry>();
-  geometry->patches.reserve(stored.patches.size());
-  for (const Patch& patch : stored.patches) {
-    geometry->patches.push_back(MakePatchGeometry(
-        patch, scene_->materials.at(patch.material.Index()), origin_));
-  }
-  geometry->portals = PortalsOf(cell);
-  geometry->clusters = std::make_unique<ClusterTree>(
-      geometry->patches, WholePatches(geometry->patches.size()));
-  if (!shape_.basis->HasOwnNodes()) {
-    geometry->groups = SourceGroups(geometry->patches);
-  }
-  const uint64_t bytes = geometry->SizeBytes();
-  MakeRoom(bytes, "the geometry of a cell");
-  Insert(key, geometry, bytes);
-  return geometry;
+  return Use<const CellGeometry>(key);
 }
 
-CellPatches CellPager::ReadPatches(CellId cell) {
+// Reads the patches of a cell, from which items of some kinds will be made.
+CellPatches CellPager::ReadPatches(CellId cell,
+                                   std::initializer_list<ItemKind> made) {
   const uint64_t read_before = store_->Stats().bytes_read;
   CellPatches stored = LoadCellPatches(*store_, cell);
-  trace_.Record(BlockOf({ItemKind::kGeometry, cell.value}),
-                store_->Stats().bytes_read - read_before);
+  const uint64_t bytes = store_->Stats().bytes_read - read_before;
+  trace_.AddRead(bytes);
+  for (const ItemKind kind : made) {
+    trace_.SetStored(ThingOf({kind, cell.value}), bytes);
+  }
   return stored;
 }
 
 std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
-  if (const Item* item = Find({ItemKind::kObstacles, cell.value})) {
-    return std::static_pointer_cast<const ShaftBlockers>(item->value);
+  const ItemKey key{ItemKind::kObstacles, cell.value};
+  if (Find(key) == nullptr) {
+    MakeObstacles(cell, ReadPatches(cell, {key.first}));
   }
-  return MakeObstacles(cell, ReadPatches(cell));
+  return Use<const ShaftBlockers>(key);
 }
 
 std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
-  if (const Item* item = Find({ItemKind::kOccluder, cell.value})) {
-    return std::static_pointer_cast<const CellBlockers>(item->value);
+  const ItemKey key{ItemKind::kOccluder, cell.value};
+  if (Find(key) == nullptr) {
+    MakeOccluder(cell, ReadPatches(cell, {key.first}));
   }
-  return MakeOccluder(cell, ReadPatches(cell));
+  return Use<const CellBlockers>(key);
 }
 
 CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
-  if (items_.contains({ItemKind::kObstacles, cell.value}) ||
-      items_.contains({ItemKind::kOccluder, cell.value})) {
-    return {Obstacles(cell), Occluder(cell)};
+  const ItemKey shafts{ItemKind::kObstacles, cell.value};
+  const ItemKey rays{ItemKind::kOccluder, cell.value};
+  const bool has_shafts = Find(shafts) != nullptr;
+  const bool has_rays = Find(rays) != nullptr;
+  CellObstructions both;
+  if (has_shafts) {
+    both.obstacles = Use<const ShaftBlockers>(shafts);
   }
-  const CellPatches stored = ReadPatches(cell);
-  return {MakeObstacles(cell, stored), MakeOccluder(cell, stored)};
+  if (!has_shafts || !has_rays) {
+    const CellPatches stored =
+        has_shafts ? ReadPatches(cell, {rays.first})
+        : has_rays ? ReadPatches(cell, {shafts.first})
+                   : ReadPatches(cell, {shafts.first, rays.first});
+    if (!has_shafts) {
+      MakeObstacles(cell, stored);
+      both.obstacles = Use<const ShaftBlockers>(shafts);
+    }
+    if (Find(rays) == nullptr) {
+      MakeOccluder(cell, stored);
+    }
+  }
+  both.occluder = Use<const CellBlockers>(rays, true);
+  return both;
 }
 
-std::shared_ptr<const ShaftBlockers> CellPager::MakeObstacles(
-    CellId cell, const CellPatches& stored) {
+void CellPager::MakeObstacles(CellId cell, const CellPatches& stored) {
   // The patches too, while the obstacles are made of them.
   const size_t count = BlockerCount(stored);
   const uint64_t bytes = ShaftBlockers::BytesFor(count);
@@ -183,27 +236,17 @@ std::shared_ptr<const ShaftBlockers> CellPager::MakeObstacles(
   work.Reset();
   MakeRoom(obstacles->SizeBytes(), "the blockers of a cell");
   Insert({ItemKind::kObstacles, cell.value}, obstacles, obstacles->SizeBytes());
-  return obstacles;
 }
 
-std::shared_ptr<const CellBlockers> CellPager::MakeOccluder(
-    CellId cell, const CellPatches& stored) {
+void CellPager::MakeOccluder(CellId cell, const CellPatches& stored) {
   // Embree charges the budget itself; this only makes the room.
   const uint64_t estimate = BlockersBuildBytes(BlockerCount(stored));
   MakeRoom(estimate, "the blockers of a cell");
   budget_->Release(estimate);
-  std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
+  const std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
   Insert({ItemKind::kOccluder, cell.value},
          std::const_pointer_cast<CellBlockers>(blockers),
-         0);
-  return blockers;
-}
-
-uint64_t CellPager::BytesOf(ItemKey key, const Item& item) {
-  return key.first == ItemKind::kOccluder
-             ? BlockersBytes(
-                   *std::static_pointer_cast<const CellBlockers>(item.value))
-             : item.charged_bytes;
+         BlockersBytes(*blockers));
 }
 
 bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
@@ -214,7 +257,7 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
     const auto add = [&](ItemKind kind, uint64_t bytes, uint64_t more) {
       const auto it = items_.find({kind, cell.value});
       const bool is_here = it != items_.end();
-      need += is_here ? BytesOf(it->first, it->second) : bytes;
+      need += is_here ? it->second.held_bytes : bytes;
       build = std::max(build, is_here ? 0 : more);
     };
     const uint64_t held = BlockersHeldBytes(patches);
@@ -229,7 +272,7 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
     return true;
   }
   for (const auto& [key, item] : items_) {
-    room += item.value.use_count() > 1 ? 0 : BytesOf(key, item);
+    room += item.use.expired() ? item.held_bytes : 0;
   }
   return need <= room;
 }
@@ -251,48 +294,55 @@ Box CellPager::BoundsOf(CellId cell) const {
 
 std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   const ItemKey key{ItemKind::kTree, cell.value};
-  if (const Item* item = Find(key)) {
-    return std::static_pointer_cast<CellTree>(item->value);
+  if (Find(key) == nullptr) {
+    const auto geometry = Geometry(cell);
+    std::shared_ptr<CellTree> tree;
+    const uint64_t read_before = store_->Stats().bytes_read;
+    // Room first: the tree is not in anybody's charge while it is read.
+    const uint64_t expected =
+        CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
+    MemoryCharge room = Reserve(expected, "the element trees of a cell");
+    if (auto stored =
+            CellTree::Load(*store_, cell, shape_, geometry->patches)) {
+      tree = std::make_shared<CellTree>(std::move(*stored));
+    } else {
+      tree = std::make_shared<CellTree>(shape_, geometry->patches);
+      tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
+    }
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(ThingOf(key), read);
+    room.Reset();
+    const uint64_t bytes = tree->SizeBytes();
+    MakeRoom(bytes, "the element trees of a cell");
+    Insert(key, std::move(tree), bytes);
   }
-  const auto geometry = Geometry(cell);
-  std::shared_ptr<CellTree> tree;
-  const uint64_t read_before = store_->Stats().bytes_read;
-  // Room first: the tree is not in anybody's charge while it is read.
-  const uint64_t expected =
-      CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
-  MemoryCharge room = Reserve(expected, "the element trees of a cell");
-  if (auto stored = CellTree::Load(*store_, cell, shape_, geometry->patches)) {
-    tree = std::make_shared<CellTree>(std::move(*stored));
-  } else {
-    tree = std::make_shared<CellTree>(shape_, geometry->patches);
-    tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
-  }
-  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
-  room.Reset();
-  MakeRoom(tree->SizeBytes(), "the element trees of a cell");
-  Insert(key, tree, tree->SizeBytes());
-  return tree;
+  return Use<CellTree>(key);
 }
 
 void CellPager::MarkDirty(CellId cell) {
-  Item* item = Find({ItemKind::kTree, cell.value});
-  ENFILADE_CHECK(item != nullptr, "cell {} is not in memory", cell.value);
+  const ItemKey key{ItemKind::kTree, cell.value};
+  Item* item = Find(key);
+  ENFILADE_CHECK(item != nullptr && !item->use.expired(),
+                 "the tree of cell {} is not in use",
+                 cell.value);
   item->dirty = true;
   const uint64_t bytes =
       std::static_pointer_cast<CellTree>(item->value)->SizeBytes();
   if (bytes > item->charged_bytes) {
-    const std::shared_ptr<void> pin = item->value;
-    const uint64_t more = bytes - item->charged_bytes;
-    MakeRoom(more, "the element trees of a cell");
-    Find({ItemKind::kTree, cell.value})->charged_bytes += more;
+    MakeRoom(bytes - item->charged_bytes, "the element trees of a cell");
   } else {
     budget_->Release(item->charged_bytes - bytes);
-    item->charged_bytes = bytes;
   }
+  item->charged_bytes = bytes;
+  SetHeld(key, item, bytes);
 }
 
 void CellPager::WriteTree(CellId cell, Item* item) {
+  const uint64_t written_before = store_->Stats().bytes_written;
   std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
+  trace_.SetStored(ThingOf({ItemKind::kTree, cell.value}),
+                   store_->Stats().bytes_written - written_before);
   item->dirty = false;
 }
 
@@ -309,6 +359,7 @@ void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
     WriteTree(CellId(item->first.second), &item->second);
   }
   item->second.value.reset();
+  held_bytes_ -= item->second.held_bytes;
   budget_->Release(item->second.charged_bytes);
   items_.erase(item);
 }
@@ -317,7 +368,7 @@ bool CellPager::EvictOne() {
   auto victim = items_.end();
   std::pair<uint64_t, uint64_t> last;
   for (auto it = items_.begin(); it != items_.end(); ++it) {
-    if (it->second.value.use_count() > 1) {
+    if (!it->second.use.expired()) {
       continue;
     }
     // Of those needed last together, the one that was used longest ago.
@@ -338,6 +389,7 @@ bool CellPager::EvictOne() {
 void CellPager::EvictAll() {
   while (EvictOne()) {
   }
+  trace_.Restart();
   ReleaseFreedMemory();
 }
 

@@ -21,6 +21,7 @@
 #include "visibility/occlusion.h"
 
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <vector>
@@ -44,7 +45,8 @@ struct CellGeometry {
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
 
 // Not thread-safe: for the one thread that schedules. What it returns stays
-// valid, and in memory, as long as the pointer is held.
+// valid, and in memory, as long as the pointer is held, which must not outlive
+// the pager: it is in use.
 class CellPager {
  public:
   CellPager(BlockStorage& store,
@@ -88,7 +90,7 @@ class CellPager {
   // Writes all dirty trees to the store.
   void Flush();
 
-  // Frees all unpinned items.
+  // Frees all unpinned items: the trace begins anew as well.
   void EvictAll();
 
   // Frees unpinned items until `bytes` can be charged; DoesNotFitError, naming
@@ -112,21 +114,24 @@ class CellPager {
 
   struct Item {
     std::shared_ptr<void> value;
+    std::weak_ptr<void> use;     // what callers hold, if any does
+    uint64_t held_bytes = 0;     // what it takes
     uint64_t charged_bytes = 0;  // to the budget, by the pager
     uint64_t last_use = 0;
     bool dirty = false;
   };
 
   std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
-  CellPatches ReadPatches(CellId cell);
-  std::shared_ptr<const ShaftBlockers> MakeObstacles(CellId cell,
-                                                     const CellPatches& stored);
-  std::shared_ptr<const CellBlockers> MakeOccluder(CellId cell,
-                                                   const CellPatches& stored);
-  static BlockKey BlockOf(ItemKey key);
-  static uint64_t BytesOf(ItemKey key, const Item& item);
+  CellPatches ReadPatches(CellId cell, std::initializer_list<ItemKind> made);
+  void MakeObstacles(CellId cell, const CellPatches& stored);
+  void MakeOccluder(CellId cell, const CellPatches& stored);
+  static CachedThing ThingOf(ItemKey key);
   Item* Find(ItemKey key);
-  Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
+  void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
+  void SetHeld(ItemKey key, Item* item, uint64_t bytes);
+  template <typename T>
+  std::shared_ptr<T> Use(ItemKey key, bool is_along = false);
+  void NoteCapacity();
   bool EvictOne();
   // Evicts while the process itself comes near the cap, whatever was charged.
   void HoldResident(uint64_t coming_bytes);
@@ -142,9 +147,11 @@ class CellPager {
   const OcclusionDevice* device_;
   MemoryBudget* budget_;
   Point3 origin_;
+  MemoryCharge trace_charge_;
   AccessTrace trace_;
   NextUse next_use_;
   std::map<ItemKey, Item> items_;
+  uint64_t held_bytes_ = 0;  // by all items
   uint64_t clock_ = 0;
   uint64_t accepted_excess_ = 0;  // nothing could be evicted against it
 };

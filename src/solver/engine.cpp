@@ -153,9 +153,16 @@ void Engine::FinishSweep() {
   CheckPoint();
 }
 
+// What was read since then, beside what the best cache would have.
+void Engine::TakeReads() {
+  const TracedReads reads = pager_.Trace().TakeReads();
+  state_.times.bytes_read += reads.read;
+  state_.times.bytes_belady += reads.belady;
+  state_.times.bytes_compulsory += reads.compulsory;
+}
+
 void Engine::FinishRound() {
-  pager_.Trace().Measure(&state_.times.bytes_belady,
-                         &state_.times.bytes_compulsory);
+  TakeReads();
   state_.rounds.push_back(RecordRound(&state_, area_));
   ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
                  "the light of round {} is not finite",
@@ -244,11 +251,21 @@ void Engine::CareFor(const PatchErrors& errors) {
 
 // ----------------------------------------------------------------- one cell
 
+// What a cell's turn reads once.
+template <typename Read>
+auto Engine::ReadOnce(const Read& read) {
+  const uint64_t before = store_->Stats().bytes_read;
+  auto result = read();
+  pager_.Trace().AddReadOnce(store_->Stats().bytes_read - before);
+  return result;
+}
+
 Engine::Receiver Engine::Load(CellId cell) {
   Receiver r;
   r.id = cell;
   VisibleCell self{cell, {cell}};
-  for (VisibleCell& v : LoadVisibleSet(*store_, cell)) {
+  for (VisibleCell& v :
+       ReadOnce([&] { return LoadVisibleSet(*store_, cell); })) {
     if (v.source == cell) {
       self = std::move(v);
     } else {
@@ -298,7 +315,7 @@ void Engine::RefineCell(CellId cell) {
   const size_t patches = r.geometry->patches.size();
   MemoryCharge care_charge =
       pager_.Reserve(patches * sizeof(PatchCare), "the care of a cell");
-  care_ = LoadCellCare(*store_, cell, patches);
+  care_ = ReadOnce([&] { return LoadCellCare(*store_, cell, patches); });
   CellRow& row = state_.cells[cell.Index()];
   if (state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
       state_.cursor.work == WorkPart{}) {
@@ -340,7 +357,8 @@ void Engine::PropagateCell(CellId cell) {
     return v.source != cell &&
            state_.cells[v.source.Index()].published > row.processed;
   };
-  const VisibleSet visible = LoadVisibleSet(*store_, cell);
+  const VisibleSet visible =
+      ReadOnce([&] { return LoadVisibleSet(*store_, cell); });
   if (std::none_of(visible.begin(), visible.end(), has_news)) {
     NextCell();
     return;
@@ -409,6 +427,9 @@ void Engine::CheckPoint() {
   {
     const Stopwatch watch(&state_.times.store_seconds);
     pager_.Flush();
+    if (stop) {
+      TakeReads();
+    }
     if (!care_.empty()) {
       SaveCellCare(care_, CellId(state_.next_cell), *store_);
     }

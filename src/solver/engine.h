@@ -61,10 +61,13 @@ class Engine {
   void NextCell();
   void FinishSweep();
   void FinishRound();
+  void TakeReads();
   void CheckResidual();
   void CareFor(const PatchErrors& errors);
   MemoryCharge ReserveWorkspace();
 
+  template <typename Read>
+  auto ReadOnce(const Read& read);
   Receiver Load(CellId cell);
   void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);

@@ -68,6 +68,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   LinkWriter writer(*store_,
                     {r.id, source.source},
                     state_.cursor.chunk,
+                    pager_.Trace(),
                     [&](const LinkBlock& block) {
                       const Stopwatch watch(&state_.times.gather_seconds);
                       Gather(block,

@@ -17,16 +17,23 @@ BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
 }
 
-// Reads a chunk and notes that it was asked for.
-std::optional<Bytes> GetChunk(const BlockStorage& store,
-                              const BlockKey& key,
-                              AccessTrace& trace) {
+// Reads a chunk; nothing if there is none. Notes that it was used.
+std::optional<LinkBlock> ReadChunk(const BlockStorage& store,
+                                   const BlockKey& key,
+                                   const LinkEnds& ends,
+                                   AccessTrace& trace) {
   const uint64_t read_before = store.Stats().bytes_read;
-  auto bytes = store.Get(key);
-  if (bytes) {
-    trace.Record(key, store.Stats().bytes_read - read_before);
+  const auto bytes = store.Get(key);
+  if (!bytes) {
+    return std::nullopt;
   }
-  return bytes;
+  const uint64_t read = store.Stats().bytes_read - read_before;
+  LinkBlock block = DecodeLinks(*bytes, ends);
+  trace.AddRead(read);
+  trace.SetStored({key}, read);
+  trace.SetHeld({key}, block.SizeBytes());
+  trace.Touch({key});
+  return block;
 }
 
 }  // namespace
@@ -34,9 +41,11 @@ std::optional<Bytes> GetChunk(const BlockStorage& store,
 LinkWriter::LinkWriter(BlockStorage& store,
                        CellPair pair,
                        uint32_t first_chunk,
+                       AccessTrace& trace,
                        std::function<void(const LinkBlock&)> on_chunk)
     : store_(&store),
       pair_(pair),
+      trace_(&trace),
       on_chunk_(std::move(on_chunk)),
       chunks_(first_chunk) {
   if (first_chunk == 0) {
@@ -62,7 +71,9 @@ void LinkWriter::Flush() {
       chunk.AppendFrom(pending_, i);
     }
     on_chunk_(chunk);
-    store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(chunk));
+    const BlockKey key = ChunkKey(pair_, chunks_++);
+    store_->Put(key, EncodeLinks(chunk));
+    trace_->Forget({key});
   }
   pending_.links.clear();
   pending_.near.clear();
@@ -75,36 +86,35 @@ void ForEachLinkBlock(const BlockStorage& store,
                       AccessTrace& trace,
                       const std::function<void(LinkBlock&&)>& visit) {
   for (uint32_t chunk = 0;; ++chunk) {
-    const auto bytes = GetChunk(store, ChunkKey(pair, chunk), trace);
-    if (!bytes) {
+    auto block = ReadChunk(store, ChunkKey(pair, chunk), ends, trace);
+    if (!block) {
       return;
     }
-    visit(DecodeLinks(*bytes, ends));
+    visit(std::move(*block));
   }
 }
 
 void LinkCache::ForEach(const LinkEnds& ends,
                         const std::function<void(const LinkBlock&)>& visit) {
   for (size_t chunk = 0; chunk < kept_.size(); ++chunk) {
-    trace_->RecordHit(ChunkKey(pair_, static_cast<uint32_t>(chunk)));
+    trace_->Touch({ChunkKey(pair_, static_cast<uint32_t>(chunk))});
     visit(kept_[chunk]);
   }
   for (auto chunk = static_cast<uint32_t>(kept_.size()); !complete_; ++chunk) {
-    const auto bytes = GetChunk(*store_, ChunkKey(pair_, chunk), *trace_);
-    if (!bytes) {
+    auto block = ReadChunk(*store_, ChunkKey(pair_, chunk), ends, *trace_);
+    if (!block) {
       complete_ = kept_.size() == chunk;
       return;
     }
-    LinkBlock block = DecodeLinks(*bytes, ends);
-    visit(block);
+    visit(*block);
     // A third of the free budget stays free for others, and some of it in any
     // case.
-    const uint64_t size = block.SizeBytes();
+    const uint64_t size = block->SizeBytes();
     if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3 &&
         budget_->FreeBytes() > budget_->LimitBytes() / 3 &&
         budget_->ResidentExcess() == 0) {
       charges_.emplace_back(*budget_, size, "links kept in memory");
-      kept_.push_back(std::move(block));
+      kept_.push_back(std::move(*block));
     }
   }
 }

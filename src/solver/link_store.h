@@ -27,6 +27,7 @@ class LinkWriter {
   LinkWriter(BlockStorage& store,
              CellPair pair,
              uint32_t first_chunk,
+             AccessTrace& trace,
              std::function<void(const LinkBlock&)> on_chunk);
 
   // Room for more links; write them, then call Flush when Full.
@@ -40,6 +41,7 @@ class LinkWriter {
  private:
   BlockStorage* store_;
   CellPair pair_;
+  AccessTrace* trace_;
   std::function<void(const LinkBlock&)> on_chunk_;
   LinkBlock pending_;
   uint32_t chunks_ = 0;
