@@ -165,14 +165,6 @@ void AccessTrace::Make(const CachedThing& thing) {
   Add(CacheAction::kMade, index);
 }
 
-void AccessTrace::Forget(const CachedThing& thing) {
-  const auto it = index_.find(thing);
-  if (it != index_.end()) {
-    things_[it->second].last_step = kNoStep;
-    Add(CacheAction::kForget, it->second);
-  }
-}
-
 void AccessTrace::AddReadOnce(uint64_t bytes) {
   reads_.read += bytes;
   reads_.belady += bytes;

@@ -63,9 +63,6 @@ class AccessTrace {
   // It was made and not read, and may stay or not.
   void Make(const CachedThing& thing);
 
-  // It is no more.
-  void Forget(const CachedThing& thing);
-
   void SetHeld(const CachedThing& thing, uint64_t bytes);
   void SetStored(const CachedThing& thing, uint64_t bytes);
 

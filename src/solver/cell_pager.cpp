@@ -9,6 +9,13 @@
 namespace enfilade {
 namespace {
 
+// What an item takes beside its value.
+constexpr uint64_t kItemBytes = 256;
+
+uint64_t LinkItemBytes(const LinkBlock& block) {
+  return block.SizeBytes() + kItemBytes;
+}
+
 // Patches may stick out of their cell by this much (overlap.h), m.
 constexpr double kBoundsMargin = 5e-3;
 
@@ -86,11 +93,20 @@ CellPager::~CellPager() {
   }
 }
 
+CellId CellPager::SourceOf(ItemKey key) {
+  return CellId(key.source == NextUse::kItself ? key.cell : key.source);
+}
+
 CachedThing CellPager::ThingOf(ItemKey key) {
-  return {{key.first == ItemKind::kTree ? BlockKind::kCellTree
-                                        : BlockKind::kCellPatches,
-           key.second},
-          static_cast<uint32_t>(key.first)};
+  switch (key.kind) {
+    case ItemKind::kTree:
+      return {{BlockKind::kCellTree, key.cell}};
+    case ItemKind::kLinks:
+      return {{BlockKind::kLinks, key.cell, SourceOf(key).value, key.chunk}};
+    default:
+      return {{BlockKind::kCellPatches, key.cell},
+              static_cast<uint32_t>(key.kind)};
+  }
 }
 
 CellPager::Item* CellPager::Find(ItemKey key) {
@@ -104,7 +120,7 @@ void CellPager::Insert(ItemKey key,
                        uint64_t bytes) {
   Item& item = items_[key];
   item.value = std::move(value);
-  item.charged_bytes = key.first == ItemKind::kOccluder ? 0 : bytes;
+  item.charged_bytes = key.kind == ItemKind::kOccluder ? 0 : bytes;
   SetHeld(key, &item, bytes);
 }
 
@@ -143,7 +159,7 @@ void CellPager::NoteCapacity() {
 std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   const ItemKey key{ItemKind::kGeometry, cell.value};
   if (Find(key) == nullptr) {
-    const CellPatches stored = ReadPatches(cell, {key.first});
+    const CellPatches stored = ReadPatches(cell, {key.kind});
     auto geometry = std::make_shared<CellGeometry>();
     geometry->patches.reserve(stored.patches.size());
     for (const Patch& patch : stored.patches) {
@@ -179,7 +195,7 @@ CellPatches CellPager::ReadPatches(CellId cell,
 std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
   const ItemKey key{ItemKind::kObstacles, cell.value};
   if (Find(key) == nullptr) {
-    MakeObstacles(cell, ReadPatches(cell, {key.first}));
+    MakeObstacles(cell, ReadPatches(cell, {key.kind}));
   }
   return Use<const ShaftBlockers>(key);
 }
@@ -187,7 +203,7 @@ std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
 std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
   const ItemKey key{ItemKind::kOccluder, cell.value};
   if (Find(key) == nullptr) {
-    MakeOccluder(cell, ReadPatches(cell, {key.first}));
+    MakeOccluder(cell, ReadPatches(cell, {key.kind}));
   }
   return Use<const CellBlockers>(key);
 }
@@ -203,9 +219,9 @@ CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
   }
   if (!has_shafts || !has_rays) {
     const CellPatches stored =
-        has_shafts ? ReadPatches(cell, {rays.first})
-        : has_rays ? ReadPatches(cell, {shafts.first})
-                   : ReadPatches(cell, {shafts.first, rays.first});
+        has_shafts ? ReadPatches(cell, {rays.kind})
+        : has_rays ? ReadPatches(cell, {shafts.kind})
+                   : ReadPatches(cell, {shafts.kind, rays.kind});
     if (!has_shafts) {
       MakeObstacles(cell, stored);
       both.obstacles = Use<const ShaftBlockers>(shafts);
@@ -349,14 +365,14 @@ void CellPager::WriteTree(CellId cell, Item* item) {
 void CellPager::Flush() {
   for (auto& [key, item] : items_) {
     if (item.dirty) {
-      WriteTree(CellId(key.second), &item);
+      WriteTree(CellId(key.cell), &item);
     }
   }
 }
 
-void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
+void CellPager::Drop(Items::iterator item) {
   if (item->second.dirty) {
-    WriteTree(CellId(item->first.second), &item->second);
+    WriteTree(CellId(item->first.cell), &item->second);
   }
   item->second.value.reset();
   held_bytes_ -= item->second.held_bytes;
@@ -364,25 +380,59 @@ void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
   items_.erase(item);
 }
 
-bool CellPager::EvictOne() {
-  auto victim = items_.end();
-  std::pair<uint64_t, uint64_t> last;
-  for (auto it = items_.begin(); it != items_.end(); ++it) {
-    if (!it->second.use.expired()) {
-      continue;
-    }
-    // Of those needed last together, the one that was used longest ago.
-    const std::pair next{next_use_.Distance(CellId(it->first.second)),
-                         clock_ - it->second.last_use};
-    if (victim == items_.end() || next > last) {
-      victim = it;
-      last = next;
-    }
+uint64_t CellPager::NextUseOf(ItemKey key) const {
+  const CellId cell(key.cell);
+  switch (key.kind) {
+    case ItemKind::kGeometry:
+    case ItemKind::kTree:
+      return next_use_.OfCell(cell);
+    case ItemKind::kObstacles:
+    case ItemKind::kOccluder:
+      return next_use_.OfBlockers(cell);
+    case ItemKind::kLinks:
+      return next_use_.OfLinks(cell, SourceOf(key));
   }
-  if (victim == items_.end()) {
+  return 0;
+}
+
+void CellPager::Consider(Items::iterator item, Victim* victim) {
+  if (item == items_.end() || !item->second.use.expired()) {
+    return;
+  }
+  const std::pair rank{NextUseOf(item->first), clock_ - item->second.last_use};
+  if (victim->item == items_.end() || rank > victim->rank) {
+    *victim = {item, rank};
+  }
+}
+
+// Of the links, those that are needed last: right before the work's place in
+// the order of receivers and sources, which goes round.
+CellPager::Items::iterator CellPager::LastLinks() {
+  const auto first = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  if (first == items_.end()) {
+    return first;
+  }
+  const auto [receiver, source] = next_use_.At();
+  const auto here = items_.lower_bound({ItemKind::kLinks, receiver, source, 0});
+  return here == first ? std::prev(items_.end()) : std::prev(here);
+}
+
+CellPager::Victim CellPager::FindVictim() {
+  Victim victim{items_.end(), {}};
+  const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  for (auto it = items_.begin(); it != links; ++it) {
+    Consider(it, &victim);
+  }
+  Consider(LastLinks(), &victim);
+  return victim;
+}
+
+bool CellPager::EvictOne() {
+  const Victim victim = FindVictim();
+  if (victim.item == items_.end()) {
     return false;
   }
-  Drop(victim);
+  Drop(victim.item);
   return true;
 }
 
@@ -391,6 +441,84 @@ void CellPager::EvictAll() {
   }
   trace_.Restart();
   ReleaseFreedMemory();
+}
+
+CellPager::ItemKey CellPager::LinksKey(CellPair pair, uint32_t chunk) {
+  const bool is_itself = pair.receiver == pair.source;
+  return {ItemKind::kLinks,
+          pair.receiver.value,
+          is_itself ? NextUse::kItself : pair.source.value,
+          chunk};
+}
+
+void CellPager::VisitLinks(CellPair pair,
+                           const LinkEnds& ends,
+                           const std::function<void(const LinkBlock&)>& visit) {
+  for (uint32_t chunk = 0;; ++chunk) {
+    const ItemKey key = LinksKey(pair, chunk);
+    const CachedThing thing = ThingOf(key);
+    if (Item* item = Find(key)) {
+      NoteCapacity();
+      trace_.Touch(thing);
+      item->last_use = ++clock_;
+      visit(*std::static_pointer_cast<LinkBlock>(item->value));
+      continue;
+    }
+    const uint64_t read_before = store_->Stats().bytes_read;
+    auto block = ReadLinks(*store_, pair, chunk, ends);
+    if (!block) {
+      return;
+    }
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(thing, read);
+    trace_.SetHeld(thing, LinkItemBytes(*block));
+    NoteCapacity();
+    trace_.Touch(thing);
+    visit(*block);
+    KeepBlock(key, std::move(*block));
+  }
+}
+
+void CellPager::KeepLinks(CellPair pair, WrittenLinks&& written) {
+  const ItemKey key = LinksKey(pair, written.chunk);
+  const CachedThing thing = ThingOf(key);
+  trace_.SetStored(thing, written.stored_bytes);
+  trace_.SetHeld(thing, LinkItemBytes(written.block));
+  NoteCapacity();
+  trace_.Make(thing);
+  KeepBlock(key, std::move(written.block));
+}
+
+void CellPager::ForgetLinks() {
+  auto it = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  while (it != items_.end()) {
+    Drop(it++);
+  }
+}
+
+// Room for what may stay out as well: only that of what is needed later.
+bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
+  const auto fits = [&] {
+    return budget_->ResidentExcess(bytes) <= accepted_excess_ &&
+           budget_->TryCharge(bytes);
+  };
+  while (!fits()) {
+    const Victim victim = FindVictim();
+    if (victim.item == items_.end() || victim.rank.first <= needed_at) {
+      return false;
+    }
+    Drop(victim.item);
+  }
+  return true;
+}
+
+void CellPager::KeepBlock(ItemKey key, LinkBlock&& block) {
+  const uint64_t bytes = LinkItemBytes(block);
+  if (TryMakeRoom(bytes, NextUseOf(key))) {
+    Insert(key, std::make_shared<LinkBlock>(std::move(block)), bytes);
+    items_.at(key).last_use = ++clock_;
+  }
 }
 
 void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {

@@ -63,6 +63,10 @@ Engine::Engine(BlockStorage& store,
   for (const CellRow& row : state_.cells) {
     area_ += row.area;
   }
+  pager_.Order().Watch(state_.cells);
+  pager_.Order().StartSweep(state_.phase == SolvePhase::kRefine
+                                ? SweepKind::kRefine
+                                : SweepKind::kPropagate);
 }
 
 // ------------------------------------------------------------- the schedule
@@ -127,6 +131,8 @@ void Engine::StartRound(double tau) {
   state_.relit = false;
   state_.published_in_sweep = false;
   state_.sweeps_in_round = 0;
+  pager_.ForgetLinks();  // they are made anew
+  pager_.Order().StartSweep(SweepKind::kRefine);
 }
 
 MemoryCharge Engine::ReserveWorkspace() {
@@ -147,6 +153,7 @@ void Engine::FinishSweep() {
     FinishRound();
   } else {
     state_.phase = SolvePhase::kPropagate;
+    pager_.Order().StartSweep(SweepKind::kPropagate);
     state_.next_cell = 0;
     state_.published_in_sweep = false;
   }
@@ -264,8 +271,7 @@ Engine::Receiver Engine::Load(CellId cell) {
   Receiver r;
   r.id = cell;
   VisibleCell self{cell, {cell}};
-  for (VisibleCell& v :
-       ReadOnce([&] { return LoadVisibleSet(*store_, cell); })) {
+  for (VisibleCell& v : SourcesOf(cell)) {
     if (v.source == cell) {
       self = std::move(v);
     } else {
@@ -273,10 +279,22 @@ Engine::Receiver Engine::Load(CellId cell) {
     }
   }
   r.sources.push_back(std::move(self));
-  pager_.MoveTo(cell, r.sources.front().source);
+  pager_.Order().StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
   return r;
+}
+
+// What a cell sees, and what stands between where that is needed.
+VisibleSet Engine::SourcesOf(CellId cell) {
+  if (state_.phase == SolvePhase::kRefine) {
+    return ReadOnce([&] { return LoadVisibleSet(*store_, cell); });
+  }
+  VisibleSet sources;
+  for (const CellId source : pager_.Order().SeenFrom(cell)) {
+    sources.push_back({source, {}});
+  }
+  return sources;
 }
 
 bool Engine::IsLit(CellId cell) const {
@@ -353,13 +371,12 @@ void Engine::RefineCell(CellId cell) {
 
 void Engine::PropagateCell(CellId cell) {
   CellRow& row = state_.cells[cell.Index()];
-  const auto has_news = [&](const VisibleCell& v) {
-    return v.source != cell &&
-           state_.cells[v.source.Index()].published > row.processed;
+  const auto has_news = [&](CellId source) {
+    return source != cell &&
+           state_.cells[source.Index()].published > row.processed;
   };
-  const VisibleSet visible =
-      ReadOnce([&] { return LoadVisibleSet(*store_, cell); });
-  if (std::none_of(visible.begin(), visible.end(), has_news)) {
+  const std::vector<CellId> seen = pager_.Order().SeenFrom(cell);
+  if (std::none_of(seen.begin(), seen.end(), has_news)) {
     NextCell();
     return;
   }
@@ -368,9 +385,9 @@ void Engine::PropagateCell(CellId cell) {
     r.tree->ForgetDelta();
   }
   while (state_.cursor.source < r.sources.size()) {
-    const VisibleCell& source = r.sources[state_.cursor.source];
+    const CellId source = r.sources[state_.cursor.source].source;
     if (has_news(source)) {
-      GatherPair(r, source.source);
+      GatherPair(r, source);
     }
     ++state_.cursor.source;
     CheckPoint();
@@ -383,11 +400,10 @@ void Engine::PropagateCell(CellId cell) {
 // Commits come between cycles, whose state is in the store: the bits are the
 // same after one.
 void Engine::Settle(const Receiver& r) {
+  pager_.Order().MoveTo(r.id, r.id);
   CellRow& row = state_.cells[r.id.Index()];
   CellBalance balance({r.id, r.geometry.get(), r.tree.get(), &row},
                       surfaces_,
-                      *store_,
-                      *budget_,
                       pager_,
                       &state_.times);
   const double tolerance = ToleratedResidual(state_, row);

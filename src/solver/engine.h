@@ -69,6 +69,7 @@ class Engine {
   template <typename Read>
   auto ReadOnce(const Read& read);
   Receiver Load(CellId cell);
+  VisibleSet SourcesOf(CellId cell);
   void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 namespace enfilade {
@@ -17,35 +16,14 @@ BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
 }
 
-// Reads a chunk; nothing if there is none. Notes that it was used.
-std::optional<LinkBlock> ReadChunk(const BlockStorage& store,
-                                   const BlockKey& key,
-                                   const LinkEnds& ends,
-                                   AccessTrace& trace) {
-  const uint64_t read_before = store.Stats().bytes_read;
-  const auto bytes = store.Get(key);
-  if (!bytes) {
-    return std::nullopt;
-  }
-  const uint64_t read = store.Stats().bytes_read - read_before;
-  LinkBlock block = DecodeLinks(*bytes, ends);
-  trace.AddRead(read);
-  trace.SetStored({key}, read);
-  trace.SetHeld({key}, block.SizeBytes());
-  trace.Touch({key});
-  return block;
-}
-
 }  // namespace
 
 LinkWriter::LinkWriter(BlockStorage& store,
                        CellPair pair,
                        uint32_t first_chunk,
-                       AccessTrace& trace,
-                       std::function<void(const LinkBlock&)> on_chunk)
+                       std::function<void(WrittenLinks&&)> on_chunk)
     : store_(&store),
       pair_(pair),
-      trace_(&trace),
       on_chunk_(std::move(on_chunk)),
       chunks_(first_chunk) {
   if (first_chunk == 0) {
@@ -70,53 +48,27 @@ void LinkWriter::Flush() {
     for (size_t i = first; i < last; ++i) {
       chunk.AppendFrom(pending_, i);
     }
-    on_chunk_(chunk);
-    const BlockKey key = ChunkKey(pair_, chunks_++);
-    store_->Put(key, EncodeLinks(chunk));
-    trace_->Forget({key});
+    chunk.near.shrink_to_fit();
+    chunk.group.shrink_to_fit();
+    const uint64_t before = store_->Stats().bytes_written;
+    store_->Put(ChunkKey(pair_, chunks_), EncodeLinks(chunk));
+    const uint64_t stored = store_->Stats().bytes_written - before;
+    on_chunk_({chunks_++, std::move(chunk), stored});
   }
   pending_.links.clear();
   pending_.near.clear();
   pending_.group.clear();
 }
 
-void ForEachLinkBlock(const BlockStorage& store,
-                      CellPair pair,
-                      const LinkEnds& ends,
-                      AccessTrace& trace,
-                      const std::function<void(LinkBlock&&)>& visit) {
-  for (uint32_t chunk = 0;; ++chunk) {
-    auto block = ReadChunk(store, ChunkKey(pair, chunk), ends, trace);
-    if (!block) {
-      return;
-    }
-    visit(std::move(*block));
+std::optional<LinkBlock> ReadLinks(const BlockStorage& store,
+                                   CellPair pair,
+                                   uint32_t chunk,
+                                   const LinkEnds& ends) {
+  const auto bytes = store.Get(ChunkKey(pair, chunk));
+  if (!bytes) {
+    return std::nullopt;
   }
-}
-
-void LinkCache::ForEach(const LinkEnds& ends,
-                        const std::function<void(const LinkBlock&)>& visit) {
-  for (size_t chunk = 0; chunk < kept_.size(); ++chunk) {
-    trace_->Touch({ChunkKey(pair_, static_cast<uint32_t>(chunk))});
-    visit(kept_[chunk]);
-  }
-  for (auto chunk = static_cast<uint32_t>(kept_.size()); !complete_; ++chunk) {
-    auto block = ReadChunk(*store_, ChunkKey(pair_, chunk), ends, *trace_);
-    if (!block) {
-      complete_ = kept_.size() == chunk;
-      return;
-    }
-    visit(*block);
-    // A third of the free budget stays free for others, and some of it in any
-    // case.
-    const uint64_t size = block->SizeBytes();
-    if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3 &&
-        budget_->FreeBytes() > budget_->LimitBytes() / 3 &&
-        budget_->ResidentExcess() == 0) {
-      charges_.emplace_back(*budget_, size, "links kept in memory");
-      kept_.push_back(std::move(*block));
-    }
-  }
+  return DecodeLinks(*bytes, ends);
 }
 
 }  // namespace enfilade

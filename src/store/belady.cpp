@@ -105,10 +105,6 @@ void BeladyCache::Apply(const CacheStep& step, uint32_t next) {
       Bring(step.thing, true);
       Keep(step.thing, next);
       break;
-    case CacheAction::kForget:
-      Lose(step.thing);
-      thing.was_here = false;
-      break;
     case CacheAction::kResize:
     case CacheAction::kCapacity:
       break;

@@ -25,7 +25,6 @@ enum class CacheAction : uint8_t {
   kTouch,       // a use that is over at once, beside what the cache may hold
   kMade,        // the thing is there from now on without being read, or not, as
                 // the cache likes; what was kept of it is worth nothing
-  kForget,      // what was kept of the thing is worth nothing
   kResize,      // the thing has other sizes from now on
   kCapacity,    // the cache has another capacity from now on
 };

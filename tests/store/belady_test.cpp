@@ -198,15 +198,6 @@ TEST(Belady, WhatWasMadeIsReadOnlyIfItCouldNotStay) {
   }
 }
 
-TEST(Belady, WhatWasForgottenIsReadAgain) {
-  Script script(Units(1), 2);
-  script.Add(CacheAction::kTouch, 0);
-  script.Add(CacheAction::kForget, 0);
-  script.Add(CacheAction::kTouch, 0);
-  EXPECT_EQ(script.Play().optimal_bytes, 2U);
-  EXPECT_EQ(script.Play().compulsory_bytes, 2U);
-}
-
 TEST(Belady, OneReadBringsInWhatComesAlong) {
   for (const auto action : {CacheAction::kBegin, CacheAction::kBeginAlong}) {
     Script script(Units(2), 2);
