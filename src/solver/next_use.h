@@ -66,10 +66,10 @@ class NextUse {
 
   // These grow with the work that comes before the next use; 0: it is in use.
   // Of the geometry and the tree of a cell.
-  [[nodiscard]] uint64_t OfCell(CellId cell) const;
+  [[nodiscard]] uint64_t OfCell(CellId id) const;
 
   // Of what stands in a cell.
-  [[nodiscard]] uint64_t OfBlockers(CellId cell) const;
+  [[nodiscard]] uint64_t OfBlockers(CellId id) const;
 
   // Of the links of a pair: those of a cell with itself come again and again
   // while its light is balanced.
