@@ -99,6 +99,7 @@ void AddCostKeys(const BlockStorage& store,
   report["link_bytes_per_link"] = summary.link_bytes_per_link;
   report["bytes_read"] = record.bytes_read;
   report["bytes_written"] = record.bytes_written;
+  report["bytes_read_solve"] = summary.bytes_read;
   report["bytes_belady"] = summary.bytes_belady;
   report["bytes_compulsory"] = summary.bytes_compulsory;
   report["threads"] = record.threads;

@@ -29,8 +29,12 @@ constexpr uint64_t kSlackParts = 32;
 // with one part in so many on top.
 constexpr uint64_t kMoreParts = 4;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
-// Room that the resident size should leave below the cap.
-constexpr uint64_t kResidentSlack = 12ULL << 20;
+// Room that the resident size should leave below the cap: some, and one part in
+// so many of the budget. What takes it between two looks is charged: links on
+// their way to the store, pages of SQLite.
+constexpr uint64_t kLeastResidentSlack = 3ULL << 20;
+constexpr uint64_t kMostResidentSlack = 12ULL << 20;
+constexpr uint64_t kResidentSlackParts = 16;
 
 // The cap that leaves a budget of so many bytes.
 uint64_t CapOf(uint64_t budget_bytes) {
@@ -69,7 +73,10 @@ uint64_t MemoryBudget::ResidentExcess(uint64_t coming_bytes) const {
   if (limit_bytes_ > kUnlimited) {
     return 0;
   }
-  const uint64_t resident = ResidentBytes() + coming_bytes + kResidentSlack;
+  const uint64_t slack =
+      std::min(kLeastResidentSlack + limit_bytes_ / kResidentSlackParts,
+               kMostResidentSlack);
+  const uint64_t resident = ResidentBytes() + coming_bytes + slack;
   const uint64_t cap = CapOf(limit_bytes_);
   return resident > cap ? resident - cap : 0;
 }

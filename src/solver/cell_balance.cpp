@@ -23,15 +23,9 @@ constexpr const char* kPurpose = "the working arrays of a cell";
 
 CellBalance::CellBalance(const BalancedCell& cell,
                          const SurfaceTable& surfaces,
-                         BlockStorage& store,
-                         MemoryBudget& budget,
                          CellPager& pager,
                          SolveTimes* times)
-    : cell_(cell),
-      surfaces_(&surfaces),
-      pager_(&pager),
-      times_(times),
-      links_(store, budget, {cell.id, cell.id}, pager.Trace()) {
+    : cell_(cell), surfaces_(&surfaces), pager_(&pager), times_(times) {
   HoldGains();
   const uint64_t array = cell.tree->Sent().SizeBytes();
   work_charge_ = pager.Reserve(2 * array, kPurpose);
@@ -97,7 +91,7 @@ CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
     step.Blend(weight, unsent, weight - 1);
     const Stopwatch watch(&times_->gather_seconds);
     const LinkEnds ends{tree.Size(), tree.Size(), side.groups->All().size()};
-    links_.ForEach(ends, [&](const LinkBlock& block) {
+    pager_->VisitLinks({cell_.id, cell_.id}, ends, [&](const LinkBlock& block) {
       Gather(block, side, side, step, tree.Gathered());
     });
     tree.Sent().Add(step);

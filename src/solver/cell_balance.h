@@ -7,11 +7,9 @@
 
 #pragma once
 
-#include "base/block_storage.h"
 #include "base/memory.h"
 #include "solver/cell_pager.h"
 #include "solver/element_tree.h"
-#include "solver/link_store.h"
 #include "solver/push_pull.h"
 #include "solver/semi_iteration.h"
 #include "solver/solve_state.h"
@@ -31,8 +29,6 @@ class CellBalance {
   // while it is balanced.
   CellBalance(const BalancedCell& cell,
               const SurfaceTable& surfaces,
-              BlockStorage& store,
-              MemoryBudget& budget,
               CellPager& pager,
               SolveTimes* times);
 
@@ -57,7 +53,6 @@ class CellBalance {
   CoefficientArray kept_{1};  // shares that leaves keep
   MemoryCharge kept_charge_;
   MemoryCharge work_charge_;
-  LinkCache links_;
 };
 
 }  // namespace enfilade

@@ -9,6 +9,13 @@
 namespace enfilade {
 namespace {
 
+// What an item takes beside its value.
+constexpr uint64_t kItemBytes = 256;
+
+uint64_t LinkItemBytes(const LinkBlock& block) {
+  return block.SizeBytes() + kItemBytes;
+}
+
 // Patches may stick out of their cell by this much (overlap.h), m.
 constexpr double kBoundsMargin = 5e-3;
 
@@ -51,7 +58,10 @@ CellPager::CellPager(BlockStorage& store,
       device_(&device),
       budget_(&budget),
       origin_(device.Origin()),
-      trace_(budget.LimitBytes()),
+      trace_charge_(budget,
+                    AccessTrace::OwnBytesUnder(budget.LimitBytes()),
+                    "the record of what is read"),
+      trace_(trace_charge_.Bytes()),
       next_use_(store, partition.cells.size(), budget) {
   for (size_t i = 0; i < partition.portals.size(); ++i) {
     portals_of_[partition.portals[i].front.Index()].emplace_back(i);
@@ -83,89 +93,148 @@ CellPager::~CellPager() {
   }
 }
 
-BlockKey CellPager::BlockOf(ItemKey key) {
-  return {key.first == ItemKind::kTree ? BlockKind::kCellTree
-                                       : BlockKind::kCellPatches,
-          key.second};
+CellId CellPager::SourceOf(ItemKey key) {
+  return CellId(key.source == NextUse::kItself ? key.cell : key.source);
+}
+
+CachedThing CellPager::ThingOf(ItemKey key) {
+  switch (key.kind) {
+    case ItemKind::kTree:
+      return {{BlockKind::kCellTree, key.cell}};
+    case ItemKind::kLinks:
+      return {{BlockKind::kLinks, key.cell, SourceOf(key).value, key.chunk}};
+    default:
+      return {{BlockKind::kCellPatches, key.cell},
+              static_cast<uint32_t>(key.kind)};
+  }
 }
 
 CellPager::Item* CellPager::Find(ItemKey key) {
   const auto it = items_.find(key);
-  if (it == items_.end()) {
-    return nullptr;
-  }
-  it->second.last_use = ++clock_;
-  trace_.RecordHit(BlockOf(key));
-  return &it->second;
+  return it == items_.end() ? nullptr : &it->second;
 }
 
-CellPager::Item& CellPager::Insert(ItemKey key,
-                                   std::shared_ptr<void> value,
-                                   uint64_t bytes) {
+// `bytes` are charged to the budget, or are so by the value itself.
+void CellPager::Insert(ItemKey key,
+                       std::shared_ptr<void> value,
+                       uint64_t bytes) {
   Item& item = items_[key];
   item.value = std::move(value);
-  item.charged_bytes = bytes;
+  item.charged_bytes = key.kind == ItemKind::kOccluder ? 0 : bytes;
+  SetHeld(key, &item, bytes);
+}
+
+void CellPager::SetHeld(ItemKey key, Item* item, uint64_t bytes) {
+  held_bytes_ += bytes - item->held_bytes;
+  item->held_bytes = bytes;
+  trace_.SetHeld(ThingOf(key), bytes);
+}
+
+// The value of an item that is there, in use as long as the pointer is held.
+template <typename T>
+std::shared_ptr<T> CellPager::Use(ItemKey key, bool is_along) {
+  Item& item = items_.at(key);
   item.last_use = ++clock_;
-  return item;
+  auto use = item.use.lock();
+  if (use == nullptr) {
+    NoteCapacity();
+    const CachedThing thing = ThingOf(key);
+    is_along ? trace_.BeginAlong(thing) : trace_.Begin(thing);
+    use = std::shared_ptr<void>(
+        item.value.get(),
+        [this, thing, value = item.value](void*) { trace_.End(thing); });
+    item.use = use;
+  }
+  return std::static_pointer_cast<T>(use);
+}
+
+// What is not taken by others.
+void CellPager::NoteCapacity() {
+  const uint64_t used = budget_->UsedBytes();
+  const uint64_t by_others = used - std::min(used, held_bytes_);
+  const uint64_t limit = budget_->LimitBytes();
+  trace_.SetCapacity(limit - std::min(limit, by_others));
 }
 
 std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   const ItemKey key{ItemKind::kGeometry, cell.value};
-  if (const Item* item = Find(key)) {
-    return std::static_pointer_cast<const CellGeometry>(item->value);
+  if (Find(key) == nullptr) {
+    const CellPatches stored = ReadPatches(cell, {key.kind});
+    auto geometry = std::make_shared<CellGeometry>();
+    geometry->patches.reserve(stored.patches.size());
+    for (const Patch& patch : stored.patches) {
+      geometry->patches.push_back(MakePatchGeometry(
+          patch, scene_->materials.at(patch.material.Index()), origin_));
+    }
+    geometry->portals = PortalsOf(cell);
+    geometry->clusters = std::make_unique<ClusterTree>(
+        geometry->patches, WholePatches(geometry->patches.size()));
+    if (!shape_.basis->HasOwnNodes()) {
+      geometry->groups = SourceGroups(geometry->patches);
+    }
+    const uint64_t bytes = geometry->SizeBytes();
+    MakeRoom(bytes, "the geometry of a cell");
+    Insert(key, std::move(geometry), bytes);
   }
-  const CellPatches stored = ReadPatches(cell);
-  auto geometry = std::make_shared<CellGeometry>();
-  geometry->patches.reserve(stored.patches.size());
-  for (const Patch& patch : stored.patches) {
-    geometry->patches.push_back(MakePatchGeometry(
-        patch, scene_->materials.at(patch.material.Index()), origin_));
-  }
-  geometry->portals = PortalsOf(cell);
-  geometry->clusters = std::make_unique<ClusterTree>(
-      geometry->patches, WholePatches(geometry->patches.size()));
-  if (!shape_.basis->HasOwnNodes()) {
-    geometry->groups = SourceGroups(geometry->patches);
-  }
-  const uint64_t bytes = geometry->SizeBytes();
-  MakeRoom(bytes, "the geometry of a cell");
-  Insert(key, geometry, bytes);
-  return geometry;
+  return Use<const CellGeometry>(key);
 }
 
-CellPatches CellPager::ReadPatches(CellId cell) {
+// Reads the patches of a cell, from which items of some kinds will be made.
+CellPatches CellPager::ReadPatches(CellId cell,
+                                   std::initializer_list<ItemKind> made) {
   const uint64_t read_before = store_->Stats().bytes_read;
   CellPatches stored = LoadCellPatches(*store_, cell);
-  trace_.Record(BlockOf({ItemKind::kGeometry, cell.value}),
-                store_->Stats().bytes_read - read_before);
+  const uint64_t bytes = store_->Stats().bytes_read - read_before;
+  trace_.AddRead(bytes);
+  for (const ItemKind kind : made) {
+    trace_.SetStored(ThingOf({kind, cell.value}), bytes);
+  }
   return stored;
 }
 
 std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
-  if (const Item* item = Find({ItemKind::kObstacles, cell.value})) {
-    return std::static_pointer_cast<const ShaftBlockers>(item->value);
+  const ItemKey key{ItemKind::kObstacles, cell.value};
+  if (Find(key) == nullptr) {
+    MakeObstacles(cell, ReadPatches(cell, {key.kind}));
   }
-  return MakeObstacles(cell, ReadPatches(cell));
+  return Use<const ShaftBlockers>(key);
 }
 
 std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
-  if (const Item* item = Find({ItemKind::kOccluder, cell.value})) {
-    return std::static_pointer_cast<const CellBlockers>(item->value);
+  const ItemKey key{ItemKind::kOccluder, cell.value};
+  if (Find(key) == nullptr) {
+    MakeOccluder(cell, ReadPatches(cell, {key.kind}));
   }
-  return MakeOccluder(cell, ReadPatches(cell));
+  return Use<const CellBlockers>(key);
 }
 
 CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
-  if (items_.contains({ItemKind::kObstacles, cell.value}) ||
-      items_.contains({ItemKind::kOccluder, cell.value})) {
-    return {Obstacles(cell), Occluder(cell)};
+  const ItemKey shafts{ItemKind::kObstacles, cell.value};
+  const ItemKey rays{ItemKind::kOccluder, cell.value};
+  const bool has_shafts = Find(shafts) != nullptr;
+  const bool has_rays = Find(rays) != nullptr;
+  CellObstructions both;
+  if (has_shafts) {
+    both.obstacles = Use<const ShaftBlockers>(shafts);
   }
-  const CellPatches stored = ReadPatches(cell);
-  return {MakeObstacles(cell, stored), MakeOccluder(cell, stored)};
+  if (!has_shafts || !has_rays) {
+    const CellPatches stored =
+        has_shafts ? ReadPatches(cell, {rays.kind})
+        : has_rays ? ReadPatches(cell, {shafts.kind})
+                   : ReadPatches(cell, {shafts.kind, rays.kind});
+    if (!has_shafts) {
+      MakeObstacles(cell, stored);
+      both.obstacles = Use<const ShaftBlockers>(shafts);
+    }
+    if (Find(rays) == nullptr) {
+      MakeOccluder(cell, stored);
+    }
+  }
+  both.occluder = Use<const CellBlockers>(rays, true);
+  return both;
 }
 
-std::shared_ptr<const ShaftBlockers> CellPager::MakeObstacles(
-    CellId cell, const CellPatches& stored) {
+void CellPager::MakeObstacles(CellId cell, const CellPatches& stored) {
   // The patches too, while the obstacles are made of them.
   const size_t count = BlockerCount(stored);
   const uint64_t bytes = ShaftBlockers::BytesFor(count);
@@ -183,27 +252,17 @@ std::shared_ptr<const ShaftBlockers> CellPager::MakeObstacles(
   work.Reset();
   MakeRoom(obstacles->SizeBytes(), "the blockers of a cell");
   Insert({ItemKind::kObstacles, cell.value}, obstacles, obstacles->SizeBytes());
-  return obstacles;
 }
 
-std::shared_ptr<const CellBlockers> CellPager::MakeOccluder(
-    CellId cell, const CellPatches& stored) {
+void CellPager::MakeOccluder(CellId cell, const CellPatches& stored) {
   // Embree charges the budget itself; this only makes the room.
   const uint64_t estimate = BlockersBuildBytes(BlockerCount(stored));
   MakeRoom(estimate, "the blockers of a cell");
   budget_->Release(estimate);
-  std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
+  const std::shared_ptr<const CellBlockers> blockers = device_->Build(stored);
   Insert({ItemKind::kOccluder, cell.value},
          std::const_pointer_cast<CellBlockers>(blockers),
-         0);
-  return blockers;
-}
-
-uint64_t CellPager::BytesOf(ItemKey key, const Item& item) {
-  return key.first == ItemKind::kOccluder
-             ? BlockersBytes(
-                   *std::static_pointer_cast<const CellBlockers>(item.value))
-             : item.charged_bytes;
+         BlockersBytes(*blockers));
 }
 
 bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
@@ -214,7 +273,7 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
     const auto add = [&](ItemKind kind, uint64_t bytes, uint64_t more) {
       const auto it = items_.find({kind, cell.value});
       const bool is_here = it != items_.end();
-      need += is_here ? BytesOf(it->first, it->second) : bytes;
+      need += is_here ? it->second.held_bytes : bytes;
       build = std::max(build, is_here ? 0 : more);
     };
     const uint64_t held = BlockersHeldBytes(patches);
@@ -229,7 +288,7 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
     return true;
   }
   for (const auto& [key, item] : items_) {
-    room += item.value.use_count() > 1 ? 0 : BytesOf(key, item);
+    room += item.use.expired() ? item.held_bytes : 0;
   }
   return need <= room;
 }
@@ -251,94 +310,215 @@ Box CellPager::BoundsOf(CellId cell) const {
 
 std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   const ItemKey key{ItemKind::kTree, cell.value};
-  if (const Item* item = Find(key)) {
-    return std::static_pointer_cast<CellTree>(item->value);
+  if (Find(key) == nullptr) {
+    const auto geometry = Geometry(cell);
+    std::shared_ptr<CellTree> tree;
+    const uint64_t read_before = store_->Stats().bytes_read;
+    // Room first: the tree is not in anybody's charge while it is read.
+    const uint64_t expected =
+        CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
+    MemoryCharge room = Reserve(expected, "the element trees of a cell");
+    if (auto stored =
+            CellTree::Load(*store_, cell, shape_, geometry->patches)) {
+      tree = std::make_shared<CellTree>(std::move(*stored));
+    } else {
+      tree = std::make_shared<CellTree>(shape_, geometry->patches);
+      tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
+    }
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(ThingOf(key), read);
+    room.Reset();
+    const uint64_t bytes = tree->SizeBytes();
+    MakeRoom(bytes, "the element trees of a cell");
+    Insert(key, std::move(tree), bytes);
   }
-  const auto geometry = Geometry(cell);
-  std::shared_ptr<CellTree> tree;
-  const uint64_t read_before = store_->Stats().bytes_read;
-  // Room first: the tree is not in anybody's charge while it is read.
-  const uint64_t expected =
-      CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
-  MemoryCharge room = Reserve(expected, "the element trees of a cell");
-  if (auto stored = CellTree::Load(*store_, cell, shape_, geometry->patches)) {
-    tree = std::make_shared<CellTree>(std::move(*stored));
-  } else {
-    tree = std::make_shared<CellTree>(shape_, geometry->patches);
-    tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
-  }
-  trace_.Record(BlockOf(key), store_->Stats().bytes_read - read_before);
-  room.Reset();
-  MakeRoom(tree->SizeBytes(), "the element trees of a cell");
-  Insert(key, tree, tree->SizeBytes());
-  return tree;
+  return Use<CellTree>(key);
 }
 
 void CellPager::MarkDirty(CellId cell) {
-  Item* item = Find({ItemKind::kTree, cell.value});
-  ENFILADE_CHECK(item != nullptr, "cell {} is not in memory", cell.value);
+  const ItemKey key{ItemKind::kTree, cell.value};
+  Item* item = Find(key);
+  ENFILADE_CHECK(item != nullptr && !item->use.expired(),
+                 "the tree of cell {} is not in use",
+                 cell.value);
   item->dirty = true;
   const uint64_t bytes =
       std::static_pointer_cast<CellTree>(item->value)->SizeBytes();
   if (bytes > item->charged_bytes) {
-    const std::shared_ptr<void> pin = item->value;
-    const uint64_t more = bytes - item->charged_bytes;
-    MakeRoom(more, "the element trees of a cell");
-    Find({ItemKind::kTree, cell.value})->charged_bytes += more;
+    MakeRoom(bytes - item->charged_bytes, "the element trees of a cell");
   } else {
     budget_->Release(item->charged_bytes - bytes);
-    item->charged_bytes = bytes;
   }
+  item->charged_bytes = bytes;
+  SetHeld(key, item, bytes);
 }
 
 void CellPager::WriteTree(CellId cell, Item* item) {
+  const uint64_t written_before = store_->Stats().bytes_written;
   std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
+  trace_.SetStored(ThingOf({ItemKind::kTree, cell.value}),
+                   store_->Stats().bytes_written - written_before);
   item->dirty = false;
 }
 
 void CellPager::Flush() {
   for (auto& [key, item] : items_) {
     if (item.dirty) {
-      WriteTree(CellId(key.second), &item);
+      WriteTree(CellId(key.cell), &item);
     }
   }
 }
 
-void CellPager::Drop(std::map<ItemKey, Item>::iterator item) {
+void CellPager::Drop(Items::iterator item) {
   if (item->second.dirty) {
-    WriteTree(CellId(item->first.second), &item->second);
+    WriteTree(CellId(item->first.cell), &item->second);
   }
   item->second.value.reset();
+  held_bytes_ -= item->second.held_bytes;
   budget_->Release(item->second.charged_bytes);
   items_.erase(item);
 }
 
-bool CellPager::EvictOne() {
-  auto victim = items_.end();
-  std::pair<uint64_t, uint64_t> last;
-  for (auto it = items_.begin(); it != items_.end(); ++it) {
-    if (it->second.value.use_count() > 1) {
-      continue;
-    }
-    // Of those needed last together, the one that was used longest ago.
-    const std::pair next{next_use_.Distance(CellId(it->first.second)),
-                         clock_ - it->second.last_use};
-    if (victim == items_.end() || next > last) {
-      victim = it;
-      last = next;
-    }
+uint64_t CellPager::NextUseOf(ItemKey key) const {
+  const CellId cell(key.cell);
+  switch (key.kind) {
+    case ItemKind::kGeometry:
+    case ItemKind::kTree:
+      return next_use_.OfCell(cell);
+    case ItemKind::kObstacles:
+    case ItemKind::kOccluder:
+      return next_use_.OfBlockers(cell);
+    case ItemKind::kLinks:
+      return next_use_.OfLinks(cell, SourceOf(key));
   }
-  if (victim == items_.end()) {
+  return 0;
+}
+
+void CellPager::Consider(Items::iterator item, Victim* victim) {
+  if (item == items_.end() || !item->second.use.expired()) {
+    return;
+  }
+  const std::pair rank{NextUseOf(item->first), clock_ - item->second.last_use};
+  if (victim->item == items_.end() || rank > victim->rank) {
+    *victim = {item, rank};
+  }
+}
+
+// Of the links, those that are needed last: right before the work's place in
+// the order of receivers and sources, which goes round.
+CellPager::Items::iterator CellPager::LastLinks() {
+  const auto first = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  if (first == items_.end()) {
+    return first;
+  }
+  const auto [receiver, source] = next_use_.At();
+  const auto here = items_.lower_bound({ItemKind::kLinks, receiver, source, 0});
+  return here == first ? std::prev(items_.end()) : std::prev(here);
+}
+
+CellPager::Victim CellPager::FindVictim() {
+  Victim victim{items_.end(), {}};
+  const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  for (auto it = items_.begin(); it != links; ++it) {
+    Consider(it, &victim);
+  }
+  Consider(LastLinks(), &victim);
+  return victim;
+}
+
+bool CellPager::EvictOne() {
+  const Victim victim = FindVictim();
+  if (victim.item == items_.end()) {
     return false;
   }
-  Drop(victim);
+  Drop(victim.item);
   return true;
 }
 
 void CellPager::EvictAll() {
   while (EvictOne()) {
   }
+  trace_.Restart();
   ReleaseFreedMemory();
+}
+
+CellPager::ItemKey CellPager::LinksKey(CellPair pair, uint32_t chunk) {
+  const bool is_itself = pair.receiver == pair.source;
+  return {ItemKind::kLinks,
+          pair.receiver.value,
+          is_itself ? NextUse::kItself : pair.source.value,
+          chunk};
+}
+
+void CellPager::VisitLinks(CellPair pair,
+                           const LinkEnds& ends,
+                           const std::function<void(const LinkBlock&)>& visit) {
+  for (uint32_t chunk = 0;; ++chunk) {
+    const ItemKey key = LinksKey(pair, chunk);
+    const CachedThing thing = ThingOf(key);
+    if (Item* item = Find(key)) {
+      NoteCapacity();
+      trace_.Touch(thing);
+      item->last_use = ++clock_;
+      visit(*std::static_pointer_cast<LinkBlock>(item->value));
+      continue;
+    }
+    const uint64_t read_before = store_->Stats().bytes_read;
+    auto block = ReadLinks(*store_, pair, chunk, ends);
+    if (!block) {
+      return;
+    }
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(thing, read);
+    trace_.SetHeld(thing, LinkItemBytes(*block));
+    NoteCapacity();
+    trace_.Touch(thing);
+    visit(*block);
+    KeepBlock(key, std::move(*block));
+  }
+}
+
+void CellPager::KeepLinks(CellPair pair, WrittenLinks&& written) {
+  const ItemKey key = LinksKey(pair, written.chunk);
+  const CachedThing thing = ThingOf(key);
+  trace_.SetStored(thing, written.stored_bytes);
+  trace_.SetHeld(thing, LinkItemBytes(written.block));
+  NoteCapacity();
+  trace_.Make(thing);
+  KeepBlock(key, std::move(written.block));
+}
+
+void CellPager::ForgetLinks() {
+  auto it = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  while (it != items_.end()) {
+    Drop(it++);
+  }
+}
+
+// Room for what may stay out as well: only that of what is needed later.
+bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
+  const auto fits = [&] {
+    return budget_->ResidentExcess(bytes) <= accepted_excess_ &&
+           budget_->TryCharge(bytes);
+  };
+  while (!fits()) {
+    const Victim victim = FindVictim();
+    if (victim.item == items_.end() || victim.rank.first <= needed_at) {
+      return false;
+    }
+    Drop(victim.item);
+  }
+  return true;
+}
+
+void CellPager::KeepBlock(ItemKey key, LinkBlock&& block) {
+  const uint64_t bytes = LinkItemBytes(block);
+  if (TryMakeRoom(bytes, NextUseOf(key))) {
+    Insert(key, std::make_shared<LinkBlock>(std::move(block)), bytes);
+    items_.at(key).last_use = ++clock_;
+  }
 }
 
 void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {

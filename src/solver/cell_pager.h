@@ -1,7 +1,7 @@
 // What a subproblem needs of its cells, paged in under the memory budget:
-// geometry, blockers and element trees. All kinds share one pool, from which
-// the unpinned item of the cell that is needed last goes first; dirty trees are
-// written back on the way out.
+// geometry, blockers, element trees and links. All kinds share one pool, from
+// which what is needed last and not in use goes first; dirty trees are written
+// back on the way out.
 
 #pragma once
 
@@ -14,6 +14,8 @@
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/geometry.h"
+#include "solver/link_block.h"
+#include "solver/link_store.h"
 #include "solver/next_use.h"
 #include "solver/push_pull.h"
 #include "solver/shaft.h"
@@ -21,6 +23,8 @@
 #include "visibility/occlusion.h"
 
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <vector>
@@ -44,7 +48,8 @@ struct CellGeometry {
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
 
 // Not thread-safe: for the one thread that schedules. What it returns stays
-// valid, and in memory, as long as the pointer is held.
+// valid, and in memory, as long as the pointer is held, which must not outlive
+// the pager: it is in use.
 class CellPager {
  public:
   CellPager(BlockStorage& store,
@@ -88,7 +93,7 @@ class CellPager {
   // Writes all dirty trees to the store.
   void Flush();
 
-  // Frees all unpinned items.
+  // Frees all unpinned items: the trace begins anew as well.
   void EvictAll();
 
   // Frees unpinned items until `bytes` can be charged; DoesNotFitError, naming
@@ -98,39 +103,84 @@ class CellPager {
   // Like MakeRoom, for working memory that the caller holds for a while.
   MemoryCharge Reserve(uint64_t bytes, std::string_view what);
 
-  // The work is at this pair: what comes next decides what is evicted.
-  void MoveTo(CellId receiver, CellId source) {
-    next_use_.MoveTo(receiver, source);
-  }
+  // Visits the chunks of a pair in order. Keeps what is needed again before
+  // other things are. `visit` must not ask the pager.
+  void VisitLinks(CellPair pair,
+                  const LinkEnds& ends,
+                  const std::function<void(const LinkBlock&)>& visit);
+
+  // A chunk of a pair was written; keeps it if it is needed soon.
+  void KeepLinks(CellPair pair, WrittenLinks&& written);
+
+  // All links are no more.
+  void ForgetLinks();
+
+  // Where the work is: what comes next decides what is evicted.
+  NextUse& Order() { return next_use_; }
 
   // What was asked for; other readers of the store may add to it.
   AccessTrace& Trace() { return trace_; }
 
  private:
-  enum class ItemKind : uint8_t { kGeometry, kObstacles, kOccluder, kTree };
-  using ItemKey = std::pair<ItemKind, uint32_t>;
+  enum class ItemKind : uint8_t {
+    kGeometry,
+    kObstacles,
+    kOccluder,
+    kTree,
+    kLinks  // last
+  };
+
+  struct ItemKey {
+    ItemKind kind{};
+    uint32_t cell = 0;
+    uint32_t source = 0;  // of links; NextUse::kItself if it is the cell
+    uint32_t chunk = 0;
+
+    // NOLINTNEXTLINE(modernize-use-nullptr): see base/ids.h
+    friend auto operator<=>(const ItemKey&, const ItemKey&) = default;
+  };
 
   struct Item {
     std::shared_ptr<void> value;
+    std::weak_ptr<void> use;     // what callers hold, if any does
+    uint64_t held_bytes = 0;     // what it takes
     uint64_t charged_bytes = 0;  // to the budget, by the pager
     uint64_t last_use = 0;
     bool dirty = false;
   };
 
   std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
-  CellPatches ReadPatches(CellId cell);
-  std::shared_ptr<const ShaftBlockers> MakeObstacles(CellId cell,
-                                                     const CellPatches& stored);
-  std::shared_ptr<const CellBlockers> MakeOccluder(CellId cell,
-                                                   const CellPatches& stored);
-  static BlockKey BlockOf(ItemKey key);
-  static uint64_t BytesOf(ItemKey key, const Item& item);
+  CellPatches ReadPatches(CellId cell, std::initializer_list<ItemKind> made);
+  void MakeObstacles(CellId cell, const CellPatches& stored);
+  void MakeOccluder(CellId cell, const CellPatches& stored);
+  static CellId SourceOf(ItemKey key);
+  static CachedThing ThingOf(ItemKey key);
   Item* Find(ItemKey key);
-  Item& Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
+  void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
+  void SetHeld(ItemKey key, Item* item, uint64_t bytes);
+  template <typename T>
+  std::shared_ptr<T> Use(ItemKey key, bool is_along = false);
+  void NoteCapacity();
+  using Items = std::map<ItemKey, Item>;
+
+  // What is needed last and not in use, and when; of those needed last
+  // together, what was used longest ago.
+  struct Victim {
+    Items::iterator item;
+    std::pair<uint64_t, uint64_t> rank;
+  };
+
+  static ItemKey LinksKey(CellPair pair, uint32_t chunk);
+  [[nodiscard]] uint64_t NextUseOf(ItemKey key) const;
+  void Consider(Items::iterator item, Victim* victim);
+  Victim FindVictim();
+  Items::iterator LastLinks();
+  bool TryMakeRoom(uint64_t bytes, uint64_t needed_at);
+  void KeepBlock(ItemKey key, LinkBlock&& block);
   bool EvictOne();
   // Evicts while the process itself comes near the cap, whatever was charged.
   void HoldResident(uint64_t coming_bytes);
-  void Drop(std::map<ItemKey, Item>::iterator item);
+  void Drop(Items::iterator item);
   void WriteTree(CellId cell, Item* item);
 
   BlockStorage* store_;
@@ -142,9 +192,11 @@ class CellPager {
   const OcclusionDevice* device_;
   MemoryBudget* budget_;
   Point3 origin_;
+  MemoryCharge trace_charge_;
   AccessTrace trace_;
   NextUse next_use_;
-  std::map<ItemKey, Item> items_;
+  Items items_;
+  uint64_t held_bytes_ = 0;  // by all items
   uint64_t clock_ = 0;
   uint64_t accepted_excess_ = 0;  // nothing could be evicted against it
 };

@@ -63,6 +63,10 @@ Engine::Engine(BlockStorage& store,
   for (const CellRow& row : state_.cells) {
     area_ += row.area;
   }
+  pager_.Order().Watch(state_.cells);
+  pager_.Order().StartSweep(state_.phase == SolvePhase::kRefine
+                                ? SweepKind::kRefine
+                                : SweepKind::kPropagate);
 }
 
 // ------------------------------------------------------------- the schedule
@@ -127,6 +131,8 @@ void Engine::StartRound(double tau) {
   state_.relit = false;
   state_.published_in_sweep = false;
   state_.sweeps_in_round = 0;
+  pager_.ForgetLinks();  // they are made anew
+  pager_.Order().StartSweep(SweepKind::kRefine);
 }
 
 MemoryCharge Engine::ReserveWorkspace() {
@@ -147,15 +153,23 @@ void Engine::FinishSweep() {
     FinishRound();
   } else {
     state_.phase = SolvePhase::kPropagate;
+    pager_.Order().StartSweep(SweepKind::kPropagate);
     state_.next_cell = 0;
     state_.published_in_sweep = false;
   }
   CheckPoint();
 }
 
+// What was read since then, beside what the best cache would have.
+void Engine::TakeReads() {
+  const TracedReads reads = pager_.Trace().TakeReads();
+  state_.times.bytes_read += reads.read;
+  state_.times.bytes_belady += reads.belady;
+  state_.times.bytes_compulsory += reads.compulsory;
+}
+
 void Engine::FinishRound() {
-  pager_.Trace().Measure(&state_.times.bytes_belady,
-                         &state_.times.bytes_compulsory);
+  TakeReads();
   state_.rounds.push_back(RecordRound(&state_, area_));
   ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
                  "the light of round {} is not finite",
@@ -244,11 +258,20 @@ void Engine::CareFor(const PatchErrors& errors) {
 
 // ----------------------------------------------------------------- one cell
 
+// What a cell's turn reads once.
+template <typename Read>
+auto Engine::ReadOnce(const Read& read) {
+  const uint64_t before = store_->Stats().bytes_read;
+  auto result = read();
+  pager_.Trace().AddReadOnce(store_->Stats().bytes_read - before);
+  return result;
+}
+
 Engine::Receiver Engine::Load(CellId cell) {
   Receiver r;
   r.id = cell;
   VisibleCell self{cell, {cell}};
-  for (VisibleCell& v : LoadVisibleSet(*store_, cell)) {
+  for (VisibleCell& v : SourcesOf(cell)) {
     if (v.source == cell) {
       self = std::move(v);
     } else {
@@ -256,10 +279,22 @@ Engine::Receiver Engine::Load(CellId cell) {
     }
   }
   r.sources.push_back(std::move(self));
-  pager_.MoveTo(cell, r.sources.front().source);
+  pager_.Order().StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
   return r;
+}
+
+// What a cell sees, and what stands between where that is needed.
+VisibleSet Engine::SourcesOf(CellId cell) {
+  if (state_.phase == SolvePhase::kRefine) {
+    return ReadOnce([&] { return LoadVisibleSet(*store_, cell); });
+  }
+  VisibleSet sources;
+  for (const CellId source : pager_.Order().SeenFrom(cell)) {
+    sources.push_back({source, {}});
+  }
+  return sources;
 }
 
 bool Engine::IsLit(CellId cell) const {
@@ -298,7 +333,7 @@ void Engine::RefineCell(CellId cell) {
   const size_t patches = r.geometry->patches.size();
   MemoryCharge care_charge =
       pager_.Reserve(patches * sizeof(PatchCare), "the care of a cell");
-  care_ = LoadCellCare(*store_, cell, patches);
+  care_ = ReadOnce([&] { return LoadCellCare(*store_, cell, patches); });
   CellRow& row = state_.cells[cell.Index()];
   if (state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
       state_.cursor.work == WorkPart{}) {
@@ -336,12 +371,12 @@ void Engine::RefineCell(CellId cell) {
 
 void Engine::PropagateCell(CellId cell) {
   CellRow& row = state_.cells[cell.Index()];
-  const auto has_news = [&](const VisibleCell& v) {
-    return v.source != cell &&
-           state_.cells[v.source.Index()].published > row.processed;
+  const auto has_news = [&](CellId source) {
+    return source != cell &&
+           state_.cells[source.Index()].published > row.processed;
   };
-  const VisibleSet visible = LoadVisibleSet(*store_, cell);
-  if (std::none_of(visible.begin(), visible.end(), has_news)) {
+  const std::vector<CellId> seen = pager_.Order().SeenFrom(cell);
+  if (std::none_of(seen.begin(), seen.end(), has_news)) {
     NextCell();
     return;
   }
@@ -350,9 +385,9 @@ void Engine::PropagateCell(CellId cell) {
     r.tree->ForgetDelta();
   }
   while (state_.cursor.source < r.sources.size()) {
-    const VisibleCell& source = r.sources[state_.cursor.source];
+    const CellId source = r.sources[state_.cursor.source].source;
     if (has_news(source)) {
-      GatherPair(r, source.source);
+      GatherPair(r, source);
     }
     ++state_.cursor.source;
     CheckPoint();
@@ -365,11 +400,10 @@ void Engine::PropagateCell(CellId cell) {
 // Commits come between cycles, whose state is in the store: the bits are the
 // same after one.
 void Engine::Settle(const Receiver& r) {
+  pager_.Order().MoveTo(r.id, r.id);
   CellRow& row = state_.cells[r.id.Index()];
   CellBalance balance({r.id, r.geometry.get(), r.tree.get(), &row},
                       surfaces_,
-                      *store_,
-                      *budget_,
                       pager_,
                       &state_.times);
   const double tolerance = ToleratedResidual(state_, row);
@@ -409,6 +443,9 @@ void Engine::CheckPoint() {
   {
     const Stopwatch watch(&state_.times.store_seconds);
     pager_.Flush();
+    if (stop) {
+      TakeReads();
+    }
     if (!care_.empty()) {
       SaveCellCare(care_, CellId(state_.next_cell), *store_);
     }

@@ -61,11 +61,15 @@ class Engine {
   void NextCell();
   void FinishSweep();
   void FinishRound();
+  void TakeReads();
   void CheckResidual();
   void CareFor(const PatchErrors& errors);
   MemoryCharge ReserveWorkspace();
 
+  template <typename Read>
+  auto ReadOnce(const Read& read);
   Receiver Load(CellId cell);
+  VisibleSet SourcesOf(CellId cell);
   void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);

@@ -36,9 +36,10 @@ GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
 void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   if (!IsLit(source.source)) {
     store_->EraseAll(BlockKind::kLinks, r.id.value, source.source.value);
+    pager_.Order().SetLinked(r.id, source.source, false);
     return;
   }
-  pager_.MoveTo(r.id, source.source);
+  pager_.Order().MoveTo(r.id, source.source);
   const auto geometry = pager_.Geometry(source.source);
   const auto tree = pager_.Tree(source.source);
   std::vector<const ShaftBlockers*> gates;
@@ -65,18 +66,18 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                          {}},
                         between.All());
   CellRow& row = state_.cells[r.id.Index()];
-  LinkWriter writer(*store_,
-                    {r.id, source.source},
-                    state_.cursor.chunk,
-                    [&](const LinkBlock& block) {
-                      const Stopwatch watch(&state_.times.gather_seconds);
-                      Gather(block,
-                             {r.geometry->patches, r.tree.get(), nullptr},
-                             SourceSide(*geometry, *tree),
-                             tree->Sent(),
-                             r.tree->Gathered());
-                      row.links += block.links.size();
-                    });
+  const CellPair pair{r.id, source.source};
+  LinkWriter writer(
+      *store_, pair, state_.cursor.chunk, [&](WrittenLinks&& written) {
+        const Stopwatch watch(&state_.times.gather_seconds);
+        Gather(written.block,
+               {r.geometry->patches, r.tree.get(), nullptr},
+               SourceSide(*geometry, *tree),
+               tree->Sent(),
+               r.tree->Gathered());
+        row.links += written.block.links.size();
+        pager_.KeepLinks(pair, std::move(written));
+      });
   std::vector<RawLinks> results;
   while (state_.cursor.work.item < refiner.ItemCount()) {
     between.Hold();
@@ -108,6 +109,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     }
   }
   writer.Flush();
+  pager_.Order().SetLinked(r.id, source.source, writer.Chunks() > 0);
 }
 
 // Refines the parts at the cursor and moves it; returns the number of links.
@@ -151,21 +153,19 @@ size_t Engine::RefineGroup(const Refiner& refiner,
 void Engine::GatherPair(const Receiver& r, CellId source) {
   // A half of all visible pairs has no links, and a tree is much to read for
   // nothing: docs/decisions/schedules.md.
-  if (store_->Count(BlockKind::kLinks, r.id.value, source.value) == 0) {
+  if (!pager_.Order().IsLinked(r.id, source)) {
     return;
   }
-  pager_.MoveTo(r.id, source);
+  pager_.Order().MoveTo(r.id, source);
   const auto geometry = pager_.Geometry(source);
   const auto tree = pager_.Tree(source);
   if (!tree->HasDelta()) {
     return;
   }
   const Stopwatch watch(&state_.times.gather_seconds);
-  ForEachLinkBlock(
-      *store_,
+  pager_.VisitLinks(
       {r.id, source},
       {r.tree->Size(), tree->Size(), geometry->groups.All().size()},
-      pager_.Trace(),
       [&](const LinkBlock& block) {
         Gather(block,
                {r.geometry->patches, r.tree.get(), nullptr},

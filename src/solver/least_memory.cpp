@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "solver/access_trace.h"
 #include "solver/cell_care.h"
 #include "solver/cell_pager.h"
 #include "solver/cluster_tree.h"
@@ -53,6 +54,9 @@ class NeedFinder {
         kSolveWorkspaceBytes +
         NextUse::BytesFor(needs_.size(),
                           LoadVisibilitySummary(*store_).visible_pairs);
+    // The record of what is read has a share of it all, itself included.
+    const uint64_t share = AccessTrace::OwnBytesUnder(least_.budget_bytes);
+    least_.budget_bytes += share + AccessTrace::OwnBytesUnder(2 * share);
     least_.cap_bytes = MemoryBudget::CapForBudget(least_.budget_bytes);
     return least_;
   }

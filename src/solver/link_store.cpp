@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 namespace enfilade {
@@ -17,24 +16,12 @@ BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
 }
 
-// Reads a chunk and notes that it was asked for.
-std::optional<Bytes> GetChunk(const BlockStorage& store,
-                              const BlockKey& key,
-                              AccessTrace& trace) {
-  const uint64_t read_before = store.Stats().bytes_read;
-  auto bytes = store.Get(key);
-  if (bytes) {
-    trace.Record(key, store.Stats().bytes_read - read_before);
-  }
-  return bytes;
-}
-
 }  // namespace
 
 LinkWriter::LinkWriter(BlockStorage& store,
                        CellPair pair,
                        uint32_t first_chunk,
-                       std::function<void(const LinkBlock&)> on_chunk)
+                       std::function<void(WrittenLinks&&)> on_chunk)
     : store_(&store),
       pair_(pair),
       on_chunk_(std::move(on_chunk)),
@@ -61,52 +48,27 @@ void LinkWriter::Flush() {
     for (size_t i = first; i < last; ++i) {
       chunk.AppendFrom(pending_, i);
     }
-    on_chunk_(chunk);
-    store_->Put(ChunkKey(pair_, chunks_++), EncodeLinks(chunk));
+    chunk.near.shrink_to_fit();
+    chunk.group.shrink_to_fit();
+    const uint64_t before = store_->Stats().bytes_written;
+    store_->Put(ChunkKey(pair_, chunks_), EncodeLinks(chunk));
+    const uint64_t stored = store_->Stats().bytes_written - before;
+    on_chunk_({chunks_++, std::move(chunk), stored});
   }
   pending_.links.clear();
   pending_.shapes.clear();
   pending_.group.clear();
 }
 
-void ForEachLinkBlock(const BlockStorage& store,
-                      CellPair pair,
-                      const LinkEnds& ends,
-                      AccessTrace& trace,
-                      const std::function<void(LinkBlock&&)>& visit) {
-  for (uint32_t chunk = 0;; ++chunk) {
-    const auto bytes = GetChunk(store, ChunkKey(pair, chunk), trace);
-    if (!bytes) {
-      return;
-    }
-    visit(DecodeLinks(*bytes, ends));
+std::optional<LinkBlock> ReadLinks(const BlockStorage& store,
+                                   CellPair pair,
+                                   uint32_t chunk,
+                                   const LinkEnds& ends) {
+  const auto bytes = store.Get(ChunkKey(pair, chunk));
+  if (!bytes) {
+    return std::nullopt;
   }
-}
-
-void LinkCache::ForEach(const LinkEnds& ends,
-                        const std::function<void(const LinkBlock&)>& visit) {
-  for (size_t chunk = 0; chunk < kept_.size(); ++chunk) {
-    trace_->RecordHit(ChunkKey(pair_, static_cast<uint32_t>(chunk)));
-    visit(kept_[chunk]);
-  }
-  for (auto chunk = static_cast<uint32_t>(kept_.size()); !complete_; ++chunk) {
-    const auto bytes = GetChunk(*store_, ChunkKey(pair_, chunk), *trace_);
-    if (!bytes) {
-      complete_ = kept_.size() == chunk;
-      return;
-    }
-    LinkBlock block = DecodeLinks(*bytes, ends);
-    visit(block);
-    // A third of the free budget stays free for others, and some of it in any
-    // case.
-    const uint64_t size = block.SizeBytes();
-    if (kept_.size() == chunk && size < budget_->FreeBytes() * 2 / 3 &&
-        budget_->FreeBytes() > budget_->LimitBytes() / 3 &&
-        budget_->ResidentExcess() == 0) {
-      charges_.emplace_back(*budget_, size, "links kept in memory");
-      kept_.push_back(std::move(block));
-    }
-  }
+  return DecodeLinks(*bytes, ends);
 }
 
 }  // namespace enfilade

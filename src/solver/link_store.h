@@ -1,16 +1,15 @@
 // The link blocks of cell pairs in the store: written chunk by chunk while a
-// pair is refined, streamed while it is gathered.
+// pair is refined, read again while it is gathered.
 
 #pragma once
 
 #include "base/block_storage.h"
 #include "base/ids.h"
-#include "base/memory.h"
-#include "solver/access_trace.h"
 #include "solver/link_block.h"
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 namespace enfilade {
 
@@ -19,15 +18,22 @@ struct CellPair {
   CellId source;
 };
 
+// A chunk of a pair that was written, and what it takes in the store.
+struct WrittenLinks {
+  uint32_t chunk = 0;
+  LinkBlock block;  // as it will be read
+  uint64_t stored_bytes = 0;
+};
+
 // Chunks of a pair, from 0 without gaps.
 class LinkWriter {
  public:
   // Goes on after `first_chunk` chunks, or from 0 forgets the pair's old ones.
-  // `on_chunk` sees every chunk, sorted, as it is written.
+  // `on_chunk` gets every chunk, sorted, as soon as it is written.
   LinkWriter(BlockStorage& store,
              CellPair pair,
              uint32_t first_chunk,
-             std::function<void(const LinkBlock&)> on_chunk);
+             std::function<void(WrittenLinks&&)> on_chunk);
 
   // Room for more links; write them, then call Flush when Full.
   LinkBlock& Pending() { return pending_; }
@@ -40,40 +46,15 @@ class LinkWriter {
  private:
   BlockStorage* store_;
   CellPair pair_;
-  std::function<void(const LinkBlock&)> on_chunk_;
+  std::function<void(WrittenLinks&&)> on_chunk_;
   LinkBlock pending_;
   uint32_t chunks_ = 0;
 };
 
-// Visits the chunks of a pair in order.
-void ForEachLinkBlock(const BlockStorage& store,
-                      CellPair pair,
-                      const LinkEnds& ends,
-                      AccessTrace& trace,
-                      const std::function<void(LinkBlock&&)>& visit);
-
-// The chunks of a pair that is gathered again and again: kept decoded while
-// the budget has room, streamed otherwise. The same chunks in the same order
-// either way.
-class LinkCache {
- public:
-  LinkCache(const BlockStorage& store,
-            MemoryBudget& budget,
-            CellPair pair,
-            AccessTrace& trace)
-      : store_(&store), budget_(&budget), pair_(pair), trace_(&trace) {}
-
-  void ForEach(const LinkEnds& ends,
-               const std::function<void(const LinkBlock&)>& visit);
-
- private:
-  const BlockStorage* store_;
-  MemoryBudget* budget_;
-  CellPair pair_;
-  AccessTrace* trace_;
-  bool complete_ = false;  // all chunks are kept
-  std::vector<LinkBlock> kept_;
-  std::vector<MemoryCharge> charges_;
-};
+// Nothing if the pair has no such chunk.
+std::optional<LinkBlock> ReadLinks(const BlockStorage& store,
+                                   CellPair pair,
+                                   uint32_t chunk,
+                                   const LinkEnds& ends);
 
 }  // namespace enfilade

@@ -1,56 +1,230 @@
 #include "solver/next_use.h"
 
-#include "visibility/visible_set.h"
+#include "base/check.h"
 
 #include <algorithm>
-#include <span>
 
 namespace enfilade {
 
 NextUse::NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget)
     : charge_(budget,
               BytesFor(cells, LoadVisibilitySummary(store).visible_pairs),
-              "the order of the work") {
+              "the order of the work"),
+      budget_(&budget) {
+  static_assert(sizeof(Seer) == sizeof(uint32_t));
+  ENFILADE_CHECK(cells < size_t{1} << 30, "{} cells", cells);
   first_.reserve(cells + 1);
-  seen_by_.reserve(LoadVisibilitySummary(store).visible_pairs);
+  seers_.reserve(LoadVisibilitySummary(store).visible_pairs);
   first_.push_back(0);
   for (size_t i = 0; i < cells; ++i) {
     // Visibility is symmetric: who sees the cell is whom it sees.
     for (const VisibleCell& v : LoadVisibleSet(store, CellId(i))) {
-      seen_by_.push_back(v.source.value);
+      Seer seer{};
+      seer.cell = v.source.value & ((1U << 30) - 1);
+      seers_.push_back(seer);
     }
-    first_.push_back(static_cast<uint32_t>(seen_by_.size()));
+    first_.push_back(static_cast<uint32_t>(seers_.size()));
   }
+  store.ForEachKey(BlockKind::kLinks, [&](const BlockKey& key) {
+    SetLinked(CellId(key.a), CellId(key.b), true);
+  });
 }
 
 uint64_t NextUse::BytesFor(size_t cells, uint64_t visible_pairs) {
   return sizeof(uint32_t) * (cells + 1 + visible_pairs);
 }
 
-uint64_t NextUse::Distance(CellId cell) const {
-  if (cell.value == receiver_ || cell.value == source_) {
+std::span<const NextUse::Seer> NextUse::SeersOf(uint32_t cell) const {
+  return std::span(seers_).subspan(first_[cell],
+                                   first_[cell + 1] - first_[cell]);
+}
+
+std::vector<CellId> NextUse::SeenFrom(CellId cell) const {
+  std::vector<CellId> cells;
+  for (const Seer& seer : SeersOf(cell.value)) {
+    cells.emplace_back(seer.cell);
+  }
+  return cells;
+}
+
+const NextUse::Seer& NextUse::SeerOf(CellId cell, CellId seer) const {
+  const auto seers = SeersOf(cell.value);
+  const auto at = std::lower_bound(
+      seers.begin(), seers.end(), seer.value, [](const Seer& s, uint32_t id) {
+        return s.cell < id;
+      });
+  ENFILADE_CHECK(at != seers.end() && at->cell == seer.value,
+                 "cells {} and {} do not see each other",
+                 cell.value,
+                 seer.value);
+  return *at;
+}
+
+void NextUse::SetLinked(CellId receiver, CellId source, bool is_linked) {
+  const auto at = [this](const Seer& seer) -> Seer& {
+    return seers_[static_cast<size_t>(&seer - seers_.data())];
+  };
+  at(SeerOf(source, receiver)).gathers = is_linked ? 1 : 0;
+  at(SeerOf(receiver, source)).sends = is_linked ? 1 : 0;
+}
+
+bool NextUse::IsLinked(CellId receiver, CellId source) const {
+  return SeerOf(source, receiver).gathers != 0;
+}
+
+// Where in the receiver's turn the source comes: itself last.
+uint64_t NextUse::Place(uint32_t receiver, uint32_t source) const {
+  return source == receiver ? TurnLength() - 1 : source + uint64_t{1};
+}
+
+void NextUse::StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
+  receiver_ = receiver.value;
+  source_ = 0;
+  place_ = 0;
+  between_ = {};
+  between_charge_.Reset();
+  size_t count = 0;
+  for (const VisibleCell& v : sources) {
+    count += v.between.size();
+  }
+  const uint64_t bytes = count * sizeof(between_[0]);
+  if (bytes > budget_->FreeBytes()) {
+    return;
+  }
+  between_charge_ = MemoryCharge(*budget_, bytes, "the order of a turn");
+  between_.reserve(count);
+  for (const VisibleCell& v : sources) {
+    for (const CellId cell : v.between) {
+      between_.emplace_back(cell.value, Place(receiver_, v.source.value));
+    }
+  }
+  std::sort(between_.begin(), between_.end());
+}
+
+void NextUse::MoveTo(CellId receiver, CellId source) {
+  receiver_ = receiver.value;
+  source_ = source == receiver ? kItself : source.value;
+  place_ = Place(receiver.value, source.value);
+}
+
+bool NextUse::HasNews(uint32_t receiver, uint32_t source) const {
+  return rows_ == nullptr ||
+         (*rows_)[source].published > (*rows_)[receiver].processed;
+}
+
+// Whether the seer will have `cell` for a source when it has its turn.
+bool NextUse::Gathers(const Seer& seer,
+                      uint32_t cell,
+                      bool is_next_sweep) const {
+  if (seer.cell == cell) {
+    return false;
+  }
+  if (sweep_ == SweepKind::kRefine) {
+    return !is_next_sweep || seer.gathers != 0;
+  }
+  // What still has its turn may have news until the next sweep.
+  return seer.gathers != 0 &&
+         (HasNews(seer.cell, cell) || (is_next_sweep && cell > receiver_));
+}
+
+// Whether a cell that comes later in the sweep has something to gather then.
+bool NextUse::HasTurn(uint32_t cell) const {
+  if (sweep_ == SweepKind::kRefine) {
+    return true;
+  }
+  const auto seers = SeersOf(cell);
+  return std::any_of(seers.begin(), seers.end(), [&](const Seer& source) {
+    const bool comes_before = source.cell >= receiver_ && source.cell < cell;
+    return source.sends != 0 && source.cell != cell &&
+           (comes_before || HasNews(cell, source.cell));
+  });
+}
+
+uint64_t NextUse::OfCell(CellId id) const {
+  const uint32_t cell = id.value;
+  const uint64_t place = Place(receiver_, cell);
+  if (cell == receiver_ || place == place_) {
     return 0;
   }
-  const std::span<const uint32_t> seen_by = std::span(seen_by_).subspan(
-      first_[cell.Index()], first_[cell.Index() + 1] - first_[cell.Index()]);
-  const uint64_t cells = first_.size() - 1;
-  // Within the turn of the receiver; its own comes last.
-  const bool is_ahead = source_ != receiver_ && cell.value > source_;
-  if (is_ahead &&
-      std::binary_search(seen_by.begin(), seen_by.end(), receiver_)) {
-    return cell.value - source_;
+  if (place > place_) {
+    const auto seers = SeersOf(cell);
+    const auto at =
+        std::find_if(seers.begin(), seers.end(), [&](const Seer& seer) {
+          return seer.cell == receiver_;
+        });
+    if (at != seers.end() && Gathers(*at, cell, false)) {
+      return place - place_;
+    }
   }
-  const auto later =
-      std::upper_bound(seen_by.begin(), seen_by.end(), receiver_);
-  // As a receiver it is needed at the very beginning of its turn.
-  uint64_t turns = cell.value > receiver_ ? cell.value - receiver_
-                                          : cells + cell.value - receiver_;
-  if (later != seen_by.end()) {
-    turns = std::min<uint64_t>(turns, *later - receiver_);
-  } else if (!seen_by.empty()) {
-    turns = std::min(turns, cells + seen_by.front() - receiver_);
+  const uint64_t later = LaterOfCell(cell);
+  return later < kNever ? later : InNextSweep(cell);
+}
+
+// In the later turns of this sweep.
+uint64_t NextUse::LaterOfCell(uint32_t cell) const {
+  uint64_t first = kNever;
+  if (cell > receiver_ && HasTurn(cell)) {
+    first = (cell - receiver_) * TurnLength();
   }
-  return turns * cells + cell.value;
+  for (const Seer& seer : SeersOf(cell)) {
+    if (seer.cell > receiver_ && Gathers(seer, cell, false)) {
+      return std::min(
+          first,
+          (seer.cell - receiver_) * TurnLength() + Place(seer.cell, cell));
+    }
+  }
+  return first;
+}
+
+uint64_t NextUse::InNextSweep(uint32_t cell) const {
+  const uint64_t turns = first_.size() - 1 - receiver_;
+  uint64_t first = (turns + cell) * TurnLength();
+  for (const Seer& seer : SeersOf(cell)) {
+    if (Gathers(seer, cell, true)) {
+      return std::min(
+          first, (turns + seer.cell) * TurnLength() + Place(seer.cell, cell));
+    }
+  }
+  return first;
+}
+
+uint64_t NextUse::OfBlockers(CellId id) const {
+  if (sweep_ == SweepKind::kPropagate) {
+    return kNever;
+  }
+  const uint32_t cell = id.value;
+  const auto in_turn = std::lower_bound(
+      between_.begin(), between_.end(), std::pair(cell, place_));
+  if (in_turn != between_.end() && in_turn->first == cell) {
+    return in_turn->second - place_;
+  }
+  // Who has it between itself and another one sees it.
+  for (const Seer& seer : SeersOf(cell)) {
+    if (between_.empty() && seer.cell == receiver_) {
+      return 1;
+    }
+    if (seer.cell > receiver_) {
+      return (seer.cell - receiver_) * TurnLength() + 1;
+    }
+  }
+  return kNever;
+}
+
+uint64_t NextUse::OfLinks(CellId receiver, CellId source) const {
+  const uint64_t place = Place(receiver.value, source.value);
+  if (receiver.value == receiver_ && source == receiver) {
+    return place - place_ + 1;
+  }
+  const bool is_ahead = receiver.value > receiver_ ||
+                        (receiver.value == receiver_ && place > place_);
+  // Refinement replaces those that it comes to.
+  if (sweep_ == SweepKind::kRefine && is_ahead) {
+    return kNever;
+  }
+  const uint64_t turns = is_ahead
+                             ? receiver.value - receiver_
+                             : first_.size() - 1 + receiver.value - receiver_;
+  return turns * TurnLength() + place - place_;
 }
 
 }  // namespace enfilade

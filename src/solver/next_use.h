@@ -1,44 +1,115 @@
-// When a cell is needed next. The order of the work is known: receivers come by
-// id, round and round, and each has its sources by id, itself last. So of what
-// is in memory that can go which is needed last (Belady 1966, "A study of
+// When something is needed next. The order of the work is known: receivers come
+// by id, round and round, and each has its sources by id, itself last. So of
+// what is in memory that can go which is needed last (Belady 1966, "A study of
 // replacement algorithms").
+//
+// A sweep that refines links needs all pairs and what stands between them; one
+// that propagates needs pairs that have links and whose source has changed.
 
 #pragma once
 
 #include "base/block_storage.h"
 #include "base/ids.h"
 #include "base/memory.h"
+#include "solver/solve_state.h"
+#include "visibility/visible_set.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace enfilade {
 
+enum class SweepKind : uint8_t { kRefine, kPropagate };
+
 class NextUse {
  public:
-  // Reads each visible set once.
+  static constexpr uint64_t kNever = std::numeric_limits<uint64_t>::max() / 2;
+
+  // Reads each visible set once, and which pairs have links.
   NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget);
 
   // What it holds of so many cells and visible pairs.
   static uint64_t BytesFor(size_t cells, uint64_t visible_pairs);
 
+  // Which cells have something new: borrowed. Without it, all have.
+  void Watch(const std::vector<CellRow>& rows) { rows_ = &rows; }
+
+  // A sweep begins. No cell has its turn yet.
+  void StartSweep(SweepKind kind) { sweep_ = kind; }
+
+  // The receiver's turn begins. `sources`: what it sees, for refinement; else
+  // it may be empty.
+  void StartTurn(CellId receiver, std::span<const VisibleCell> sources);
+
   // The work is at this pair.
-  void MoveTo(CellId receiver, CellId source) {
-    receiver_ = receiver.value;
-    source_ = source.value;
+  void MoveTo(CellId receiver, CellId source);
+
+  // A source that is the receiver itself, which comes last.
+  static constexpr uint32_t kItself = std::numeric_limits<uint32_t>::max();
+
+  // The pair that the work is at: receiver, and source or kItself.
+  [[nodiscard]] std::pair<uint32_t, uint32_t> At() const {
+    return {receiver_, source_};
   }
 
-  // Grows with the work that comes before the cell's next use; 0: it is in use.
-  // That other cells meet it between them does not count.
-  [[nodiscard]] uint64_t Distance(CellId cell) const;
+  // Whether the receiver has links from the source.
+  void SetLinked(CellId receiver, CellId source, bool is_linked);
+
+  [[nodiscard]] bool IsLinked(CellId receiver, CellId source) const;
+
+  // What a cell sees, itself included, ascending.
+  [[nodiscard]] std::vector<CellId> SeenFrom(CellId cell) const;
+
+  // These grow with the work that comes before the next use; 0: it is in use.
+  // Of the geometry and the tree of a cell.
+  [[nodiscard]] uint64_t OfCell(CellId id) const;
+
+  // Of what stands in a cell.
+  [[nodiscard]] uint64_t OfBlockers(CellId id) const;
+
+  // Of the links of a pair: those of a cell with itself come again and again
+  // while its light is balanced.
+  [[nodiscard]] uint64_t OfLinks(CellId receiver, CellId source) const;
 
  private:
-  std::vector<uint32_t> first_;    // by cell: where its list begins
-  std::vector<uint32_t> seen_by_;  // receivers that see the cell, ascending
+  // In the list of a cell: another one that sees it, and whose links there are.
+  struct Seer {
+    uint32_t cell : 30;
+    uint32_t gathers : 1;  // it has links from the list's cell
+    uint32_t sends : 1;    // the list's cell has links from it
+  };
+
+  [[nodiscard]] const Seer& SeerOf(CellId cell, CellId seer) const;
+  [[nodiscard]] std::span<const Seer> SeersOf(uint32_t cell) const;
+
+  [[nodiscard]] uint64_t TurnLength() const { return first_.size() + 1; }
+
+  [[nodiscard]] uint64_t Place(uint32_t receiver, uint32_t source) const;
+  [[nodiscard]] bool HasNews(uint32_t receiver, uint32_t source) const;
+  [[nodiscard]] bool Gathers(const Seer& seer,
+                             uint32_t cell,
+                             bool is_next_sweep) const;
+  [[nodiscard]] bool HasTurn(uint32_t cell) const;
+  [[nodiscard]] uint64_t LaterOfCell(uint32_t cell) const;
+  [[nodiscard]] uint64_t InNextSweep(uint32_t cell) const;
+
+  std::vector<uint32_t> first_;  // by cell: where its list begins
+  std::vector<Seer> seers_;      // those of a cell ascending, itself included
   MemoryCharge charge_;
+  const std::vector<CellRow>* rows_ = nullptr;
+  SweepKind sweep_ = SweepKind::kRefine;
   uint32_t receiver_ = 0;
   uint32_t source_ = 0;
+  uint64_t place_ = 0;  // of the pair in the turn
+  // Cells that stand between the receiver and its sources: (cell, place). None
+  // where the budget has no room for them.
+  std::vector<std::pair<uint32_t, uint64_t>> between_;
+  MemoryBudget* budget_;
+  MemoryCharge between_charge_;
 };
 
 }  // namespace enfilade

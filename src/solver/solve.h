@@ -67,6 +67,7 @@ struct SolveSummary {
   double push_pull_seconds = 0;
   double store_seconds = 0;
   double link_bytes_per_link = 0;
+  uint64_t bytes_read = 0;  // by rounds, residual's rays apart
   uint64_t bytes_belady = 0;
   uint64_t bytes_compulsory = 0;
 };

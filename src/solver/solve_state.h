@@ -51,12 +51,14 @@ struct RoundRecord {
 };
 
 // Time spent and bytes asked for, over all runs: kept apart because they are
-// not the same twice.
+// not the same twice. Bytes are those of finished rounds, and of one in which
+// the solve was asked to stop.
 struct SolveTimes {
   double refine_seconds = 0;
   double gather_seconds = 0;
   double push_pull_seconds = 0;
   double store_seconds = 0;
+  uint64_t bytes_read = 0;  // by the rounds: not by rays for the residual
   uint64_t bytes_belady = 0;
   uint64_t bytes_compulsory = 0;
 };

@@ -2,67 +2,167 @@
 
 #include "base/check.h"
 
-#include <limits>
-#include <set>
-#include <utility>
-#include <vector>
+#include <algorithm>
 
 namespace enfilade {
 namespace {
 
-constexpr uint32_t kNever = std::numeric_limits<uint32_t>::max();
+// Next uses that are not in sight rank behind all that are, and among
+// themselves by their last one: in work that goes round and round what was used
+// last comes again last.
+constexpr uint32_t kOutOfSight = 1U << 31;
 
-// For each access, the position of the next access to the same item.
-std::vector<uint32_t> NextUses(std::span<const uint32_t> trace, size_t items) {
-  std::vector<uint32_t> next(trace.size());
-  std::vector<uint32_t> upcoming(items, kNever);
-  for (size_t i = trace.size(); i-- > 0;) {
-    ENFILADE_CHECK(trace[i] < items, "item {} of {}", trace[i], items);
-    next[i] = upcoming[trace[i]];
-    upcoming[trace[i]] = static_cast<uint32_t>(i);
-  }
-  return next;
+bool IsUse(CacheAction action) {
+  return action == CacheAction::kBegin || action == CacheAction::kBeginAlong ||
+         action == CacheAction::kTouch;
+}
+
+bool HasSizes(CacheAction action) {
+  return action == CacheAction::kResize || action == CacheAction::kCapacity;
 }
 
 }  // namespace
 
-BeladyReads MeasureBelady(std::span<const uint32_t> trace,
-                          std::span<const uint64_t> item_bytes,
-                          uint64_t capacity_bytes) {
-  ENFILADE_CHECK(trace.size() < kNever, "{} accesses", trace.size());
-  const auto next = NextUses(trace, item_bytes.size());
-  BeladyReads reads;
-  std::vector<bool> seen(item_bytes.size(), false);
-  // Resident items that are used again, by the position of their next use;
-  // an item that is not drops out for nothing.
-  std::set<std::pair<uint32_t, uint32_t>> resident;
-  uint64_t resident_bytes = 0;
-  for (size_t i = 0; i < trace.size(); ++i) {
-    const uint32_t item = trace[i];
-    const uint64_t bytes = item_bytes[item];
-    if (!seen[item]) {
-      seen[item] = true;
-      reads.compulsory_bytes += bytes;
-    }
-    if (resident.erase({static_cast<uint32_t>(i), item}) > 0) {
-      resident_bytes -= bytes;
-    } else {
-      reads.optimal_bytes += bytes;
-    }
-    if (bytes > capacity_bytes) {
-      continue;
-    }
-    while (resident_bytes + bytes > capacity_bytes) {
-      const auto farthest = std::prev(resident.end());
-      resident_bytes -= item_bytes[farthest->second];
-      resident.erase(farthest);
-    }
-    if (next[i] != kNever) {
-      resident.emplace(next[i], item);
-      resident_bytes += bytes;
+BeladyCache::BeladyCache(size_t things) {
+  static_assert(sizeof(Thing) + 2 * sizeof(may_go_[0]) + sizeof(uint32_t) <=
+                kBytesPerThing);
+  things_.reserve(things);
+  may_go_.reserve(2 * things + 2);
+}
+
+void BeladyCache::Prepare(std::span<const CacheStep> steps) {
+  size_t things = things_.size();
+  for (const CacheStep& step : steps) {
+    things = std::max<size_t>(things, step.thing + 1);
+  }
+  things_.resize(things);
+  may_go_.clear();
+}
+
+void BeladyCache::Play(std::span<const CacheStep> steps,
+                       size_t count,
+                       std::span<const CachedBytes> sizes) {
+  ENFILADE_CHECK(steps.size() < kOutOfSight, "{} steps", steps.size());
+  Prepare(steps);
+  // For each step, where its thing is used next.
+  std::vector<uint32_t> next(steps.size());
+  std::vector<uint32_t> upcoming(things_.size(), kOutOfSight);
+  for (size_t i = steps.size(); i-- > 0;) {
+    uint32_t* const use = &upcoming[steps[i].thing];
+    next[i] =
+        *use == kOutOfSight ? kOutOfSight + static_cast<uint32_t>(i) : *use;
+    if (IsUse(steps[i].action)) {
+      *use = static_cast<uint32_t>(i);
     }
   }
-  return reads;
+  for (uint32_t i = 0; i < things_.size(); ++i) {
+    if (things_[i].is_here && !things_[i].in_use) {
+      Keep(i, upcoming[i]);
+    }
+  }
+  size_t size = 0;
+  for (size_t i = 0; i < count; ++i) {
+    if (HasSizes(steps[i].action)) {
+      const CachedBytes& bytes = sizes[size++];
+      if (steps[i].action == CacheAction::kCapacity) {
+        capacity_bytes_ = bytes.held;
+      } else {
+        Thing& thing = things_[steps[i].thing];
+        here_bytes_ += thing.is_here ? bytes.held - thing.bytes.held : 0;
+        thing.bytes = bytes;
+      }
+    }
+    Apply(steps[i], next[i]);
+  }
+}
+
+void BeladyCache::Apply(const CacheStep& step, uint32_t next) {
+  Thing& thing = things_[step.thing];
+  const bool had_just_read = has_just_read_;
+  has_just_read_ &= step.action == CacheAction::kNone || HasSizes(step.action);
+  switch (step.action) {
+    case CacheAction::kNone:
+      return;
+    case CacheAction::kBegin:
+      has_just_read_ = Bring(step.thing, false);
+      thing.in_use = true;
+      break;
+    case CacheAction::kBeginAlong:
+      Bring(step.thing, had_just_read);
+      thing.in_use = true;
+      break;
+    case CacheAction::kEnd:
+      thing.in_use = false;
+      Keep(step.thing, next);
+      break;
+    case CacheAction::kTouch:
+      Bring(step.thing, false);
+      Keep(step.thing, next);
+      break;
+    case CacheAction::kMade:
+      Lose(step.thing);
+      thing.was_here = true;
+      Bring(step.thing, true);
+      Keep(step.thing, next);
+      break;
+    case CacheAction::kResize:
+    case CacheAction::kCapacity:
+      break;
+  }
+  Shrink();
+}
+
+// Reads it unless it is there; whether it had to.
+bool BeladyCache::Bring(uint32_t index, bool is_free) {
+  Thing& thing = things_[index];
+  if (!std::exchange(thing.was_here, true) && !is_free) {
+    reads_.compulsory_bytes += thing.bytes.stored;
+  }
+  if (thing.is_here) {
+    return false;
+  }
+  reads_.optimal_bytes += is_free ? 0 : thing.bytes.stored;
+  thing.is_here = true;
+  here_bytes_ += thing.bytes.held;
+  return true;
+}
+
+void BeladyCache::Keep(uint32_t index, uint32_t next) {
+  // Room is not made for what is larger than all of it.
+  if (things_[index].bytes.held > capacity_bytes_) {
+    Lose(index);
+    return;
+  }
+  // Entries that count no more are left behind: not too many.
+  if (may_go_.size() > 2 * things_.size()) {
+    std::erase_if(may_go_, [&](const auto& entry) {
+      const Thing& t = things_[entry.second];
+      return !t.is_here || t.in_use || t.next != entry.first;
+    });
+    std::make_heap(may_go_.begin(), may_go_.end());
+  }
+  things_[index].next = next;
+  may_go_.emplace_back(next, index);
+  std::push_heap(may_go_.begin(), may_go_.end());
+}
+
+void BeladyCache::Lose(uint32_t index) {
+  Thing& thing = things_[index];
+  if (thing.is_here && !thing.in_use) {
+    thing.is_here = false;
+    here_bytes_ -= thing.bytes.held;
+  }
+}
+
+void BeladyCache::Shrink() {
+  while (here_bytes_ > capacity_bytes_ && !may_go_.empty()) {
+    const auto [next, index] = may_go_.front();
+    std::pop_heap(may_go_.begin(), may_go_.end());
+    may_go_.pop_back();
+    if (!things_[index].in_use && things_[index].next == next) {
+      Lose(index);
+    }
+  }
 }
 
 }  // namespace enfilade

@@ -1,46 +1,198 @@
 #include "solver/access_trace.h"
 
+#include "base/random.h"
+
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
 
-// Of the cache, of which the trace must be a small part.
-constexpr uint64_t kCapacity = 16 << 20;
+constexpr uint64_t kOwnBytes = 512 << 10;
+
+CachedThing TreeOf(uint32_t cell) {
+  return {{BlockKind::kCellTree, cell}};
+}
 
 // A solve whose cells are all in memory reads nothing for hours.
-TEST(AccessTrace, StaysSmallHoweverOftenABlockIsHit) {
-  AccessTrace trace(kCapacity);
-  const BlockKey key{BlockKind::kCellTree, 1};
-  trace.Record(key, 100);
-  for (int i = 0; i < 1'000'000; ++i) {
-    trace.RecordHit(key);
+TEST(AccessTrace, StaysSmallHoweverOftenAThingIsUsed) {
+  AccessTrace trace(kOwnBytes);
+  trace.SetCapacity(1000);
+  for (uint32_t i = 0; i < 2; ++i) {
+    trace.SetHeld(TreeOf(i), 300);
+    trace.SetStored(TreeOf(i), 100);
   }
-  EXPECT_LT(trace.SizeBytes(), kCapacity / 32);
-  uint64_t belady = 0;
-  uint64_t compulsory = 0;
-  trace.Measure(&belady, &compulsory);
-  EXPECT_EQ(belady, 100U);
-  EXPECT_EQ(compulsory, 100U);
+  for (uint32_t i = 0; i < 1'000'000; ++i) {
+    trace.Begin(TreeOf(i % 2));
+    trace.End(TreeOf(i % 2));
+  }
+  EXPECT_LE(trace.SizeBytes(), kOwnBytes + 10'000);
+  const TracedReads reads = trace.TakeReads();
+  EXPECT_EQ(reads.belady, 200U);
+  EXPECT_EQ(reads.compulsory, 200U);
 }
 
 // A solve that reads ever other blocks: each is read once, whatever is kept.
-TEST(AccessTrace, StaysSmallHoweverManyBlocksThereAre) {
-  AccessTrace trace(kCapacity);
+TEST(AccessTrace, StaysSmallHoweverManyThingsThereAre) {
+  AccessTrace trace(kOwnBytes);
+  trace.SetCapacity(1 << 20);
   constexpr uint32_t kBlocks = 300'000;
   uint64_t most = 0;
   for (uint32_t i = 0; i < kBlocks; ++i) {
-    trace.Record({BlockKind::kLinks, i}, 10);
+    const CachedThing links = {{BlockKind::kLinks, i}};
+    trace.SetHeld(links, 20);
+    trace.SetStored(links, 10);
+    trace.Touch(links);
     most = std::max(most, trace.SizeBytes());
   }
-  EXPECT_LT(most, kCapacity / 32);
-  uint64_t belady = 0;
-  uint64_t compulsory = 0;
-  trace.Measure(&belady, &compulsory);
-  EXPECT_EQ(belady, 10U * kBlocks);
-  EXPECT_EQ(compulsory, 10U * kBlocks);
+  EXPECT_LE(most, kOwnBytes + 10'000);
+  const TracedReads reads = trace.TakeReads();
+  EXPECT_EQ(reads.belady, 10U * kBlocks);
+  EXPECT_EQ(reads.compulsory, 10U * kBlocks);
+}
+
+TEST(AccessTrace, ForgetsWhatItHasSaid) {
+  AccessTrace trace(kOwnBytes);
+  trace.SetCapacity(100);
+  trace.SetHeld(TreeOf(0), 10);
+  trace.SetStored(TreeOf(0), 5);
+  trace.Touch(TreeOf(0));
+  trace.AddRead(7);
+  trace.AddReadOnce(2);
+  const TracedReads reads = trace.TakeReads();
+  EXPECT_EQ(reads.read, 9U);
+  EXPECT_EQ(reads.belady, 7U);
+  EXPECT_EQ(reads.compulsory, 7U);
+  trace.Touch(TreeOf(0));
+  EXPECT_EQ(trace.TakeReads().belady, 0U) << "it is still in memory";
+  trace.Restart();
+  trace.Touch(TreeOf(0));
+  EXPECT_EQ(trace.TakeReads().belady, 0U) << "its sizes are not known any more";
+  trace.SetStored(TreeOf(0), 5);
+  trace.Restart();
+  trace.SetHeld(TreeOf(0), 10);
+  trace.SetStored(TreeOf(0), 5);
+  trace.Touch(TreeOf(0));
+  EXPECT_EQ(trace.TakeReads().belady, 5U);
+}
+
+// A random play of uses, some inside others, told to a trace and, step by step,
+// to the cache itself.
+struct Play {
+  std::vector<CacheStep> steps;
+  std::vector<CachedBytes> sizes;
+
+  void Size(uint32_t thing, CachedBytes bytes, AccessTrace* trace) {
+    steps.emplace_back(CacheAction::kResize, thing);
+    sizes.push_back(bytes);
+    trace->SetHeld(TreeOf(thing), bytes.held);
+    trace->SetStored(TreeOf(thing), bytes.stored);
+  }
+
+  void Capacity(uint64_t bytes, AccessTrace* trace) {
+    steps.emplace_back(CacheAction::kCapacity, 0);
+    sizes.push_back({bytes, 0});
+    trace->SetCapacity(bytes);
+  }
+};
+
+// Uses of 12 things with room for some; returns the trace's own measure and
+// that of the steps as they are.
+std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
+                                            uint64_t own_bytes,
+                                            uint64_t most_bytes) {
+  Random random(seed);
+  constexpr uint32_t kThings = 12;
+  AccessTrace trace(own_bytes);
+  Play play;
+  play.Capacity(4 * most_bytes, &trace);
+  for (uint32_t i = 0; i < kThings; ++i) {
+    const auto draw = [&] {
+      return most_bytes / 2 + 1 +
+             random.NextBelow(static_cast<uint32_t>(most_bytes / 2));
+    };
+    play.Size(i, {draw(), draw()}, &trace);
+  }
+  std::vector<bool> in_use(kThings, false);
+  size_t uses = 0;
+  for (int i = 0; i < 600; ++i) {
+    // Near ones more often than others, as blockers are.
+    const uint32_t thing = (static_cast<uint32_t>(i) / 40 +
+                            random.NextBelow(3) + random.NextBelow(4)) %
+                           kThings;
+    if (random.NextBelow(3) == 0 && !in_use[thing]) {
+      play.steps.emplace_back(CacheAction::kTouch, thing);
+      trace.Touch(TreeOf(thing));
+    } else if (in_use[thing]) {
+      play.steps.emplace_back(CacheAction::kEnd, thing);
+      trace.End(TreeOf(thing));
+      --uses;
+      in_use[thing] = false;
+    } else if (uses < 3) {
+      play.steps.emplace_back(CacheAction::kBegin, thing);
+      trace.Begin(TreeOf(thing));
+      ++uses;
+      in_use[thing] = true;
+    }
+  }
+  BeladyCache cache;
+  cache.Play(play.steps, play.steps.size(), play.sizes);
+  const TracedReads reads = trace.TakeReads();
+  return {cache.TakeReads(), {reads.belady, reads.compulsory}};
+}
+
+// What is left out of the trace changes nothing.
+TEST(AccessTrace, MeasuresAsIfAllUsesWereNoted) {
+  for (uint64_t seed = 1; seed <= 300; ++seed) {
+    const auto [whole, traced] = Compare(seed, kOwnBytes, 16);
+    EXPECT_EQ(traced.optimal_bytes, whole.optimal_bytes) << "seed " << seed;
+    EXPECT_EQ(traced.compulsory_bytes, whole.compulsory_bytes);
+  }
+}
+
+// A trace that cannot hold all of it looks less far ahead, and reads no less.
+TEST(AccessTrace, ShortTracesReadNoLessAndLittleMore) {
+  constexpr uint64_t kShort = 100;
+  uint64_t whole_bytes = 0;
+  uint64_t traced_bytes = 0;
+  for (uint64_t seed = 1; seed <= 100; ++seed) {
+    const auto [whole, traced] = Compare(seed, kShort, 2);
+    EXPECT_GE(traced.optimal_bytes, whole.optimal_bytes) << "seed " << seed;
+    EXPECT_EQ(traced.compulsory_bytes, whole.compulsory_bytes);
+    whole_bytes += whole.optimal_bytes;
+    traced_bytes += traced.optimal_bytes;
+  }
+  EXPECT_GT(traced_bytes, whole_bytes) << "it is not short";
+  EXPECT_LE(static_cast<double>(traced_bytes),
+            1.1 * static_cast<double>(whole_bytes));
+}
+
+// Both blockers of a cell come of one read, unless one was there.
+TEST(AccessTrace, WhatComesAlongCostsOneRead) {
+  AccessTrace trace(kOwnBytes);
+  trace.SetCapacity(100);
+  const CachedThing shafts = {{BlockKind::kCellPatches, 0}, 1};
+  const CachedThing rays = {{BlockKind::kCellPatches, 0}, 2};
+  for (const CachedThing& thing : {shafts, rays}) {
+    trace.SetHeld(thing, 30);
+    trace.SetStored(thing, 5);
+  }
+  trace.Begin(shafts);
+  trace.BeginAlong(rays);
+  EXPECT_EQ(trace.TakeReads().belady, 5U);
+  trace.End(rays);
+  trace.End(shafts);
+  trace.SetHeld(TreeOf(1), 60);
+  trace.Touch(TreeOf(1));
+  trace.SetHeld(TreeOf(2), 100);
+  trace.Begin(TreeOf(2));
+  trace.End(TreeOf(2));
+  trace.Begin(shafts);
+  trace.BeginAlong(rays);
+  EXPECT_EQ(trace.TakeReads().belady, 5U);
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include "store/sqlite_store.h"
 #include "visibility/visible_set.h"
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -37,54 +39,197 @@ std::unique_ptr<BlockStorage> RowOfRooms(size_t cells) {
   return store;
 }
 
-// The pairs of a round in the order of the work.
-std::vector<std::pair<CellId, CellId>> Order(const BlockStorage& store,
-                                             size_t cells) {
-  std::vector<std::pair<CellId, CellId>> order;
+// What a pair of a sweep needs.
+struct Pair {
+  CellId receiver;
+  VisibleCell source;
+};
+
+// The pairs of a sweep in the order of the work.
+std::vector<Pair> Order(const BlockStorage& store, size_t cells) {
+  std::vector<Pair> order;
   for (size_t r = 0; r < cells; ++r) {
+    VisibleCell self{CellId(r), {CellId(r)}};
     for (const VisibleCell& v : LoadVisibleSet(store, CellId(r))) {
       if (v.source != CellId(r)) {
-        order.emplace_back(CellId(r), v.source);
+        order.push_back({CellId(r), v});
       }
     }
-    order.emplace_back(CellId(r), CellId(r));
+    order.push_back({CellId(r), self});
   }
   return order;
 }
 
-// The rule, against the schedule itself: the farther the use, the larger the
-// distance.
-TEST(NextUse, OrdersCellsAsTheScheduleDoes) {
-  constexpr size_t kCells = 6;
-  const auto store = RowOfRooms(kCells);
-  const auto order = Order(*store, kCells);
-  ASSERT_LT(order.size(), kCells * kCells) << "not all rooms see each other";
-  MemoryBudget budget(1 << 20);
-  NextUse next(*store, kCells, budget);
-  EXPECT_EQ(
-      budget.UsedBytes(),
-      NextUse::BytesFor(kCells, LoadVisibilitySummary(*store).visible_pairs));
-  for (size_t at = 0; at < order.size(); ++at) {
-    next.MoveTo(order[at].first, order[at].second);
-    // Steps to the next pair with the cell, around the end of the round.
-    const auto steps = [&](CellId cell) {
-      size_t k = 0;
-      while (order[(at + k) % order.size()].first != cell &&
-             order[(at + k) % order.size()].second != cell) {
-        ++k;
-      }
-      return k;
-    };
-    for (size_t i = 0; i < kCells; ++i) {
-      for (size_t k = 0; k < kCells; ++k) {
-        if (steps(CellId(i)) < steps(CellId(k))) {
-          EXPECT_LE(next.Distance(CellId(i)), next.Distance(CellId(k)))
-              << "cells " << i << " and " << k << " at step " << at;
-        }
+// A row of rooms and the order of its sweeps.
+class NextUseInRow : public ::testing::Test {
+ protected:
+  static constexpr size_t kCells = 6;
+
+  void SetUp() override {
+    store_ = RowOfRooms(kCells);
+    order_ = Order(*store_, kCells);
+    ASSERT_LT(order_.size(), kCells * kCells) << "all rooms see each other";
+  }
+
+  // Steps from one to the next that is wanted, around the end of the sweep.
+  size_t Steps(size_t from, const std::function<bool(const Pair&)>& is_wanted) {
+    size_t k = 0;
+    while (k < 2 * order_.size() &&
+           !is_wanted(order_[(from + k) % order_.size()])) {
+      ++k;
+    }
+    return k;
+  }
+
+  // Tells it of the work, from the beginning of the receiver's turn.
+  void MoveTo(size_t at, NextUse* next) {
+    const Pair& pair = order_[at];
+    std::vector<VisibleCell> sources;
+    for (const Pair& p : order_) {
+      if (p.receiver == pair.receiver) {
+        sources.push_back(p.source);
       }
     }
-    EXPECT_EQ(next.Distance(order[at].second), 0U);
+    next->StartTurn(pair.receiver, sources);
+    next->MoveTo(pair.receiver, pair.source.source);
   }
+
+  std::unique_ptr<BlockStorage> store_;
+  std::vector<Pair> order_;
+  MemoryBudget budget_{1 << 20};
+};
+
+// The rule, against the schedule itself: the farther the use, the larger the
+// distance.
+template <typename Distance, typename StepsTo>
+void ExpectSameOrder(const Distance& distance, const StepsTo& steps) {
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t k = 0; k < 6; ++k) {
+      if (steps(CellId(i)) < steps(CellId(k))) {
+        EXPECT_LE(distance(CellId(i)), distance(CellId(k)))
+            << "cells " << i << " and " << k;
+      }
+    }
+  }
+}
+
+TEST_F(NextUseInRow, OrdersCellsAsPropagationDoes) {
+  NextUse next(*store_, kCells, budget_);
+  EXPECT_EQ(
+      budget_.UsedBytes(),
+      NextUse::BytesFor(kCells, LoadVisibilitySummary(*store_).visible_pairs));
+  for (const Pair& p : order_) {
+    next.SetLinked(p.receiver, p.source.source, true);
+  }
+  next.StartSweep(SweepKind::kPropagate);
+  for (size_t at = 0; at < order_.size(); ++at) {
+    MoveTo(at, &next);
+    ExpectSameOrder([&](CellId c) { return next.OfCell(c); },
+                    [&](CellId c) {
+                      return Steps(at, [&](const Pair& p) {
+                        return p.receiver == c || p.source.source == c;
+                      });
+                    });
+    EXPECT_EQ(next.OfCell(order_[at].source.source), 0U);
+    EXPECT_EQ(next.OfCell(order_[at].receiver), 0U);
+  }
+}
+
+// Pairs without links do not count in propagation.
+TEST_F(NextUseInRow, LeavesOutPairsWithoutLinks) {
+  NextUse next(*store_, kCells, budget_);
+  const auto is_linked = [](const Pair& p) {
+    return (p.receiver.value + 2 * p.source.source.value) % 3 != 0;
+  };
+  for (const Pair& p : order_) {
+    next.SetLinked(p.receiver, p.source.source, is_linked(p));
+    EXPECT_EQ(next.IsLinked(p.receiver, p.source.source), is_linked(p));
+  }
+  next.StartSweep(SweepKind::kPropagate);
+  for (size_t at = 0; at < order_.size(); ++at) {
+    MoveTo(at, &next);
+    ExpectSameOrder([&](CellId c) { return next.OfCell(c); },
+                    [&](CellId c) {
+                      return Steps(at, [&](const Pair& p) {
+                        return p.receiver == c ||
+                               (p.source.source == c && is_linked(p));
+                      });
+                    });
+  }
+}
+
+// What has not changed since a receiver looked is not looked at again.
+TEST_F(NextUseInRow, LeavesOutSourcesWithoutNews) {
+  NextUse next(*store_, kCells, budget_);
+  std::vector<CellRow> rows(kCells);
+  for (size_t i = 0; i < kCells; ++i) {
+    rows[i].processed = 10;
+    rows[i].published = i == 3 ? 11 : 9;
+  }
+  next.Watch(rows);
+  for (const Pair& p : order_) {
+    next.SetLinked(p.receiver, p.source.source, true);
+  }
+  next.StartSweep(SweepKind::kPropagate);
+  next.StartTurn(CellId(2U), {});
+  next.MoveTo(CellId(2U), CellId(2U));
+  // Cell 4 sees cell 3 and so has its turn; nothing is new for cell 3 but what
+  // cell 2 may have in a moment.
+  EXPECT_LT(next.OfCell(CellId(3U)), next.OfCell(CellId(4U)));
+  EXPECT_LT(next.OfCell(CellId(4U)), next.OfCell(CellId(1U)));
+  rows[3].published = 9;
+  EXPECT_LT(next.OfCell(CellId(3U)), next.OfCell(CellId(5U)));
+}
+
+TEST_F(NextUseInRow, KnowsWhatStandsBetweenInATurn) {
+  NextUse next(*store_, kCells, budget_);
+  next.StartSweep(SweepKind::kRefine);
+  for (size_t at = 0; at < order_.size(); ++at) {
+    MoveTo(at, &next);
+    const CellId receiver = order_[at].receiver;
+    for (size_t i = 0; i < kCells; ++i) {
+      const size_t steps = Steps(at, [&](const Pair& p) {
+        const auto& between = p.source.between;
+        return std::find(between.begin(), between.end(), CellId(i)) !=
+               between.end();
+      });
+      const bool in_turn =
+          at + steps < order_.size() && order_[at + steps].receiver == receiver;
+      EXPECT_EQ(next.OfBlockers(CellId(i)) <= kCells + 1, in_turn)
+          << "cell " << i << " at step " << at;
+      EXPECT_EQ(next.OfBlockers(CellId(i)) == 0, steps == 0);
+    }
+  }
+  next.StartSweep(SweepKind::kPropagate);
+  EXPECT_EQ(next.OfBlockers(CellId(0U)), NextUse::kNever);
+}
+
+// Those of pairs come once in a sweep, those of a cell with itself again and
+// again at the end of its turn.
+TEST_F(NextUseInRow, OrdersLinksAsTheyAreRead) {
+  NextUse next(*store_, kCells, budget_);
+  next.StartSweep(SweepKind::kPropagate);
+  for (size_t at = 0; at < order_.size(); ++at) {
+    MoveTo(at, &next);
+    for (size_t k = 1; k < order_.size(); ++k) {
+      const Pair& sooner = order_[(at + k) % order_.size()];
+      const Pair& later = order_[(at + k + 1) % order_.size()];
+      if (sooner.source.source == order_[at].receiver ||
+          later.source.source == order_[at].receiver) {
+        continue;  // of the cell with itself, or sends back
+      }
+      EXPECT_LT(next.OfLinks(sooner.receiver, sooner.source.source),
+                k + 1 < order_.size()
+                    ? next.OfLinks(later.receiver, later.source.source)
+                    : NextUse::kNever);
+    }
+    const CellId receiver = order_[at].receiver;
+    EXPECT_LE(next.OfLinks(receiver, receiver), kCells + 2);
+  }
+  next.StartSweep(SweepKind::kRefine);
+  MoveTo(0, &next);
+  EXPECT_EQ(next.OfLinks(CellId(4U), CellId(3U)), NextUse::kNever)
+      << "refinement will replace them";
 }
 
 }  // namespace

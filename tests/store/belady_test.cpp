@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -12,74 +14,139 @@ namespace enfilade {
 namespace {
 
 using Trace = std::vector<uint32_t>;
-using Sizes = std::vector<uint64_t>;
+using Sizes = std::vector<CachedBytes>;
+
+// Things of which each takes one byte, in memory and to read.
+Sizes Units(size_t things) {
+  return Sizes(things, {1, 1});
+}
+
+// What says the capacity and the sizes, before the steps.
+struct Script {
+  std::vector<CacheStep> steps;
+  std::vector<CachedBytes> sizes;
+
+  Script(const Sizes& things, uint64_t capacity_bytes) {
+    steps.emplace_back(CacheAction::kCapacity, 0);
+    sizes.push_back({capacity_bytes, 0});
+    for (uint32_t i = 0; i < things.size(); ++i) {
+      steps.emplace_back(CacheAction::kResize, i);
+      sizes.push_back(things[i]);
+    }
+  }
+
+  void Add(CacheAction action, uint32_t thing) {
+    steps.emplace_back(action, thing);
+  }
+
+  [[nodiscard]] BeladyReads Play() const {
+    BeladyCache cache;
+    cache.Play(steps, steps.size(), sizes);
+    return cache.TakeReads();
+  }
+};
+
+// Uses one after the other.
+Script ScriptOf(const Trace& trace, const Sizes& sizes, uint64_t capacity) {
+  Script script(sizes, capacity);
+  for (const uint32_t thing : trace) {
+    script.Add(CacheAction::kBegin, thing);
+    script.Add(CacheAction::kEnd, thing);
+  }
+  return script;
+}
+
+BeladyReads Measure(const Trace& trace, const Sizes& sizes, uint64_t capacity) {
+  return ScriptOf(trace, sizes, capacity).Play();
+}
+
+// What is in memory, as bits, and the least that was read to have it so.
+using Costs = std::map<uint32_t, uint64_t>;
+
+uint64_t HeldBytes(uint32_t set, const Sizes& sizes) {
+  uint64_t bytes = 0;
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    bytes += (set >> i & 1U) != 0 ? sizes[i].held : 0;
+  }
+  return bytes;
+}
+
+// Lets every subset of `here` stay that fits beside what is in use.
+void LetStay(uint32_t here, uint32_t in_use, uint64_t paid, Costs* costs) {
+  const uint32_t others = here & ~in_use;
+  for (uint32_t kept = others;; kept = (kept - 1) & others) {
+    const auto [at, added] = costs->emplace(kept | in_use, paid);
+    at->second = std::min(at->second, paid);
+    if (kept == 0) {
+      return;
+    }
+  }
+}
 
 // The least bytes that any demand-paging policy reads, by trying every set of
-// items that could stay after every access.
-uint64_t BruteForce(const Trace& trace,
+// things that could stay after every step.
+uint64_t BruteForce(const Script& script,
                     const Sizes& sizes,
                     uint64_t capacity_bytes) {
-  const auto bytes_of = [&](uint32_t set) {
-    uint64_t bytes = 0;
-    for (size_t i = 0; i < sizes.size(); ++i) {
-      bytes += (set >> i & 1U) != 0 ? sizes[i] : 0;
+  Costs costs{{0, 0}};
+  uint32_t in_use = 0;
+  for (const CacheStep& step : script.steps) {
+    const uint32_t bit = 1U << step.thing;
+    in_use &= step.action == CacheAction::kEnd ? ~bit : ~0U;
+    if (step.action != CacheAction::kBegin) {
+      continue;
     }
-    return bytes;
-  };
-  std::map<uint32_t, uint64_t> cost_of_resident{{0, 0}};
-  for (const uint32_t item : trace) {
-    std::map<uint32_t, uint64_t> next;
-    for (const auto& [resident, cost] : cost_of_resident) {
-      const bool hit = (resident >> item & 1U) != 0;
-      const uint64_t paid = cost + (hit ? 0 : sizes[item]);
-      const uint32_t others = resident & ~(1U << item);
-      // Every subset of the others that fits beside the item.
-      for (uint32_t kept = others;; kept = (kept - 1) & others) {
-        const uint32_t set = kept | 1U << item;
-        if (bytes_of(set) <= capacity_bytes) {
-          const auto [at, added] = next.emplace(set, paid);
-          at->second = std::min(at->second, paid);
-        }
-        if (kept == 0) {
-          break;
-        }
-      }
+    in_use |= bit;
+    Costs next;
+    for (const auto& [here, cost] : costs) {
+      const bool is_hit = (here & bit) != 0;
+      LetStay(
+          here, in_use, cost + (is_hit ? 0 : sizes[step.thing].stored), &next);
     }
-    cost_of_resident = std::move(next);
+    std::erase_if(next, [&](const auto& entry) {
+      return HeldBytes(entry.first, sizes) > capacity_bytes;
+    });
+    costs = std::move(next);
   }
   uint64_t least = UINT64_MAX;
-  for (const auto& [resident, cost] : cost_of_resident) {
+  for (const auto& [here, cost] : costs) {
     least = std::min(least, cost);
   }
   return least;
 }
 
-Trace RandomTrace(Random& random, size_t length, uint32_t items) {
+Trace RandomTrace(Random& random, size_t length, uint32_t things) {
   Trace trace(length);
-  for (auto& item : trace) {
-    item = random.NextBelow(items);
+  for (auto& thing : trace) {
+    thing = random.NextBelow(things);
   }
   return trace;
 }
 
 TEST(Belady, EmptyTraceReadsNothing) {
-  const auto reads = MeasureBelady({}, Sizes{5}, 10);
+  const auto reads = Measure({}, Units(1), 10);
   EXPECT_EQ(reads.optimal_bytes, 0U);
   EXPECT_EQ(reads.compulsory_bytes, 0U);
 }
 
 TEST(Belady, EverythingFitsMeansCompulsoryReadsOnly) {
-  const auto reads =
-      MeasureBelady(Trace{0, 1, 2, 0, 1, 2}, Sizes{10, 20, 30, 40}, 60);
-  EXPECT_EQ(reads.compulsory_bytes, 60U);
-  EXPECT_EQ(reads.optimal_bytes, 60U);
+  const Sizes sizes = {{10, 1}, {20, 2}, {30, 3}, {40, 4}};
+  const auto reads = Measure({0, 1, 2, 0, 1, 2}, sizes, 60);
+  EXPECT_EQ(reads.compulsory_bytes, 6U);
+  EXPECT_EQ(reads.optimal_bytes, 6U);
+}
+
+// What is in memory takes more there than it takes to read.
+TEST(Belady, SizesInMemoryDecideWhatFits) {
+  const Sizes sizes = {{10, 1}, {10, 1}};
+  EXPECT_EQ(Measure({0, 1, 0, 1}, sizes, 20).optimal_bytes, 2U);
+  EXPECT_EQ(Measure({0, 1, 0, 1}, sizes, 19).optimal_bytes, 4U);
 }
 
 TEST(Belady, CyclicSweepKeepsAllButOneSlot) {
-  // Items 0 1 2 in a circle with room for two: after the three first reads,
+  // Things 0 1 2 in a circle with room for two: after the three first reads,
   // MIN misses every second access: 0 1 2 | 0 hit, 1 miss, 2 hit, 0 miss ...
-  const auto reads =
-      MeasureBelady(Trace{0, 1, 2, 0, 1, 2, 0, 1, 2}, Sizes{1, 1, 1}, 2);
+  const auto reads = Measure({0, 1, 2, 0, 1, 2, 0, 1, 2}, Units(3), 2);
   EXPECT_EQ(reads.compulsory_bytes, 3U);
   EXPECT_EQ(reads.optimal_bytes, 6U);
 }
@@ -87,13 +154,71 @@ TEST(Belady, CyclicSweepKeepsAllButOneSlot) {
 TEST(Belady, TextbookTraceHasItsNineFaults) {
   // Silberschatz et al., Operating System Concepts: 9 faults with 3 frames.
   const Trace trace{7, 0, 1, 2, 0, 3, 0, 4, 2, 3, 0, 3, 2, 1, 2, 0, 1, 7, 0, 1};
-  EXPECT_EQ(MeasureBelady(trace, Sizes(8, 1), 3).optimal_bytes, 9U);
+  EXPECT_EQ(Measure(trace, Units(8), 3).optimal_bytes, 9U);
 }
 
-TEST(Belady, ItemLargerThanTheCapacityDisplacesNothing) {
-  const auto reads = MeasureBelady(Trace{0, 1, 0, 1, 0}, Sizes{2, 100}, 4);
-  EXPECT_EQ(reads.compulsory_bytes, 102U);
-  EXPECT_EQ(reads.optimal_bytes, 202U);
+TEST(Belady, ThingLargerThanTheCapacityIsReadAtEachTouch) {
+  Script script({{2, 2}, {100, 100}}, 4);
+  for (const uint32_t thing : {0U, 1U, 0U, 1U, 0U}) {
+    script.Add(CacheAction::kTouch, thing);
+  }
+  EXPECT_EQ(script.Play().compulsory_bytes, 102U);
+  EXPECT_EQ(script.Play().optimal_bytes, 202U);
+}
+
+// A touch needs no room: what comes sooner stays.
+TEST(Belady, TouchDisplacesNothingThatComesSooner) {
+  Script script(Units(2), 1);
+  for (const uint32_t thing : {0U, 1U, 0U, 0U, 1U}) {
+    script.Add(CacheAction::kTouch, thing);
+  }
+  EXPECT_EQ(script.Play().optimal_bytes, 3U);
+}
+
+TEST(Belady, WhatIsInUseStays) {
+  Script script(Units(3), 2);
+  script.Add(CacheAction::kBegin, 0);
+  for (const uint32_t thing : {1U, 2U, 1U, 2U}) {
+    script.Add(CacheAction::kBegin, thing);
+    script.Add(CacheAction::kEnd, thing);
+  }
+  script.Add(CacheAction::kEnd, 0);
+  EXPECT_EQ(script.Play().optimal_bytes, 5U);
+}
+
+TEST(Belady, WhatWasMadeIsReadOnlyIfItCouldNotStay) {
+  for (const uint64_t capacity : {1U, 2U}) {
+    Script script(Units(2), capacity);
+    script.Add(CacheAction::kMade, 0);
+    script.Add(CacheAction::kBegin, 1);
+    script.Add(CacheAction::kEnd, 1);
+    script.Add(CacheAction::kTouch, 0);
+    EXPECT_EQ(script.Play().optimal_bytes, capacity == 1 ? 2U : 1U);
+    EXPECT_EQ(script.Play().compulsory_bytes, 1U);
+  }
+}
+
+TEST(Belady, OneReadBringsInWhatComesAlong) {
+  for (const auto action : {CacheAction::kBegin, CacheAction::kBeginAlong}) {
+    Script script(Units(2), 2);
+    script.Add(CacheAction::kBegin, 0);
+    script.Add(action, 1);
+    EXPECT_EQ(script.Play().optimal_bytes,
+              action == CacheAction::kBegin ? 2U : 1U);
+  }
+}
+
+TEST(Belady, LessRoomOrLargerThingsDropWhatIsUsedLast) {
+  Script script(Units(2), 2);
+  script.Add(CacheAction::kTouch, 0);
+  script.Add(CacheAction::kTouch, 1);
+  script.Add(CacheAction::kResize, 1);
+  script.sizes.push_back({2, 1});
+  script.Add(CacheAction::kTouch, 1);
+  script.Add(CacheAction::kCapacity, 0);
+  script.sizes.push_back({1, 0});
+  script.Add(CacheAction::kTouch, 0);
+  EXPECT_EQ(script.Play().optimal_bytes, 3U);
 }
 
 TEST(Belady, UnitSizesReachTheBruteForceOptimum) {
@@ -101,9 +226,33 @@ TEST(Belady, UnitSizesReachTheBruteForceOptimum) {
   for (int trial = 0; trial < 300; ++trial) {
     const Trace trace = RandomTrace(random, 14, 5);
     const uint64_t capacity = 1 + random.NextBelow(4);
-    const Sizes sizes(5, 1);
-    EXPECT_EQ(MeasureBelady(trace, sizes, capacity).optimal_bytes,
-              BruteForce(trace, sizes, capacity))
+    const Script script = ScriptOf(trace, Units(5), capacity);
+    EXPECT_EQ(script.Play().optimal_bytes,
+              BruteForce(script, Units(5), capacity))
+        << "trial " << trial;
+  }
+}
+
+// Things that stay in use while others come and go.
+TEST(Belady, UsesThatLastReachTheBruteForceOptimum) {
+  Random random(3);
+  for (int trial = 0; trial < 300; ++trial) {
+    const uint64_t capacity = 2 + random.NextBelow(3);
+    Script script(Units(6), capacity);
+    std::vector<uint32_t> in_use;
+    for (int i = 0; i < 20; ++i) {
+      const uint32_t thing = random.NextBelow(6);
+      const auto at = std::find(in_use.begin(), in_use.end(), thing);
+      if (at != in_use.end()) {
+        script.Add(CacheAction::kEnd, thing);
+        in_use.erase(at);
+      } else if (in_use.size() < capacity) {
+        script.Add(CacheAction::kBegin, thing);
+        in_use.push_back(thing);
+      }
+    }
+    EXPECT_EQ(script.Play().optimal_bytes,
+              BruteForce(script, Units(6), capacity))
         << "trial " << trial;
   }
 }
@@ -115,17 +264,38 @@ TEST(Belady, AnySizesLieBetweenTheOptimumAndReadingAlways) {
     Sizes sizes(5);
     uint64_t always = 0;
     for (auto& size : sizes) {
-      size = 1 + random.NextBelow(6);
+      size = {1 + random.NextBelow(6), 1 + random.NextBelow(6)};
     }
-    for (const uint32_t item : trace) {
-      always += sizes[item];
+    for (const uint32_t thing : trace) {
+      always += sizes[thing].stored;
     }
     const uint64_t capacity = 6 + random.NextBelow(8);
-    const auto reads = MeasureBelady(trace, sizes, capacity);
-    EXPECT_GE(reads.optimal_bytes, BruteForce(trace, sizes, capacity));
+    const Script script = ScriptOf(trace, sizes, capacity);
+    const auto reads = script.Play();
+    EXPECT_GE(reads.optimal_bytes, BruteForce(script, sizes, capacity));
     EXPECT_GE(reads.optimal_bytes, reads.compulsory_bytes);
     EXPECT_LE(reads.optimal_bytes, always);
   }
+}
+
+// A trace that is played piece by piece, each with a look ahead of a round.
+TEST(Belady, ARoundAheadIsFarEnough) {
+  constexpr uint32_t kThings = 20;
+  Trace trace;
+  for (uint32_t i = 0; i < 8 * kThings; ++i) {
+    trace.push_back(i % kThings);
+  }
+  const Sizes sizes = Units(kThings);
+  const Script whole = ScriptOf(trace, sizes, 7);
+  BeladyCache cache;
+  const size_t prefix = whole.sizes.size();
+  cache.Play(whole.steps, prefix, whole.sizes);
+  const size_t piece = 2 * kThings;
+  for (size_t at = prefix; at < whole.steps.size(); at += piece) {
+    const auto rest = std::span(whole.steps).subspan(at);
+    cache.Play(rest.first(std::min(2 * piece, rest.size())), piece, {});
+  }
+  EXPECT_EQ(cache.TakeReads().optimal_bytes, whole.Play().optimal_bytes);
 }
 
 }  // namespace

@@ -121,6 +121,22 @@ TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
   EXPECT_LE(static_cast<double>(foreseen), 1.3 * static_cast<double>(taken));
 }
 
+// With room for everything nothing is read twice, and the yardstick says so.
+TEST_F(LeastMemoryOfFloor, WithRoomForAllTheRoundsReadWhatTheyMust) {
+  MemoryBudget budget(kRoomy);
+  const SolveSummary roomy = Solve(*store_, Coarse(), budget);
+  EXPECT_GT(roomy.bytes_read, 0U);
+  EXPECT_EQ(roomy.bytes_read, roomy.bytes_compulsory);
+  EXPECT_EQ(roomy.bytes_belady, roomy.bytes_compulsory);
+}
+
+TEST_F(LeastMemoryOfFloor, WithLittleRoomTheBestCacheReadsMoreThanItMust) {
+  MemoryBudget budget(FindLeastMemory(*store_, Coarse()).budget_bytes);
+  const SolveSummary narrow = Solve(*store_, Coarse(), budget);
+  EXPECT_GE(narrow.bytes_belady, narrow.bytes_compulsory);
+  EXPECT_GE(narrow.bytes_read, narrow.bytes_compulsory);
+}
+
 TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
   const TemporaryFolder dir;
   ObjWriter writer(dir / "floor.obj");

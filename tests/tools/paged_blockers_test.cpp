@@ -97,11 +97,12 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   FindWidestPair(&receiver, &source);
   ASSERT_GT(source.between.size(), 8U);
   Pages roomy(*this, kRoomy);
+  const uint64_t before = roomy.budget.UsedBytes();
   CellsBetween together(roomy.pager, receiver, source, {});
   together.Hold();
   ASSERT_EQ(together.All().paged, nullptr);
   // What all of them take, less a half.
-  Pages narrow(*this, roomy.budget.UsedBytes() / 2);
+  Pages narrow(*this, (roomy.budget.UsedBytes() - before) / 2);
   CellsBetween in_turn(narrow.pager, receiver, source, {});
   in_turn.Hold();
   ASSERT_NE(in_turn.All().paged, nullptr);
@@ -140,9 +141,10 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   VisibleCell source;
   FindWidestPair(&receiver, &source);
   Pages roomy(*this, kRoomy);
+  const uint64_t before = roomy.budget.UsedBytes();
   CellsBetween all(roomy.pager, receiver, source, {});
   all.Hold();
-  const uint64_t needed = roomy.budget.UsedBytes();
+  const uint64_t needed = roomy.budget.UsedBytes() - before;
   Pages narrow(*this, 4 * needed);
   CellsBetween between(narrow.pager, receiver, source, {});
   between.Hold();

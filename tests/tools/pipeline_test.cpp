@@ -80,6 +80,7 @@ void ExpectEveryKey(const json& report) {
                           "link_bytes_per_link",
                           "bytes_read",
                           "bytes_written",
+                          "bytes_read_solve",
                           "bytes_belady",
                           "bytes_compulsory",
                           "threads"}) {
