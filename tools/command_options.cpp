@@ -2,6 +2,9 @@
 
 #include "base/error.h"
 
+#include <map>
+#include <string>
+
 #include "tools/pipeline_state.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -26,6 +29,16 @@ std::string ReadMemorySize(std::string& text) {
   return is_size
              ? std::string()
              : fmt::format("'{}' is no size such as 256M, 1G, or none", given);
+}
+
+const std::map<std::string, double>& MetresPerUnit() {
+  static const std::map<std::string, double> kUnits = {{"mm", 0.001},
+                                                       {"cm", 0.01},
+                                                       {"m", 1},
+                                                       {"km", 1000},
+                                                       {"in", 0.0254},
+                                                       {"ft", 0.3048}};
+  return kUnits;
 }
 
 }  // namespace
@@ -133,6 +146,13 @@ void AddSceneOptions(CLI::App& command, SceneOptions& options) {
                   "Sides of a face that reflect: 1 makes every back black")
       ->check(CLI::IsMember({1, 2}).description(""))
       ->type_name("1|2");
+  command
+      .add_option("--unit",
+                  options.unit,
+                  "OBJ: the unit of its coordinates, if it is not the metre; "
+                  "results are in metres")
+      ->check(CLI::IsMember(MetresPerUnit()).description(""))
+      ->type_name("mm|cm|m|km|in|ft");
   command.add_flag("--strip-spaces",
                    options.settings.strip_spaces,
                    "gbXML: forget the Spaces and find the cells");
@@ -150,6 +170,9 @@ SolveSettings SettingsOf(const std::string& scene,
   }
   if (options.sides != 0) {
     settings.sides = options.sides;
+  }
+  if (!options.unit.empty()) {
+    settings.unit = MetresPerUnit().at(options.unit);
   }
   SolveOptionsOf(settings).Validate();
   return settings;

@@ -25,11 +25,12 @@ struct CommonOptions {
 struct SceneOptions {
   std::string overrides;  // empty: none
   int sides = 0;          // 0: as the scene says
+  std::string unit;       // empty: metres
   SolveSettings settings;
 };
 
 // --error, --basis, --overrides, --default-luminaires, --photometric, --sides,
-// --strip-spaces.
+// --strip-spaces, --unit.
 void AddSceneOptions(CLI::App& command, SceneOptions& options);
 
 // The settings for this scene file. Throws InputError if it or the overrides

@@ -60,7 +60,6 @@ class PieceReading {
     input.path = path;
     input.place = std::move(place);
     input.unknown_material = &ColourByName;
-    input.drop_lines = true;
     ReadObj(input, materials_, budget_, *store_, sink);
     writer.Flush();
   }

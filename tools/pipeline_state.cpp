@@ -47,6 +47,7 @@ ImportOptions ImportOptionsOf(const SolveSettings& settings) {
   options.default_luminaires = settings.default_luminaires;
   options.photometric = settings.photometric;
   options.sides = settings.sides;
+  options.unit = settings.unit;
   options.strip_spaces = settings.strip_spaces;
   return options;
 }
@@ -84,6 +85,9 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
   if (settings.sides) {
     j["sides"] = *settings.sides;
   }
+  if (settings.unit) {
+    j["unit"] = *settings.unit;
+  }
   store.SetMeta(kSettingsMeta, j.dump());
 }
 
@@ -116,6 +120,9 @@ SolveSettings LoadSettings(const BlockStorage& store) {
     }
     if (j.contains("sides")) {
       settings.sides = j.at("sides").get<int>();
+    }
+    if (j.contains("unit")) {
+      settings.unit = j.at("unit").get<double>();
     }
     return settings;
   });

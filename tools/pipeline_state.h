@@ -25,6 +25,7 @@ struct SolveSettings {
   bool photometric = false;
   bool strip_spaces = false;
   std::optional<int> sides;
+  std::optional<double> unit;  // metres, of an OBJ's unit
   double error = 0.05;
   std::string basis = "m2";
   uint64_t seed = 1;

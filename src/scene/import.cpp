@@ -88,10 +88,29 @@ class RunningHash {
   uint64_t hash_ = 0;
 };
 
-void CheckOptions(const ImportOptions& options) {
+void CheckOptions(const ImportOptions& options, SceneFormat format) {
   if (options.sides && *options.sides != 1 && *options.sides != 2) {
     throw UsageError(
         fmt::format("--sides {} is neither 1 nor 2", *options.sides));
+  }
+  if (options.unit && format != SceneFormat::kObj) {
+    throw UsageError("--unit is for OBJ files; a gbXML file says its own");
+  }
+}
+
+// Where a building can't be of that size, its unit is another one, and what is
+// close or thin would be taken for something else.
+void CheckSize(const std::filesystem::path& scene, const Box3& bounds) {
+  constexpr double kLargestM = 2000;
+  constexpr double kSmallestM = 0.1;
+  const Vec3 extent = bounds.Extent();
+  const double size = std::max({extent.x, extent.y, extent.z});
+  if (size > kLargestM || size < kSmallestM) {
+    throw InputError(fmt::format(
+        "{}: the scene is {:.4g} units long, which is no building's size in "
+        "metres; say what the unit is with --unit mm, cm, m, km, in or ft",
+        scene.string(),
+        size));
   }
 }
 
@@ -169,6 +188,9 @@ uint64_t HashSceneFiles(const std::filesystem::path& scene,
                        options.photometric,
                        options.sides.value_or(0),
                        options.strip_spaces));
+  if (options.unit) {
+    hash.Add(fmt::format(" {}", *options.unit));
+  }
   return hash.Value();
 }
 
@@ -178,8 +200,8 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
                       BlockStorage& store) {
   ENFILADE_CHECK(store.Count(BlockKind::kFaces) == 0,
                  "the store holds a scene already");
-  CheckOptions(options);
   const SceneFormat format = FormatOf(scene);
+  CheckOptions(options, format);
   SceneInfo info;
   info.source_path = scene.string();
   info.source_hash = HashSceneFiles(scene, options);
@@ -193,11 +215,20 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
     ObjInput input;
     input.path = scene;
     input.progress = options.progress;
+    if (options.unit) {
+      input.place = [unit = *options.unit](Point3 p) {
+        return Point3{unit * p.x, unit * p.y, unit * p.z};
+      };
+    }
     const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
     info.input_polygons = counts.polygons;
     if (counts.clear > 0) {
       info.notes.push_back(fmt::format(
           "{} polygons of clear materials were ignored", counts.clear));
+    }
+    if (counts.lines > 0) {
+      info.notes.push_back(fmt::format(
+          "{} faces of fewer than three vertices were dropped", counts.lines));
     }
     for (std::string& note : sink.Counts().Notes()) {
       info.notes.push_back(std::move(note));
@@ -212,7 +243,11 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
     AddDefaultLuminaires(scene, store, budget, writer, info);
   }
   CheckHasLight(scene, info.materials);
-  return writer.Finish(std::move(info));
+  info = writer.Finish(std::move(info));
+  if (format == SceneFormat::kObj && !options.unit) {
+    CheckSize(scene, info.bounds);
+  }
+  return info;
 }
 
 }  // namespace enfilade

@@ -24,6 +24,7 @@ struct ImportOptions {
   bool photometric = false;         // Ke and exitance are lm/m2
   std::optional<int> sides;         // 1 or 2 for every material
   bool strip_spaces = false;        // gbXML: forget Spaces, keep bare polygons
+  std::optional<double> unit;       // OBJ: metres per unit of the file
   std::function<void(double fraction)> progress;  // may be empty
 };
 
@@ -32,7 +33,8 @@ bool IsSceneName(const std::filesystem::path& path);
 
 // Reads `scene` into `store`, which must hold no scene. Throws InputError with
 // file and line for anything wrong: no light at all, reflectance >= 1 or < 0,
-// NaN, missing or unknown files, indices out of range.
+// NaN, missing or unknown files, indices out of range, and for an OBJ whose
+// size is no building's in metres unless `unit` is given.
 SceneInfo ImportScene(const std::filesystem::path& scene,
                       const ImportOptions& options,
                       MemoryBudget& budget,

@@ -3,7 +3,6 @@
 #include "base/error.h"
 
 #include <algorithm>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -12,6 +11,10 @@ namespace {
 
 // The most that a mend suggests for a reflectance: of fresh white paint.
 constexpr double kSuggestedMost = 0.9;
+// Of what may emit, W/m2 or lm/m2: the sun has 6e7. Beyond, sums of squares of
+// single precision overflow, or vanish.
+constexpr double kBrightest = 1e15;
+constexpr double kDarkest = 1e-15;
 
 bool AllIn(const Rgb& channels, double end) {
   return std::all_of(channels.begin(), channels.end(), [&](double c) {
@@ -21,7 +24,9 @@ bool AllIn(const Rgb& channels, double end) {
 
 bool IsPhysical(const Material& m) {
   return AllIn(m.reflectance, 1) &&
-         AllIn(m.exitance, std::numeric_limits<double>::infinity());
+         std::all_of(m.exitance.begin(), m.exitance.end(), [](double e) {
+           return e == 0 || (e >= kDarkest && e <= kBrightest);
+         });
 }
 
 std::string Channels(const Rgb& c) {
@@ -32,8 +37,8 @@ std::string Channels(const Rgb& c) {
 std::string Complaint(const Material& m, const std::string& place) {
   return AllIn(m.reflectance, 1)
              ? fmt::format(
-                   "{}: material '{}' has exitance {}; it must be "
-                   "finite and at least 0",
+                   "{}: material '{}' has exitance {}; it must be 0, or "
+                   "between 1e-15 and 1e15",
                    place,
                    m.name,
                    Channels(m.exitance))

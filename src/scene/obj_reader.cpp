@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <istream>
 #include <map>
 
@@ -24,6 +25,13 @@ constexpr uint64_t kVertexShare = 4;  // vertices get a quarter of what is free
 constexpr uint32_t kVertexScratch = 0;
 constexpr uint32_t kPieceScratch = 1;
 constexpr uint64_t kProgressPolygons = 4096;
+// Farther away a coordinate says less than a millimetre in what computes with
+// it, and products of coordinates overflow at last.
+constexpr double kFarthestM = 1e8;
+
+double LargestCoordinate(Point3 p) {
+  return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
 
 using MaterialNames = std::map<std::string, size_t>;  // name to input material
 
@@ -171,7 +179,6 @@ class ObjReading {
       return input_.place ? input_.place(here) : here;
     };
     input.unknown_material = input_.unknown_material;
-    input.drop_lines = input_.drop_lines;
     if (!std::filesystem::is_regular_file(input.path)) {
       Fail(fmt::format("piece {} does not exist", input.path.string()));
     }
@@ -179,6 +186,7 @@ class ObjReading {
     piece.Parse();
     counts_.polygons += piece.counts_.polygons;
     counts_.clear += piece.counts_.clear;
+    counts_.lines += piece.counts_.lines;
     material_chosen_ = false;  // the sink has the piece's now
     if (input_.progress) {
       input_.progress(file_.Fraction());
@@ -186,16 +194,20 @@ class ObjReading {
   }
 
   void Vertex(Point3 p) {
-    vertices_.Append(input_.place ? input_.place(p) : p);
+    const Point3 here = input_.place ? input_.place(p) : p;
+    if (!(LargestCoordinate(here) <= kFarthestM)) {
+      Fail(
+          fmt::format("a vertex is more than {:.0e} m from the origin: no "
+                      "building is there",
+                      kFarthestM));
+    }
+    vertices_.Append(here);
   }
 
   void Polygon(std::span<const tinyobj::index_t> indices) {
     if (indices.size() < 3) {
-      if (input_.drop_lines) {
-        return;
-      }
-      Fail(fmt::format("a face needs at least three vertices and has {}",
-                       indices.size()));
+      ++counts_.lines;
+      return;
     }
     if (!material_chosen_) {
       ChooseMaterial();

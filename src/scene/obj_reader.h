@@ -28,12 +28,12 @@ struct ObjInput {
   // The material of a name that no material file has. Without it such a name,
   // and a material file that does not exist, are errors.
   std::function<Material(const std::string& name)> unknown_material;
-  bool drop_lines = false;  // faces of fewer than three vertices are no error
 };
 
 struct ObjCounts {
   uint64_t polygons = 0;
   uint64_t clear = 0;  // of them: ignored, their material is clear
+  uint64_t lines = 0;  // faces of fewer than three vertices: dropped
 };
 
 // Throws InputError with file and line. Borrows everything.

@@ -48,7 +48,7 @@ void LinkWriter::Flush() {
     for (size_t i = first; i < last; ++i) {
       chunk.AppendFrom(pending_, i);
     }
-    chunk.near.shrink_to_fit();
+    chunk.shapes.shrink_to_fit();
     chunk.group.shrink_to_fit();
     const uint64_t before = store_->Stats().bytes_written;
     store_->Put(ChunkKey(pair_, chunks_), EncodeLinks(chunk));

@@ -166,8 +166,10 @@ TEST_F(Instances, ALargePieceIsReadUnderASmallBudget) {
   }
   temp_.Write("p/strip.obj", text);
   constexpr const char* kLine = "#instance p/strip.obj 0 {} 0 0\n";
+  ImportOptions options;
+  options.unit = 1;  // 30 km of it
   const Imported scene = ImportFile(
-      Scene(fmt::format(kLine, 0) + fmt::format(kLine, 5)), {}, 2 << 20);
+      Scene(fmt::format(kLine, 0) + fmt::format(kLine, 5)), options, 2 << 20);
   EXPECT_EQ(scene.faces.size(), 2U * kSteps + 1);
   EXPECT_NEAR(scene.Area(), 1 + 2 * kSteps * std::sqrt(2.0), 1e-6 * kSteps);
 }

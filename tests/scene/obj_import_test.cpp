@@ -86,10 +86,65 @@ TEST_F(ObjImport, ConcavePolygonsBecomeConvexFaces) {
   EXPECT_NEAR(scene.Area(), 1 + 3, 1e-12);
 }
 
+// Exporters write them for edges; desks and chairs of catalogues have dozens.
+TEST_F(ObjImport, FacesOfTwoVerticesAreDroppedAndTold) {
+  const Imported scene = Import("f 1 2\nl 1 2\nf 3\n");
+  EXPECT_EQ(scene.faces.size(), 1U);
+  EXPECT_NE(std::find(scene.info.notes.begin(),
+                      scene.info.notes.end(),
+                      "2 faces of fewer than three vertices were dropped"),
+            scene.info.notes.end());
+}
+
+// A room in millimetres is 4,000 units long: what is 2 mm thick, close or wide
+// for us would be nothing there.
+TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
+  const auto room = [&](const std::string& length) {
+    return temp_.Write("u.obj",
+                       "mtllib m.mtl\nusemtl lamp\nv 0 0 0\nv " + length +
+                           " 0 0\nv " + length + " 0 " + length +
+                           "\nf 1 2 3\n");
+  };
+  for (const char* length : {"4000", "0.004"}) {
+    try {
+      ImportFile(room(length));
+      FAIL() << length;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("--unit"), std::string::npos);
+    }
+  }
+  ImportOptions options;
+  options.unit = 0.001;
+  EXPECT_NEAR(ImportFile(room("4000"), options).Area(), 8, 1e-9);
+  options.unit = 1000;
+  EXPECT_NEAR(ImportFile(room("0.004"), options).Area(), 8, 1e-9);
+  const uint64_t in_km = HashSceneFiles(room("4"), options);
+  EXPECT_NE(in_km, HashSceneFiles(room("4"), {}));
+}
+
+TEST_F(ObjImport, WhatEmitsBeyondAllMeasureIsRefused) {
+  for (const char* exitance : {"1e30 1 1", "1e-40 0 0"}) {
+    temp_.Write("m.mtl",
+                std::string("newmtl white\nKd .5 .5 .5\nnewmtl lamp\nKe ") +
+                    exitance + "\n");
+    const auto path = temp_.Write(
+        "e.obj",
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl lamp\nf 1 2 3");
+    try {
+      ImportFile(path);
+      FAIL() << exitance;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("'lamp' has exitance"),
+                std::string::npos);
+    }
+  }
+}
+
 TEST_F(ObjImport, ErrorsNameFileAndLine) {
   EXPECT_NE(Error("f 1 2 99").find("s.obj:8: vertex 99"), std::string::npos);
   EXPECT_NE(Error("f 1 2 0").find("s.obj:8:"), std::string::npos);
-  EXPECT_NE(Error("f 1 2").find("s.obj:8: a face needs"), std::string::npos);
+  EXPECT_NE(Error("v 0 1e9 0").find("s.obj:8: a vertex is more than"),
+            std::string::npos);
   EXPECT_NE(Error("f 1 2 x").find("s.obj:8: 'x'"), std::string::npos);
   EXPECT_NE(Error("v 0 nan 0").find("s.obj:8: coordinate 'nan'"),
             std::string::npos);
@@ -148,8 +203,10 @@ TEST_F(ObjImport, VerticesSpillUnderASmallBudget) {
             std::to_string(v - 1) + " " + std::to_string(v) + "\n";
   }
   const auto path = temp_.Write("many.obj", text);
-  const Imported roomy = ImportFile(path);
-  const Imported tight = ImportFile(path, {}, 1ULL << 20);
+  ImportOptions options;
+  options.unit = 1;  // 90 km of them
+  const Imported roomy = ImportFile(path, options);
+  const Imported tight = ImportFile(path, options, 1ULL << 20);
   ASSERT_EQ(roomy.faces.size(), size_t{kStrips});
   ASSERT_EQ(tight.faces.size(), size_t{kStrips});
   for (size_t i = 0; i < roomy.faces.size(); ++i) {
