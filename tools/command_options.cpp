@@ -32,13 +32,13 @@ std::string ReadMemorySize(std::string& text) {
 }
 
 const std::map<std::string, double>& MetresPerUnit() {
-  static const std::map<std::string, double> kUnits = {{"mm", 0.001},
-                                                       {"cm", 0.01},
-                                                       {"m", 1},
-                                                       {"km", 1000},
-                                                       {"in", 0.0254},
-                                                       {"ft", 0.3048}};
-  return kUnits;
+  static const std::map<std::string, double> units = {{"mm", 0.001},
+                                                      {"cm", 0.01},
+                                                      {"m", 1},
+                                                      {"km", 1000},
+                                                      {"in", 0.0254},
+                                                      {"ft", 0.3048}};
+  return units;
 }
 
 }  // namespace
