@@ -26,6 +26,38 @@ constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
 constexpr uint32_t kPilotStrata = 4;
 constexpr uint32_t kMostStrata = 32;
+constexpr double kMostOfTime = 0.25;  // that a round may take
+
+// What pilots took: reading, and tracing as many paths per point.
+class PilotTimes {
+ public:
+  void Add(double paths, double seconds) {
+    if (paths_ > 0 && paths != paths_) {
+      per_path_ = std::max((seconds - seconds_) / (paths - paths_), 0.0);
+    }
+    paths_ = paths;
+    seconds_ = seconds;
+  }
+
+  [[nodiscard]] bool KnowsPaths() const { return per_path_.has_value(); }
+
+  // Paths per point of a pilot that takes no longer than this; all of its time
+  // counts as theirs until it is known better. Not fewer than it had.
+  [[nodiscard]] double MostPaths(double seconds) const {
+    const double all = seconds_ / paths_;
+    const double per_path =
+        std::max(per_path_.value_or(all), kLeastShare * all);
+    return paths_ +
+           std::max(0.0, seconds - seconds_) / std::max(per_path, 1e-12);
+  }
+
+ private:
+  static constexpr double kLeastShare = 0.02;
+
+  double paths_ = 0;
+  double seconds_ = 0;
+  std::optional<double> per_path_;
+};
 
 class Measurement {
  public:
@@ -89,6 +121,7 @@ class Measurement {
   // point are worth their time.
   void ChooseStrata() {
     strata_ = kPilotStrata;
+    PilotTimes times;
     uint32_t pilots = 0;
     for (bool settled = false; !settled;) {
       ErrorEstimate pilot;
@@ -103,15 +136,29 @@ class Measurement {
       }
       density_->Learn(draw, values_);
       const double paths = strata_ * strata_;
-      const double best = pilot.BestPaths(paths);
-      const auto next = static_cast<uint32_t>(
-          std::clamp(std::ceil(std::sqrt(best)), 4.0, kMostStrata * 1.0));
-      const double next_seconds = (Seconds() - start) * 4 * next * next / paths;
+      times.Add(paths, Seconds() - start);
+      const uint32_t wanted = StrataOf(pilot.BestPaths(paths));
+      uint32_t next =
+          std::min(wanted, StrataOf(times.MostPaths(PilotSeconds())));
+      if (!times.KnowsPaths()) {
+        // A little more tells the time of paths from that of reading.
+        next = std::max(next, std::min(wanted, strata_ + 2));
+      }
       // The first pilot has points where light is, not where it is worth it.
-      settled = ++pilots > 1 && (next <= 2 * strata_ ||
-                                 next_seconds > options_.max_seconds / 8);
+      settled = ++pilots > 1 && next <= 2 * strata_;
       strata_ = next;
     }
+  }
+
+  static uint32_t StrataOf(double paths) {
+    return static_cast<uint32_t>(std::clamp(
+        std::ceil(std::sqrt(paths)), kPilotStrata * 1.0, kMostStrata * 1.0));
+  }
+
+  // What a pilot may take so that a round keeps to its share of the time.
+  [[nodiscard]] double PilotSeconds() const {
+    return kMostOfTime * options_.max_seconds /
+           std::max(1.0, options_.points_per_round / double{kPilotPoints});
   }
 
   PointDensity::Draw AddRound(ErrorEstimate& estimate,

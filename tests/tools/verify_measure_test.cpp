@@ -155,6 +155,22 @@ TEST(VerifyTest, ATighterTargetGivesATighterInterval) {
   }
 }
 
+// Many paths for each point are worth it under a small lamp, but not when there
+// is no time for them: two pilots at least, each with few, and one round.
+TEST(VerifyTest, FewPathsWhereThereIsNoTime) {
+  const UnderALamp scene([](Point3) { return 1e-3; });
+  VerifyOptions options = QuickOptions(1);
+  options.target_half_width = 0;
+  options.max_seconds = 60;
+  const uint64_t at_leisure = scene.Measure(options).paths;
+  options.max_seconds = 1e-6;
+  const uint64_t in_a_hurry = scene.Measure(options).paths;
+  constexpr uint64_t kMostPaths =
+      6 * 6;  // of a point: four strata, and two more
+  EXPECT_LE(in_a_hurry, 4 * 2 * options.points_per_round * kMostPaths);
+  EXPECT_GT(at_leisure, 2 * in_a_hurry);
+}
+
 TEST(VerifyTest, SameSeedSameBits) {
   const UnderALamp scene([](Point3 x) { return .1 * x.x; });
   const VerifySummary a = scene.Measure(QuickOptions(3));
