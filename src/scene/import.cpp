@@ -222,6 +222,11 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
     }
     const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
     info.input_polygons = counts.polygons;
+    if (counts.polygons == 0) {
+      throw InputError(fmt::format(
+          "{}: there is no polygon in it; is it a Wavefront OBJ file?",
+          scene.string()));
+    }
     if (counts.clear > 0) {
       info.notes.push_back(fmt::format(
           "{} polygons of clear materials were ignored", counts.clear));

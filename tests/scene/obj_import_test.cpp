@@ -122,6 +122,20 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   EXPECT_NE(in_km, HashSceneFiles(room("4"), {}));
 }
 
+TEST_F(ObjImport, AFileWithoutPolygonsIsNoScene) {
+  for (const char* text : {"", "\x89PNG\r\n\x1a\n", "v 0 0 0\n"}) {
+    const auto path = temp_.Write("empty.obj", text);
+    try {
+      ImportFile(path);
+      FAIL() << text;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("there is no polygon in it"),
+                std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 TEST_F(ObjImport, WhatEmitsBeyondAllMeasureIsRefused) {
   for (const char* exitance : {"1e30 1 1", "1e-40 0 0"}) {
     temp_.Write("m.mtl",
