@@ -6,6 +6,7 @@
 #include <bit>
 
 namespace enfilade {
+
 uint32_t SeenIn(const Blockers& blockers,
                 const SegmentPacket& packet,
                 RayCount* count) {

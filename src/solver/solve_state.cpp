@@ -17,14 +17,14 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundRecord,
                                    cared_for,
                                    relit,
                                    links)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SolveTimes,
-                                                refine_seconds,
-                                                gather_seconds,
-                                                push_pull_seconds,
-                                                store_seconds,
-                                                bytes_read,
-                                                bytes_belady,
-                                                bytes_compulsory)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
+                                   refine_seconds,
+                                   gather_seconds,
+                                   push_pull_seconds,
+                                   store_seconds,
+                                   bytes_read,
+                                   bytes_belady,
+                                   bytes_compulsory)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WorkPart, item, depth, part)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(
     PairCursor, source, work, chunk, group, cycle)
