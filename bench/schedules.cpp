@@ -5,12 +5,12 @@
 //   bench_schedules [--json FILE] [--memory MIB] STORE...
 //
 // A sweep of propagation needs for each pair the trees and the geometry of its
-// two cells; one of refinement also what stands in the cells between, one after
-// the other. Sizes in memory are those of the solver's own estimates, sizes
-// read those of the store's frames. Link chunks are read once in a sweep
-// whatever the order, and are counted apart; those within a cell come again in
-// each step of its balance. With --memory: also under the budget of that cap.
-// docs/decisions/schedules.md
+// two cells and what the receiver has received; one of refinement also what
+// stands in the cells between, one after the other. Sizes in memory are those
+// of the solver's own estimates, sizes read those of the store's frames. Link
+// chunks are read once in a sweep whatever the order, and are counted apart;
+// those within a cell come again in each step of its balance. With --memory:
+// also under the budget of that cap. docs/decisions/schedules.md
 
 #include "base/memory.h"
 #include "partition/partition.h"
@@ -18,6 +18,7 @@
 #include "solver/element_tree.h"
 #include "solver/least_memory.h"
 #include "solver/link_block.h"
+#include "solver/received_light.h"
 #include "solver/solve_state.h"
 #include "store/sqlite_store.h"
 #include "visibility/visible_set.h"
@@ -53,9 +54,9 @@ constexpr int kBalanceSteps = 8;
 enum class Sweep { kPropagate, kRefine };
 enum class SourceOrder { kAsReceivers, kBackAndForth, kSharedOutside };
 
-// Items: three of each cell, then the chunks of links.
-enum class Part : uint32_t { kTree, kGeometry, kBlockers };
-constexpr uint32_t kPartsOfCell = 3;
+// Items: these of each cell, then the chunks of links.
+enum class Part : uint32_t { kTree, kReceived, kGeometry, kBlockers };
+constexpr uint32_t kPartsOfCell = 4;
 
 uint32_t ItemOf(uint32_t cell, Part part) {
   return kPartsOfCell * cell + static_cast<uint32_t>(part);
@@ -94,28 +95,33 @@ void LoadCells(const BlockStorage& store, Building* b) {
   }
   for (uint32_t i = 0; i < partition.cells.size(); ++i) {
     const CellInfo& info = partition.cells[i];
-    const uint64_t tree =
-        CellTree::BytesFor(CellTree::StoredSize(store, CellId(i)), shape);
+    const size_t elements = CellTree::StoredSize(store, CellId(i));
+    const uint64_t tree = CellTree::BytesFor(elements, shape);
+    const uint64_t received = ReceivedLight::BytesFor(elements, shape);
     const uint64_t geometry =
         CellGeometry::BytesFor(info.patches, portal_triangles[i]);
     const uint64_t patches = Read(store, {BlockKind::kCellPatches, i}).second;
     b->items.push_back({tree, 0});
+    b->items.push_back({received, 0});
     b->items.push_back({geometry, patches});
     b->items.push_back({ShaftBlockers::BytesFor(info.patches) +
                             BlockersHeldBytes(info.patches),
                         patches});
     b->visible.push_back(LoadVisibleSet(store, CellId(i)));
     b->pairs += b->visible.back().size();
-    OrderedCell cell{info.bounds.Center(), {}, tree + geometry};
+    OrderedCell cell{info.bounds.Center(), {}, tree + received + geometry};
     for (const VisibleCell& v : b->visible.back()) {
       cell.sees.push_back(v.source.value);
     }
     b->cells.push_back(std::move(cell));
   }
-  store.ForEachKey(BlockKind::kCellTree, [&](const BlockKey& key) {
-    b->items[ItemOf(key.a, Part::kTree)].stored_bytes +=
-        Read(store, key).second;
-  });
+  for (const auto& [kind, part] :
+       {std::pair(BlockKind::kCellTree, Part::kTree),
+        std::pair(BlockKind::kReceived, Part::kReceived)}) {
+    store.ForEachKey(kind, [&](const BlockKey& key) {
+      b->items[ItemOf(key.a, part)].stored_bytes += Read(store, key).second;
+    });
+  }
 }
 
 void LoadLinks(const BlockStorage& store, Building* b) {
@@ -180,6 +186,7 @@ std::vector<const VisibleCell*> SourcesOf(const Building& b,
 
 std::vector<uint32_t> ItemsOfPair(uint32_t receiver, uint32_t source) {
   std::vector<uint32_t> items = {ItemOf(receiver, Part::kTree),
+                                 ItemOf(receiver, Part::kReceived),
                                  ItemOf(receiver, Part::kGeometry)};
   if (source != receiver) {
     items.push_back(ItemOf(source, Part::kTree));

@@ -27,6 +27,8 @@ std::string_view KindName(BlockKind kind) {
       return "solve table";
     case BlockKind::kCellCare:
       return "care of patches";
+    case BlockKind::kReceived:
+      return "received light";
   }
   return "unknown kind";
 }

@@ -21,12 +21,13 @@ enum class BlockKind : uint8_t {
   kCellPatches = 2,  // a = cell
   kPortals = 3,      // a = chunk
   kVisibleSet = 4,   // a = receiver cell
-  kCellTree = 5,     // element tree and coefficients; a = cell
+  kCellTree = 5,     // elements and what they send; a = cell
   kLinks = 6,        // a = receiver cell, b = source cell, c = chunk
   kTrace = 7,        // triangles in spatial chunks for tracing; a = chunk
   kScratch = 8,      // temporary data of import; deleted before it ends
   kSolveCells = 9,   // the solve's table of cells; one block
   kCellCare = 10,    // how carefully patches are refined; a = cell
+  kReceived = 11,    // what the elements have received; a = cell
 };
 
 struct BlockKey {

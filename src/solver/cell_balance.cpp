@@ -38,13 +38,18 @@ CellBalance::CellBalance(const BalancedCell& cell,
 
 void CellBalance::HoldGains() {
   const HoldLevel level = cell_.row->hold;
-  kept_charge_ = pager_->Reserve(HeldSharesBytes(*cell_.tree, level), kPurpose);
-  kept_ = HeldShares(*cell_.tree, cell_.geometry->patches, level);
+  const CoefficientArray& gain = cell_.received->gain;
+  kept_charge_ = pager_->Reserve(HeldSharesBytes(gain, level), kPurpose);
+  kept_ = HeldShares(*cell_.tree, gain, cell_.geometry->patches, level);
 }
 
 CoefficientArray CellBalance::Radiosity() const {
   const Stopwatch watch(&times_->push_pull_seconds);
-  return PushPull(*cell_.tree, cell_.geometry->patches, *surfaces_, kept_);
+  return PushPull(*cell_.tree,
+                  cell_.received->gathered,
+                  cell_.geometry->patches,
+                  *surfaces_,
+                  kept_);
 }
 
 bool CellBalance::RunCycle(double tolerance) {
@@ -92,11 +97,12 @@ CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
     const Stopwatch watch(&times_->gather_seconds);
     const LinkEnds ends{tree.Size(), tree.Size(), side.groups->All().size()};
     pager_->VisitLinks({cell_.id, cell_.id}, ends, [&](const LinkBlock& block) {
-      Gather(block, side, side, step, tree.Gathered());
+      Gather(block, side, side, step, cell_.received->gathered);
     });
     tree.Sent().Add(step);
     tree.Delta().Add(step);
     pager_->MarkDirty(cell_.id);
+    pager_->MarkReceivedDirty(cell_.id);
   }
   return last < first ? CycleEnd::kShrank : CycleEnd::kGrew;
 }

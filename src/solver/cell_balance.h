@@ -11,6 +11,7 @@
 #include "solver/cell_pager.h"
 #include "solver/element_tree.h"
 #include "solver/push_pull.h"
+#include "solver/received_light.h"
 #include "solver/semi_iteration.h"
 #include "solver/solve_state.h"
 
@@ -20,6 +21,7 @@ struct BalancedCell {
   CellId id;
   const CellGeometry* geometry = nullptr;
   CellTree* tree = nullptr;
+  ReceivedLight* received = nullptr;
   CellRow* row = nullptr;
 };
 

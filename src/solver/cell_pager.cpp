@@ -12,6 +12,9 @@ namespace {
 // Patches may stick out of their cell by this much (overlap.h), m.
 constexpr double kBoundsMargin = 5e-3;
 
+constexpr std::string_view kTreePurpose = "the element trees of a cell";
+constexpr std::string_view kReceivedPurpose = "what a cell has received";
+
 }  // namespace
 
 uint64_t CellGeometry::SizeBytes() const {
@@ -94,6 +97,8 @@ CachedThing CellPager::ThingOf(ItemKey key) {
   switch (key.kind) {
     case ItemKind::kTree:
       return {{BlockKind::kCellTree, key.cell}};
+    case ItemKind::kReceived:
+      return {{BlockKind::kReceived, key.cell}};
     case ItemKind::kLinks:
       return {{BlockKind::kLinks, key.cell, SourceOf(key).value, key.chunk}};
     default:
@@ -310,7 +315,7 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
     // Room first: the tree is not in anybody's charge while it is read.
     const uint64_t expected =
         CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
-    MemoryCharge room = Reserve(expected, "the element trees of a cell");
+    MemoryCharge room = Reserve(expected, kTreePurpose);
     if (auto stored =
             CellTree::Load(*store_, cell, shape_, geometry->patches)) {
       tree = std::make_shared<CellTree>(std::move(*stored));
@@ -323,10 +328,35 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
     trace_.SetStored(ThingOf(key), read);
     room.Reset();
     const uint64_t bytes = tree->SizeBytes();
-    MakeRoom(bytes, "the element trees of a cell");
+    MakeRoom(bytes, kTreePurpose);
     Insert(key, std::move(tree), bytes);
   }
   return Use<CellTree>(key);
+}
+
+std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
+  const ItemKey key{ItemKind::kReceived, cell.value};
+  const size_t elements = Tree(cell)->Size();
+  if (Find(key) == nullptr) {
+    MemoryCharge room =
+        Reserve(ReceivedLight::BytesFor(elements, shape_), kReceivedPurpose);
+    const uint64_t read_before = store_->Stats().bytes_read;
+    auto received = std::make_shared<ReceivedLight>(
+        ReceivedLight::Load(*store_, cell, shape_, elements));
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(ThingOf(key), read);
+    room.Reset();
+    const uint64_t bytes = received->SizeBytes();
+    MakeRoom(bytes, kReceivedPurpose);
+    Insert(key, std::move(received), bytes);
+  }
+  auto received = Use<ReceivedLight>(key);
+  if (received->gathered.Size() < elements) {
+    received->GrowTo(elements);
+    Recharge(key, received->SizeBytes(), kReceivedPurpose);
+  }
+  return received;
 }
 
 void CellPager::MarkDirty(CellId cell) {
@@ -336,21 +366,44 @@ void CellPager::MarkDirty(CellId cell) {
                  "the tree of cell {} is not in use",
                  cell.value);
   item->dirty = true;
-  const uint64_t bytes =
-      std::static_pointer_cast<CellTree>(item->value)->SizeBytes();
-  if (bytes > item->charged_bytes) {
-    MakeRoom(bytes - item->charged_bytes, "the element trees of a cell");
-  } else {
-    budget_->Release(item->charged_bytes - bytes);
-  }
-  item->charged_bytes = bytes;
-  SetHeld(key, item, bytes);
+  Recharge(key,
+           std::static_pointer_cast<CellTree>(item->value)->SizeBytes(),
+           kTreePurpose);
 }
 
-void CellPager::WriteTree(CellId cell, Item* item) {
+void CellPager::MarkReceivedDirty(CellId cell) {
+  const ItemKey key{ItemKind::kReceived, cell.value};
+  Item* item = Find(key);
+  ENFILADE_CHECK(item != nullptr && !item->use.expired(),
+                 "what cell {} has received is not in use",
+                 cell.value);
+  item->dirty = true;
+  Recharge(key,
+           std::static_pointer_cast<ReceivedLight>(item->value)->SizeBytes(),
+           kReceivedPurpose);
+}
+
+// Of an item in use that takes `bytes` by now.
+void CellPager::Recharge(ItemKey key, uint64_t bytes, std::string_view what) {
+  Item& item = items_.at(key);
+  if (bytes > item.charged_bytes) {
+    MakeRoom(bytes - item.charged_bytes, what);
+  } else {
+    budget_->Release(item.charged_bytes - bytes);
+  }
+  item.charged_bytes = bytes;
+  SetHeld(key, &item, bytes);
+}
+
+void CellPager::Write(ItemKey key, Item* item) {
+  const CellId cell(key.cell);
   const uint64_t written_before = store_->Stats().bytes_written;
-  std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
-  trace_.SetStored(ThingOf({ItemKind::kTree, cell.value}),
+  if (key.kind == ItemKind::kTree) {
+    std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
+  } else {
+    std::static_pointer_cast<ReceivedLight>(item->value)->Save(*store_, cell);
+  }
+  trace_.SetStored(ThingOf(key),
                    store_->Stats().bytes_written - written_before);
   item->dirty = false;
 }
@@ -358,7 +411,7 @@ void CellPager::WriteTree(CellId cell, Item* item) {
 void CellPager::Flush() {
   for (auto& [key, item] : items_) {
     if (item.dirty) {
-      WriteTree(CellId(key.cell), &item);
+      Write(key, &item);
     }
   }
 }

@@ -1,7 +1,7 @@
 // What a subproblem needs of its cells, paged in under the memory budget:
-// geometry, blockers, element trees and links. All kinds share one pool, from
-// which what is needed last and not in use goes first; dirty trees are written
-// back on the way out.
+// geometry, blockers, element trees, what they have received, and links. All
+// kinds share one pool, from which what is needed last and not in use goes
+// first; what is dirty is written back on the way out.
 
 #pragma once
 
@@ -18,6 +18,7 @@
 #include "solver/link_store.h"
 #include "solver/next_use.h"
 #include "solver/push_pull.h"
+#include "solver/received_light.h"
 #include "solver/shaft.h"
 #include "solver/source_group.h"
 #include "visibility/occlusion.h"
@@ -90,7 +91,14 @@ class CellPager {
   // The tree was changed, and may have grown: it will be written back.
   void MarkDirty(CellId cell);
 
-  // Writes all dirty trees to the store.
+  // What the elements of the tree have received, for the cell's turn; it must
+  // be asked for anew where the tree has grown as another's source.
+  std::shared_ptr<ReceivedLight> Received(CellId cell);
+
+  // Likewise.
+  void MarkReceivedDirty(CellId cell);
+
+  // Writes all that is dirty to the store.
   void Flush();
 
   // Frees all unpinned items: the trace begins anew as well.
@@ -127,6 +135,7 @@ class CellPager {
     kObstacles,
     kOccluder,
     kTree,
+    kReceived,
     kLinks  // last
   };
 
@@ -181,7 +190,8 @@ class CellPager {
   // Evicts while the process itself comes near the cap, whatever was charged.
   void HoldResident(uint64_t coming_bytes);
   void Drop(Items::iterator item);
-  void WriteTree(CellId cell, Item* item);
+  void Write(ItemKey key, Item* item);
+  void Recharge(ItemKey key, uint64_t bytes, std::string_view what);
 
   BlockStorage* store_;
   const SceneInfo* scene_;

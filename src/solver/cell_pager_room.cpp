@@ -23,7 +23,7 @@ uint64_t LinkItemBytes(const LinkBlock& block) {
 
 void CellPager::Drop(Items::iterator item) {
   if (item->second.dirty) {
-    WriteTree(CellId(item->first.cell), &item->second);
+    Write(item->first, &item->second);
   }
   item->second.value.reset();
   held_bytes_ -= item->second.held_bytes;
@@ -37,6 +37,8 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
     case ItemKind::kGeometry:
     case ItemKind::kTree:
       return next_use_.OfCell(cell);
+    case ItemKind::kReceived:
+      return next_use_.OfTurn(cell);
     case ItemKind::kObstacles:
     case ItemKind::kOccluder:
       return next_use_.OfBlockers(cell);

@@ -176,7 +176,7 @@ void DisplayMeshBuilder::TakeValues() {
 void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   const uint32_t element = mesh_.leaves_[leaf].element;
   const PatchShape shape = forest_.ShapeOf(element);
-  const TreeShape& tree_shape = tree_.Shape();
+  const TreeShape& tree_shape = shape_;
   const ShapeBasis& basis = tree_shape.basis->On(shape);
   std::vector<uint32_t> path = {element};
   while (forest_.At(path.back()).parent != path.back()) {
@@ -192,7 +192,7 @@ void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
       std::swap(sum, pushed);
     }
     if (e.source) {
-      const std::span<const float> gathered = tree_.Gathered()[*e.source];
+      const std::span<const float> gathered = gathered_[*e.source];
       for (size_t k = 0; k < sum.size(); ++k) {
         sum[k] += gathered[k];
       }

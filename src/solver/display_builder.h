@@ -14,8 +14,13 @@ namespace enfilade {
 
 class DisplayMeshBuilder {
  public:
-  DisplayMeshBuilder(DisplayMesh& mesh, const CellTree& tree)
-      : mesh_(mesh), forest_(mesh.forest_), tree_(tree) {}
+  DisplayMeshBuilder(DisplayMesh& mesh,
+                     const TreeShape& shape,
+                     const CoefficientArray& gathered)
+      : mesh_(mesh),
+        forest_(mesh.forest_),
+        shape_(shape),
+        gathered_(gathered) {}
 
   void Build(const CoplanarPatches& cell,
              size_t group,
@@ -56,7 +61,8 @@ class DisplayMeshBuilder {
 
   DisplayMesh& mesh_;
   const DisplayForest& forest_;
-  const CellTree& tree_;
+  const TreeShape shape_;
+  const CoefficientArray& gathered_;
   std::vector<PlanePoint> welded_;
   std::vector<std::array<uint32_t, 4>> corners_;  // indexed by leaf: welded
   std::vector<Hanging> hanging_;

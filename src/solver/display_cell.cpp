@@ -4,9 +4,11 @@
 
 namespace enfilade {
 DisplayCell::DisplayCell(const CellTree& tree,
+                         const CoefficientArray& gathered,
                          std::span<const Patch> patches,
                          MemoryBudget& budget)
     : tree_(&tree),
+      gathered_(&gathered),
       budget_(&budget),
       charge_(budget,
               patches.size() * CoplanarPatches::kPatchBytes,
@@ -23,7 +25,8 @@ DisplayCell::DisplayCell(const CellTree& tree,
 
 std::unique_ptr<DisplayMesh> DisplayCell::Make(
     size_t group, const DisplayOptions& options) const {
-  return std::make_unique<DisplayMesh>(*tree_, cell_, group, options, *budget_);
+  return std::make_unique<DisplayMesh>(
+      *tree_, *gathered_, cell_, group, options, *budget_);
 }
 
 const DisplayMesh& DisplayCell::Keep(size_t group) {

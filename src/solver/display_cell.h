@@ -16,8 +16,10 @@ namespace enfilade {
 
 class DisplayCell {
  public:
-  // Tree, patches and budget must outlive this.
+  // `gathered`: by the elements of the tree (ReceivedLight). All must outlive
+  // this.
   DisplayCell(const CellTree& tree,
+              const CoefficientArray& gathered,
               std::span<const Patch> patches,
               MemoryBudget& budget);
 
@@ -41,6 +43,7 @@ class DisplayCell {
   const DisplayMesh& Keep(size_t group);
 
   const CellTree* tree_;
+  const CoefficientArray* gathered_;
   MemoryBudget* budget_;
   MemoryCharge charge_;
   CoplanarPatches cell_;

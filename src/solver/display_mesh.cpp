@@ -8,6 +8,7 @@
 namespace enfilade {
 
 DisplayMesh::DisplayMesh(const CellTree& tree,
+                         const CoefficientArray& gathered,
                          const CoplanarPatches& cell,
                          size_t group,
                          const DisplayOptions& options,
@@ -20,7 +21,7 @@ DisplayMesh::DisplayMesh(const CellTree& tree,
   if (tree.Shape().basis->kind.order > kLinearOrder) {
     forest_.SplitLeaves();
   }
-  DisplayMeshBuilder(*this, tree).Build(cell, group, options);
+  DisplayMeshBuilder(*this, tree.Shape(), gathered).Build(cell, group, options);
 }
 
 Point3 DisplayMesh::Position(size_t vertex) const {

@@ -51,9 +51,10 @@ struct DisplayOptions {
 // The mesh of one group of coplanar patches.
 class DisplayMesh {
  public:
-  // `tree`: of the cell. What the mesh takes is charged while it is built and
-  // held; throws DoesNotFitError.
+  // `tree`: of the cell; `gathered`: by its elements (ReceivedLight). What the
+  // mesh takes is charged while it is built and held; throws DoesNotFitError.
   DisplayMesh(const CellTree& tree,
+              const CoefficientArray& gathered,
               const CoplanarPatches& cell,
               size_t group,
               const DisplayOptions& options,

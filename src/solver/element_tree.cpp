@@ -2,12 +2,11 @@
 
 #include "base/check.h"
 #include "base/hash.h"
+#include "solver/coefficient_pages.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <initializer_list>
-#include <utility>
 
 namespace enfilade {
 namespace {
@@ -16,42 +15,8 @@ BlockKey StructureKey(CellId cell) {
   return {BlockKind::kCellTree, cell.value, 0, 0};
 }
 
-// What is gathered is a block of its own: it is the solution, and whoever only
-// reads that need not read the rest.
-enum class PagePart : uint32_t { kGathered = 1, kRest = 2 };
-
-BlockKey PageKey(CellId cell, PagePart part, size_t page) {
-  return {BlockKind::kCellTree,
-          cell.value,
-          static_cast<uint32_t>(part),
-          static_cast<uint32_t>(page)};
-}
-
-void SavePage(BlockStorage& store,
-              const BlockKey& key,
-              std::initializer_list<std::span<const float>> arrays) {
-  ByteWriter out;
-  size_t bytes = 0;
-  for (const std::span<const float> array : arrays) {
-    bytes += array.size_bytes();
-  }
-  out.Reserve(bytes);
-  for (const std::span<const float> array : arrays) {
-    PutShuffled(array, &out);
-  }
-  store.Put(key, out.View());
-}
-
-// Fills page `page` of arrays that a block holds.
-void LoadPage(const BlockStorage& store,
-              const BlockKey& key,
-              size_t page,
-              std::initializer_list<CoefficientArray*> arrays) {
-  const Bytes bytes = store.GetOrThrow(key);
-  ByteReader values(bytes);
-  for (CoefficientArray* array : arrays) {
-    GetShuffled(&values, array->Page(page));
-  }
+BlockKey PagesKey(CellId cell) {
+  return {BlockKind::kCellTree, cell.value, 1, 0};
 }
 
 // Number of levels below the root on a path.
@@ -138,12 +103,10 @@ void CellTree::AppendRoots(std::span<const PatchGeometry> patches) {
 }
 
 void CellTree::GrowCoefficients() {
-  gathered_.GrowTo(elements_.Size());
   sent_.GrowTo(elements_.Size());
   if (HasDelta()) {
     delta_.GrowTo(elements_.Size());
   }
-  gain_.GrowTo(elements_.Size());
   detail_.GrowTo(elements_.Size());
 }
 
@@ -231,18 +194,7 @@ void CellTree::Save(BlockStorage& store, CellId cell) const {
   structure.PutVarint(patch_count_);
   structure.PutArray(std::span<const uint32_t>(parents));
   store.Put(StructureKey(cell), structure.View());
-  for (size_t page = 0; page < gathered_.PageCount(); ++page) {
-    const std::span<const float> sent = sent_.Page(page);
-    const std::vector<float> none(HasDelta() ? 0 : sent.size());
-    SavePage(store,
-             PageKey(cell, PagePart::kGathered, page),
-             {std::as_const(gathered_).Page(page)});
-    SavePage(store,
-             PageKey(cell, PagePart::kRest, page),
-             {sent,
-              HasDelta() ? std::as_const(delta_).Page(page) : none,
-              std::as_const(gain_).Page(page)});
-  }
+  SavePages(store, PagesKey(cell), {&sent_, &delta_});
 }
 
 std::optional<CellTree> CellTree::LoadElements(
@@ -277,38 +229,18 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
                                        CellId cell,
                                        TreeShape shape,
                                        std::span<const PatchGeometry> patches) {
-  auto tree = LoadGathered(store, cell, shape, patches);
+  auto tree = LoadElements(store, cell, shape, patches);
   if (tree) {
     tree->StartDelta();
     tree->GrowCoefficients();
-    for (size_t page = 0; page < tree->gathered_.PageCount(); ++page) {
-      LoadPage(store,
-               PageKey(cell, PagePart::kRest, page),
-               page,
-               {&tree->sent_, &tree->delta_, &tree->gain_});
+    if (LoadPages(store, PagesKey(cell), {&tree->sent_, &tree->delta_}) !=
+        tree->Size()) {
+      throw DamagedStoreError("an element tree lacks coefficients");
     }
     if (tree->delta_.MaxAbs() == 0) {
       tree->ForgetDelta();
     }
     tree->UpdateDetail();
-  }
-  return tree;
-}
-
-std::optional<CellTree> CellTree::LoadGathered(
-    const BlockStorage& store,
-    CellId cell,
-    TreeShape shape,
-    std::span<const PatchGeometry> patches) {
-  auto tree = LoadElements(store, cell, shape, patches);
-  if (tree) {
-    tree->gathered_.GrowTo(tree->Size());
-    for (size_t page = 0; page < tree->gathered_.PageCount(); ++page) {
-      LoadPage(store,
-               PageKey(cell, PagePart::kGathered, page),
-               page,
-               {&tree->gathered_});
-    }
   }
   return tree;
 }
@@ -324,31 +256,32 @@ size_t CellTree::StoredSize(const BlockStorage& store, CellId cell) {
 }
 
 uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
-  // Three arrays of coefficients, gain and detail.
-  const size_t floats = 3 * shape.Stride() + shape.NodeStride() + 1;
-  return elements * (sizeof(Element) + floats * sizeof(float));
+  // Two arrays of coefficients and detail.
+  const size_t floats = 2 * shape.Stride() + 1;
+  return ElementBytesFor(elements) + elements * floats * sizeof(float);
 }
 
-uint64_t CellTree::GatheredBytesFor(size_t elements, TreeShape shape) {
-  return elements * (sizeof(Element) + shape.Stride() * sizeof(float));
+uint64_t CellTree::ElementBytesFor(size_t elements) {
+  return elements * sizeof(Element);
 }
 
-uint64_t CellTree::Digest() const {
+uint64_t CellTree::Digest(const CoefficientArray& gathered) const {
+  ENFILADE_CHECK(
+      gathered.Size() == Size(), "{} of {} elements", gathered.Size(), Size());
   ByteWriter out;
   for (size_t i = 0; i < elements_.Size(); ++i) {
     out.Put(elements_[i].first_child);
   }
   uint64_t digest = HashBytes(out.View());
-  for (size_t page = 0; page < gathered_.PageCount(); ++page) {
-    digest = HashBytes(std::as_bytes(gathered_.Page(page)), digest);
+  for (size_t page = 0; page < gathered.PageCount(); ++page) {
+    digest = HashBytes(std::as_bytes(gathered.Page(page)), digest);
   }
   return digest;
 }
 
 uint64_t CellTree::SizeBytes() const {
-  return elements_.SizeBytes() + gathered_.SizeBytes() + sent_.SizeBytes() +
-         delta_.SizeBytes() + gain_.SizeBytes() + detail_.SizeBytes() +
-         patch_shapes_.capacity();
+  return elements_.SizeBytes() + sent_.SizeBytes() + delta_.SizeBytes() +
+         detail_.SizeBytes() + patch_shapes_.capacity();
 }
 
 bool CellTree::IsValid() const {
@@ -361,8 +294,7 @@ bool CellTree::IsValid() const {
       return false;
     }
   }
-  return gathered_.IsFinite() && sent_.IsFinite() && delta_.IsFinite() &&
-         gain_.IsFinite();
+  return sent_.IsFinite() && delta_.IsFinite();
 }
 
 }  // namespace enfilade

@@ -1,17 +1,10 @@
-// The element trees of one cell and the coefficients on them.
+// The element trees of one cell and what the elements send; what they receive
+// is beside it, in received_light.h.
 //
 //   paper  here      per element, channel and node
-//   H      gathered  irradiance that links of this very element brought, W/m2;
-//                    the irradiance of a point is the sum over its ancestors
 //   B      sent      radiosity that all links have been told of, W/m2
 //   dB     delta     the last change of `sent`, which links of other cells may
 //                    still have to be told of
-//
-// and per element and node
-//
-//          gain      the irradiance that its links would bring if all sources
-//                    sent 1 W/m2. That of a point is the sum over its
-//                    ancestors, and by geometry at most 1: held_gain.h.
 //
 // Elements are numbered in the order of their creation: the roots are the
 // patches, children follow their parent, four in a row. So a loop upwards is a
@@ -84,8 +77,8 @@ class CellTree {
                                       TreeShape shape,
                                       std::span<const PatchGeometry> patches);
 
-  // For reading the solution: only the elements and what they have gathered.
-  static std::optional<CellTree> LoadGathered(
+  // For reading the solution: the same without coefficients. It must not grow.
+  static std::optional<CellTree> LoadElements(
       const BlockStorage& store,
       CellId cell,
       TreeShape shape,
@@ -94,15 +87,16 @@ class CellTree {
   // Elements of the stored tree; 0 if there is none.
   static size_t StoredSize(const BlockStorage& store, CellId cell);
 
-  // What a tree of so many elements takes, and one that is only read.
+  // What a tree of so many elements takes, and one without coefficients.
   static uint64_t BytesFor(size_t elements, TreeShape shape);
-  static uint64_t GatheredBytesFor(size_t elements, TreeShape shape);
+  static uint64_t ElementBytesFor(size_t elements);
 
   // Writes the structure and, page by page, the coefficients.
   void Save(BlockStorage& store, CellId cell) const;
 
-  // Hash of what is the solution: structure and `gathered`.
-  [[nodiscard]] uint64_t Digest() const;
+  // Hash of what is the solution: structure and what is gathered, which is of
+  // as many elements.
+  [[nodiscard]] uint64_t Digest(const CoefficientArray& gathered) const;
 
   [[nodiscard]] size_t Size() const { return elements_.Size(); }
 
@@ -123,8 +117,6 @@ class CellTree {
       PatchId patch, ElementPath path) const;
 
   // Coefficients: Stride() floats per element, [channel][node].
-  CoefficientArray& Gathered() { return gathered_; }
-
   CoefficientArray& Sent() { return sent_; }
 
   // What `sent` has gained since it was last forgotten. A tree has it only
@@ -136,12 +128,6 @@ class CellTree {
   void ForgetDelta() { delta_.Clear(); }
 
   void StartDelta() { delta_.GrowTo(Size()); }
-
-  CoefficientArray& Gain() { return gain_; }
-
-  [[nodiscard]] const CoefficientArray& Gain() const { return gain_; }
-
-  [[nodiscard]] const CoefficientArray& Gathered() const { return gathered_; }
 
   [[nodiscard]] const CoefficientArray& Sent() const { return sent_; }
 
@@ -162,18 +148,7 @@ class CellTree {
 
  private:
   explicit CellTree(TreeShape shape)
-      : shape_(shape),
-        gathered_(shape.Stride()),
-        sent_(shape.Stride()),
-        delta_(shape.Stride()),
-        gain_(shape.NodeStride()) {}
-
-  // The elements of a stored tree, without any coefficients.
-  static std::optional<CellTree> LoadElements(
-      const BlockStorage& store,
-      CellId cell,
-      TreeShape shape,
-      std::span<const PatchGeometry> patches);
+      : shape_(shape), sent_(shape.Stride()), delta_(shape.Stride()) {}
 
   void AppendRoots(std::span<const PatchGeometry> patches);
   void GrowCoefficients();
@@ -184,10 +159,8 @@ class CellTree {
   size_t patch_count_ = 0;
   PagedVector<Element> elements_;
   std::vector<PatchShape> patch_shapes_;
-  CoefficientArray gathered_;
   CoefficientArray sent_;
   CoefficientArray delta_;
-  CoefficientArray gain_;
   PagedVector<float> detail_;
 };
 

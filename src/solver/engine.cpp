@@ -282,6 +282,7 @@ Engine::Receiver Engine::Load(CellId cell) {
   pager_.Order().StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
+  r.received = pager_.Received(cell);
   return r;
 }
 
@@ -344,10 +345,10 @@ void Engine::RefineCell(CellId cell) {
     row.squared_error = 0;
     row.hold = 0;
     row.most_radius = 1;
-    r.tree->Gathered().SetZero();
-    r.tree->Gain().SetZero();
+    r.received->SetZero();
     r.tree->ForgetDelta();
     pager_.MarkDirty(cell);
+    pager_.MarkReceivedDirty(cell);
   }
   MemoryCharge workspace =
       pager_.Reserve(kRefineWorkspaceBytes, "the links of a cell");
@@ -402,10 +403,11 @@ void Engine::PropagateCell(CellId cell) {
 void Engine::Settle(const Receiver& r) {
   pager_.Order().MoveTo(r.id, r.id);
   CellRow& row = state_.cells[r.id.Index()];
-  CellBalance balance({r.id, r.geometry.get(), r.tree.get(), &row},
-                      surfaces_,
-                      pager_,
-                      &state_.times);
+  CellBalance balance(
+      {r.id, r.geometry.get(), r.tree.get(), r.received.get(), &row},
+      surfaces_,
+      pager_,
+      &state_.times);
   const double tolerance = ToleratedResidual(state_, row);
   while (state_.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
     ++state_.cursor.cycle;
@@ -428,6 +430,7 @@ void Engine::Settle(const Receiver& r) {
   state_.relit |= !was_lit && IsLit(r.id) && r.sources.size() > 1;
   r.tree->UpdateDetail();
   pager_.MarkDirty(r.id);
+  pager_.MarkReceivedDirty(r.id);
 }
 
 // ------------------------------------------------------------------ commits

@@ -49,6 +49,7 @@ class Engine {
     std::vector<VisibleCell> sources;  // itself last
     std::shared_ptr<const CellGeometry> geometry;
     std::shared_ptr<CellTree> tree;
+    std::shared_ptr<ReceivedLight> received;
     // While it is refined: the elements at which refinement begins.
     std::unique_ptr<ClusterTree> receivers;
     MemoryCharge receivers_charge;

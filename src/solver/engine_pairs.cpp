@@ -74,7 +74,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                {r.geometry->patches, r.tree.get(), nullptr},
                SourceSide(*geometry, *tree),
                tree->Sent(),
-               r.tree->Gathered());
+               r.received->gathered);
         row.links += written.block.links.size();
         pager_.KeepLinks(pair, std::move(written));
       });
@@ -89,10 +89,9 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
       row.squared_error += result.squared_error;
       state_.rays += result.rays;
       ApplyLinks(result,
-                 r.geometry->patches,
-                 *r.tree,
-                 geometry->patches,
-                 *tree,
+                 {r.geometry->patches, r.tree.get()},
+                 {geometry->patches, tree.get()},
+                 r.received.get(),
                  &writer.Pending());
       for (const RawLink& link : result.links) {
         ++care_[link.receiver_patch].links;
@@ -100,6 +99,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     }
     if (links > 0) {
       pager_.MarkDirty(r.id);
+      pager_.MarkReceivedDirty(r.id);
       pager_.MarkDirty(source.source);
     }
     if (writer.Full()) {
@@ -171,9 +171,9 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
                {r.geometry->patches, r.tree.get(), nullptr},
                SourceSide(*geometry, *tree),
                tree->Delta(),
-               r.tree->Gathered());
+               r.received->gathered);
       });
-  pager_.MarkDirty(r.id);
+  pager_.MarkReceivedDirty(r.id);
 }
 
 }  // namespace enfilade

@@ -20,7 +20,7 @@ struct GatherSide {
   const SourceGroups* groups = nullptr;  // of the source
 };
 
-// Adds to `gathered` (an array like CellTree::Gathered() of the receiver) what
+// Adds to `gathered` (that of the receiver: ReceivedLight) what
 // `radiosity` (like CellTree::Sent() of the source; totals or changes) sends.
 // Parallel over receivers; the same bits for every number of threads.
 void Gather(const LinkBlock& block,

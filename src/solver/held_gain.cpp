@@ -16,9 +16,9 @@ constexpr float kBeyondFirm = 0.7F;
 // The gains at the nodes of all leaves: what came at their ancestors is pushed
 // down. Those of inner elements are of no use then.
 CoefficientArray GainsOfLeaves(const CellTree& tree,
+                               CoefficientArray gain,
                                std::span<const PatchGeometry> patches) {
   const TreeShape shape{tree.Shape().basis, 1};
-  CoefficientArray gain = tree.Gain();
   std::vector<float> pushed(shape.Stride());
   for (size_t i = 0; i < tree.Size(); ++i) {
     const Element& e = tree.At(ElementId(i));
@@ -50,12 +50,13 @@ float MostReflected(HoldLevel level, float reflectance) {
 }  // namespace
 
 CoefficientArray HeldShares(const CellTree& tree,
+                            const CoefficientArray& gain,
                             std::span<const PatchGeometry> patches,
                             HoldLevel level) {
   if (level == 0) {
     return CoefficientArray(tree.Shape().NodeStride());
   }
-  CoefficientArray shares = GainsOfLeaves(tree, patches);
+  CoefficientArray shares = GainsOfLeaves(tree, gain, patches);
   for (size_t i = 0; i < tree.Size(); ++i) {
     const float rho = patches[tree.At(ElementId(i)).patch].max_reflectance;
     const float most = MostReflected(level, rho);
@@ -70,8 +71,8 @@ uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape) {
   return elements * shape.NodeStride() * sizeof(float);
 }
 
-uint64_t HeldSharesBytes(const CellTree& tree, HoldLevel level) {
-  return level == 0 ? 0 : tree.Gain().SizeBytes();
+uint64_t HeldSharesBytes(const CoefficientArray& gain, HoldLevel level) {
+  return level == 0 ? 0 : gain.SizeBytes();
 }
 
 }  // namespace enfilade

@@ -32,13 +32,14 @@ inline constexpr HoldLevel kFirmHold = 3;
 inline constexpr HoldLevel kMostHold = 20;
 
 // For each node of a leaf, the factor of its irradiance, an array like
-// CellTree::Gain(); one without elements where leaves keep all.
+// `gain` (ReceivedLight); one without elements where leaves keep all.
 CoefficientArray HeldShares(const CellTree& tree,
+                            const CoefficientArray& gain,
                             std::span<const PatchGeometry> patches,
                             HoldLevel level);
 
 // What HeldShares takes.
-uint64_t HeldSharesBytes(const CellTree& tree, HoldLevel level);
+uint64_t HeldSharesBytes(const CoefficientArray& gain, HoldLevel level);
 
 // The most that it takes for a tree of so many elements.
 uint64_t HeldSharesBytesFor(size_t elements, TreeShape shape);

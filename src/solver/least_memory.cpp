@@ -9,6 +9,7 @@
 #include "solver/element_tree.h"
 #include "solver/held_gain.h"
 #include "solver/next_use.h"
+#include "solver/received_light.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
@@ -29,6 +30,7 @@ struct CellNeed {
   uint64_t geometry = 0;
   uint64_t tree = 0;
   uint64_t delta = 0;     // part of the tree that is not there while it refines
+  uint64_t received = 0;  // needed in its own turn
   uint64_t balance = 0;   // working arrays of its equilibrium
   uint64_t clusters = 0;  // of its receiving elements
   uint64_t care = 0;      // of its patches
@@ -91,6 +93,7 @@ class NeedFinder {
     need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
     need.tree = CellTree::BytesFor(elements, shape_);
     need.delta = elements * shape_.Stride() * sizeof(float);
+    need.received = ReceivedLight::BytesFor(elements, shape_);
     need.balance = 2 * need.delta + HeldSharesBytesFor(elements, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
     need.care = patches * sizeof(PatchCare);
@@ -103,7 +106,7 @@ class NeedFinder {
 
   void LookAt(CellId receiver) {
     const CellNeed& r = needs_[receiver.Index()];
-    const uint64_t own = r.geometry + r.tree;
+    const uint64_t own = r.geometry + r.tree + r.received;
     Consider(own + r.balance, {receiver, {receiver}}, receiver);
     const uint64_t refined = own - r.delta + r.care + kRefineWorkspaceBytes;
     Consider(refined + r.blockers + std::max(r.build, r.clusters),

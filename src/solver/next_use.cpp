@@ -188,6 +188,17 @@ uint64_t NextUse::InNextSweep(uint32_t cell) const {
   return first;
 }
 
+uint64_t NextUse::OfTurn(CellId id) const {
+  const uint32_t cell = id.value;
+  if (cell == receiver_) {
+    return 0;
+  }
+  const bool is_ahead = cell > receiver_ && HasTurn(cell);
+  const uint64_t turns =
+      is_ahead ? cell - receiver_ : first_.size() - 1 + cell - receiver_;
+  return turns * TurnLength();
+}
+
 uint64_t NextUse::OfBlockers(CellId id) const {
   if (sweep_ == SweepKind::kPropagate) {
     return kNever;

@@ -68,6 +68,9 @@ class NextUse {
   // Of the geometry and the tree of a cell.
   [[nodiscard]] uint64_t OfCell(CellId id) const;
 
+  // Of what a cell has received: its next turn.
+  [[nodiscard]] uint64_t OfTurn(CellId id) const;
+
   // Of what stands in a cell.
   [[nodiscard]] uint64_t OfBlockers(CellId id) const;
 

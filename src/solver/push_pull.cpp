@@ -78,19 +78,21 @@ CoefficientArray KeepAll(const CellTree& tree) {
 }  // namespace
 
 CoefficientArray PushPull(const CellTree& tree,
+                          const CoefficientArray& gathered,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces,
                           const CoefficientArray& kept) {
-  CoefficientArray values = tree.Gathered();
+  CoefficientArray values = gathered;
   PushDown(tree, patches, &values);
   ReflectAndPullUp(tree, patches, surfaces, kept, &values);
   return values;
 }
 
 CoefficientArray PushPull(const CellTree& tree,
+                          const CoefficientArray& gathered,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces) {
-  return PushPull(tree, patches, surfaces, KeepAll(tree));
+  return PushPull(tree, gathered, patches, surfaces, KeepAll(tree));
 }
 
 CoefficientArray EmittedRadiosity(const CellTree& tree,

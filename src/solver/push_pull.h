@@ -19,17 +19,19 @@ struct SurfaceTable {
   std::vector<float> exitance;     // likewise, W/m2
 };
 
-// The radiosity B = E + rho H of every element for the gathered irradiance,
-// an array like CellTree::Sent(). At inner elements it is the projection of
-// their leaves. `kept`: the shares of their irradiance that leaves keep
-// (held_gain.h), which change only with the links.
+// The radiosity B = E + rho H of every element for the gathered irradiance
+// (ReceivedLight), an array like CellTree::Sent(). At inner elements it is the
+// projection of their leaves. `kept`: the shares of their irradiance that
+// leaves keep (held_gain.h), which change only with the links.
 CoefficientArray PushPull(const CellTree& tree,
+                          const CoefficientArray& gathered,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces,
                           const CoefficientArray& kept);
 
 // The same where leaves keep all.
 CoefficientArray PushPull(const CellTree& tree,
+                          const CoefficientArray& gathered,
                           std::span<const PatchGeometry> patches,
                           const SurfaceTable& surfaces);
 

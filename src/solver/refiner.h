@@ -27,6 +27,7 @@
 #include "solver/link_block.h"
 #include "solver/link_rays.h"
 #include "solver/oracle.h"
+#include "solver/received_light.h"
 #include "solver/shaft.h"
 #include "solver/work_part.h"
 
@@ -81,13 +82,18 @@ struct RawLinks {
   void Clear();
 };
 
+// A cell whose tree grows with its links.
+struct GrowingSide {
+  std::span<const PatchGeometry> patches;
+  CellTree* tree = nullptr;
+};
+
 // Appends raw links to a block, making the elements that they name, and adds
-// to the receivers' gains.
+// to the receiver's gains.
 void ApplyLinks(const RawLinks& raw,
-                std::span<const PatchGeometry> receiver_patches,
-                CellTree& receiver,
-                std::span<const PatchGeometry> source_patches,
-                CellTree& source,
+                const GrowingSide& receiver,
+                const GrowingSide& source,
+                ReceivedLight* received,
                 LinkBlock* block);
 
 // Refines the transfers from one source cell to one receiver cell.

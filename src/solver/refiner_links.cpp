@@ -80,33 +80,33 @@ void RawLinks::Clear() {
 }
 
 void ApplyLinks(const RawLinks& raw,
-                std::span<const PatchGeometry> receiver_patches,
-                CellTree& receiver,
-                std::span<const PatchGeometry> source_patches,
-                CellTree& source,
+                const GrowingSide& receiver,
+                const GrowingSide& source,
+                ReceivedLight* received,
                 LinkBlock* block) {
   for (const RawLink& link : raw.links) {
     Link out;
-    out.receiver = receiver
-                       .FindOrCreate(PatchId(link.receiver_patch),
-                                     link.receiver_path,
-                                     receiver_patches)
+    out.receiver = receiver.tree
+                       ->FindOrCreate(PatchId(link.receiver_patch),
+                                      link.receiver_path,
+                                      receiver.patches)
                        .value;
     if (link.kind == LinkKind::kGroup) {
       out.source = link.source_patch;
     } else {
       out.source =
-          source
-              .FindOrCreate(
-                  PatchId(link.source_patch), link.source_path, source_patches)
+          source.tree
+              ->FindOrCreate(
+                  PatchId(link.source_patch), link.source_path, source.patches)
               .value;
     }
     out.kind = link.kind;
     out.value = link.value;
-    AddGain(receiver.Shape(),
-            receiver_patches[link.receiver_patch].shape,
+    received->GrowTo(receiver.tree->Size());
+    AddGain(receiver.tree->Shape(),
+            receiver.patches[link.receiver_patch].shape,
             link.gain,
-            receiver.Gain().At(out.receiver));
+            received->gain.At(out.receiver));
     if (const size_t count = ShapesOf(link.kind); count > 0) {
       out.index = static_cast<uint32_t>(block->shapes.size());
       const auto first =

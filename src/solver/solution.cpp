@@ -7,6 +7,7 @@
 #include "solver/basis.h"
 #include "solver/display_cell.h"
 #include "solver/element_tree.h"
+#include "solver/received_light.h"
 #include "solver/solve_state.h"
 
 #include <algorithm>
@@ -48,7 +49,8 @@ struct Solution::Impl {
     MemoryCharge charge;
     CellPatches stored;
     std::vector<PatchGeometry> geometry;
-    std::unique_ptr<CellTree> tree;  // only what is gathered
+    std::unique_ptr<CellTree> tree;  // its elements alone
+    CoefficientArray gathered{1};
   };
 
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
@@ -60,9 +62,11 @@ struct Solution::Impl {
     loaded.stored = LoadCellPatches(*store, cell);
     loaded.geometry = MakeGeometry(loaded.stored, scene);
     auto stored =
-        CellTree::LoadGathered(*store, cell, Shape(), loaded.geometry);
+        CellTree::LoadElements(*store, cell, Shape(), loaded.geometry);
     loaded.tree = std::make_unique<CellTree>(
         stored ? std::move(*stored) : CellTree(Shape(), loaded.geometry));
+    loaded.gathered =
+        ReceivedLight::LoadGathered(*store, cell, Shape(), loaded.tree->Size());
     return loaded;
   }
 
@@ -70,8 +74,9 @@ struct Solution::Impl {
 
   // What the trees of a loaded cell take.
   [[nodiscard]] uint64_t BytesOf(CellId cell) const {
-    return CellTree::GatheredBytesFor(CellTree::StoredSize(*store, cell),
-                                      Shape());
+    const size_t elements = CellTree::StoredSize(*store, cell);
+    return CellTree::ElementBytesFor(elements) +
+           elements * Shape().Stride() * sizeof(float);
   }
 
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
@@ -93,7 +98,8 @@ struct Solution::Impl {
     ShownCell(CellId cell, LoadedCell loaded_cell, MemoryBudget& budget)
         : id(cell),
           loaded(std::move(loaded_cell)),
-          display(*loaded.tree, loaded.stored.patches, budget) {}
+          display(
+              *loaded.tree, loaded.gathered, loaded.stored.patches, budget) {}
 
     CellId id;
     LoadedCell loaded;
@@ -128,7 +134,7 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
   ElementId e(patch.value);
   while (true) {
     const auto values = on.Evaluate(p);
-    const auto gathered = std::as_const(*cell.tree).Gathered()[e];
+    const auto gathered = cell.gathered[e];
     for (size_t c = 0; c < sum.size(); ++c) {
       for (size_t q = 0; q < on.NodeCount(); ++q) {
         sum[c] += values[q] * static_cast<double>(gathered[c * nodes + q]);
@@ -153,7 +159,7 @@ void Solution::Impl::VisitMeans(
   const ShapeBasis& on = basis.On(patch.shape);
   const TreeShape shape = Shape();
   Irradiance all = above;
-  const auto own = std::as_const(*cell.tree).Gathered()[element];
+  const auto own = cell.gathered[element];
   for (size_t k = 0; k < own.size(); ++k) {
     all[k] += own[k];
   }
@@ -332,7 +338,7 @@ void Solution::ForEachDisplayMesh(
     const std::function<void(const DisplayMesh&, const Patch&)>& visit) const {
   const Impl::LoadedCell loaded = impl_->Load(cell);
   const DisplayCell display(
-      *loaded.tree, loaded.stored.patches, *impl_->budget);
+      *loaded.tree, loaded.gathered, loaded.stored.patches, *impl_->budget);
   for (size_t g = 0; g < display.GroupCount(); ++g) {
     visit(*display.Make(g, options), display.FirstOf(g));
   }
@@ -341,7 +347,8 @@ void Solution::ForEachDisplayMesh(
 std::string Solution::Digest() const {
   uint64_t digest = 0;
   for (size_t i = 0; i < impl_->cell_count; ++i) {
-    const uint64_t tree = impl_->Load(CellId(i)).tree->Digest();
+    const Impl::LoadedCell cell = impl_->Load(CellId(i));
+    const uint64_t tree = cell.tree->Digest(cell.gathered);
     digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);
   }
   return HexDigits(digest);

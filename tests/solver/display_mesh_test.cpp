@@ -87,6 +87,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
         patches_(Pavement()),
         geometry_(GeometryOf(patches_)),
         tree_({&basis_, kRgbChannels}, geometry_),
+        gathered_(tree_.Shape().Stride()),
         cell_(patches_) {
     Random random(7);
     for (int i = 0; i < 25; ++i) {
@@ -104,12 +105,13 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
       path = ChildPath(path, 3);
     }
     tree_.FindOrCreate(PatchId(0U), path, geometry_);
+    gathered_.GrowTo(tree_.Size());
   }
 
   void SetRandomCoefficients() {
     Random random(11);
     for (size_t e = 0; e < tree_.Size(); ++e) {
-      for (float& x : tree_.Gathered()[ElementId(e)]) {
+      for (float& x : gathered_[ElementId(e)]) {
         x = static_cast<float>(random.Next());
       }
     }
@@ -126,8 +128,8 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
         const PlanePoint at =
             Flat(patch.origin + patch.u * node.a + patch.v * node.b);
         for (size_t c = 0; c < kRgbChannels; ++c) {
-          tree_.Gathered()[ElementId(p)][c * basis_.parallelogram.NodeCount() +
-                                         q] = static_cast<float>(field(at));
+          gathered_[ElementId(p)][c * basis_.parallelogram.NodeCount() + q] =
+              static_cast<float>(field(at));
         }
       }
     }
@@ -135,7 +137,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
 
   [[nodiscard]] DisplayMesh Mesh(bool smooth = true) {
     EXPECT_EQ(cell_.groups.size(), 1U);
-    return DisplayMesh(tree_, cell_, 0, {smooth}, budget_);
+    return DisplayMesh(tree_, gathered_, cell_, 0, {smooth}, budget_);
   }
 
   // The integral of the leaves: sums over their ancestors of the means.
@@ -149,7 +151,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
       const double area = PatchArea(patch) * scale * scale;
       for (size_t q = 0; q < on.NodeCount(); ++q) {
         sum += area * on.Weight(q) *
-               static_cast<double>(tree_.Gathered()[ElementId(e)][q]);
+               static_cast<double>(gathered_[ElementId(e)][q]);
       }
     }
     return sum;
@@ -168,6 +170,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
   std::vector<Patch> patches_;
   std::vector<PatchGeometry> geometry_;
   CellTree tree_;
+  CoefficientArray gathered_;
   CoplanarPatches cell_;
   MemoryBudget budget_{kBudgetBytes};
 };
@@ -327,11 +330,18 @@ TEST_P(DisplayMeshTest, ChargesAreGivenBackAndKept) {
   }
   EXPECT_EQ(budget_.UsedBytes(), 0U);
   MemoryBudget small(10'000);
-  EXPECT_THROW(DisplayMesh(tree_, cell_, 0, {}, small), DoesNotFitError);
+  EXPECT_THROW(DisplayMesh(tree_, gathered_, cell_, 0, {}, small),
+               DoesNotFitError);
   EXPECT_EQ(small.UsedBytes(), 0U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, DisplayMeshTest, ::testing::Values(1, 2, 3));
+
+CoefficientArray ZerosFor(const CellTree& tree) {
+  CoefficientArray gathered(tree.Shape().Stride());
+  gathered.GrowTo(tree.Size());
+  return gathered;
+}
 
 // Two squares side by side, of constant irradiance 1 and 3, and what stands
 // between them.
@@ -344,12 +354,13 @@ class DisplayBorderTest : public ::testing::Test {
     const Basis haar(1);
     const auto geometry = GeometryOf(patches);
     CellTree tree({&haar, kRgbChannels}, geometry);
+    CoefficientArray gathered = ZerosFor(tree);
     for (size_t c = 0; c < kRgbChannels; ++c) {
-      tree.Gathered()[ElementId(0U)][c] = 1;
-      tree.Gathered()[ElementId(1U)][c] = 3;
+      gathered[ElementId(0U)][c] = 1;
+      gathered[ElementId(1U)][c] = 3;
     }
     const CoplanarPatches cell(patches);
-    const DisplayMesh mesh(tree, cell, 0, {}, budget_);
+    const DisplayMesh mesh(tree, gathered, cell, 0, {}, budget_);
     std::set<double> values;
     for (size_t v = 0; v < mesh.VertexCount(); ++v) {
       values.insert(mesh.Irradiance(v)[0]);
@@ -392,9 +403,10 @@ TEST_F(DisplayBorderTest, ElementsThatMeetAtACornerAreNotAveraged) {
   const Basis haar(1);
   const auto geometry = GeometryOf(patches);
   CellTree tree({&haar, kRgbChannels}, geometry);
-  tree.Gathered()[ElementId(0U)][0] = 1;
+  CoefficientArray gathered = ZerosFor(tree);
+  gathered[ElementId(0U)][0] = 1;
   const CoplanarPatches cell(patches);
-  const DisplayMesh mesh(tree, cell, 0, {}, budget_);
+  const DisplayMesh mesh(tree, gathered, cell, 0, {}, budget_);
   EXPECT_EQ(mesh.VertexCount(), 10U);
   for (size_t v = 0; v < mesh.VertexCount(); ++v) {
     EXPECT_TRUE(mesh.Irradiance(v)[0] == 0 || mesh.Irradiance(v)[0] == 1);
@@ -418,11 +430,12 @@ TEST_F(DisplayBorderTest, SliversKeepTheirPlace) {
     CellTree tree({&haar, kRgbChannels}, geometry);
     tree.FindOrCreate(
         PatchId(0U), ChildPath(ChildPath(kRootPath, 0), 1), geometry);
+    CoefficientArray gathered = ZerosFor(tree);
     for (size_t e = 0; e < patches.size(); ++e) {
-      tree.Gathered()[ElementId(e)][0] = static_cast<float>(1 + 2 * (e % 2));
+      gathered[ElementId(e)][0] = static_cast<float>(1 + 2 * (e % 2));
     }
     const CoplanarPatches cell(patches);
-    const DisplayMesh mesh(tree, cell, 0, {}, budget_);
+    const DisplayMesh mesh(tree, gathered, cell, 0, {}, budget_);
     for (size_t v = 0; v < mesh.VertexCount(); ++v) {
       ASSERT_GE(mesh.Irradiance(v)[0], 1 - 1e-6);
       ASSERT_LE(mesh.Irradiance(v)[0], 3 + 1e-6);

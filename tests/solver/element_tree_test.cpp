@@ -1,6 +1,10 @@
-// Element trees in the store: what is saved is what is loaded.
+// Element trees, and what they receive, in the store: what is saved is what is
+// loaded.
 
 #include "solver/element_tree.h"
+
+#include "base/error.h"
+#include "solver/received_light.h"
 
 #include <algorithm>
 
@@ -36,7 +40,7 @@ void ExpectSame(const CoefficientArray& a, const CoefficientArray& b) {
 // A tree of more than two stored pages, with all coefficients.
 class StoredTree : public ::testing::Test {
  protected:
-  StoredTree() : tree_(shape_, patches_) {
+  StoredTree() : tree_(shape_, patches_), received_(shape_) {
     Random random(7);
     while (tree_.Size() < 2 * CoefficientArray::kPageElements + 100) {
       ElementPath path = kRootPath;
@@ -49,10 +53,11 @@ class StoredTree : public ::testing::Test {
           patches_);
     }
     tree_.StartDelta();
-    FillWithNoise(&tree_.Gathered(), 1);
     FillWithNoise(&tree_.Sent(), 2);
     FillWithNoise(&tree_.Delta(), 3);
-    FillWithNoise(&tree_.Gain(), 4);
+    received_.GrowTo(tree_.Size());
+    FillWithNoise(&received_.gathered, 1);
+    FillWithNoise(&received_.gain, 4);
     tree_.UpdateDetail();
   }
 
@@ -66,17 +71,17 @@ class StoredTree : public ::testing::Test {
   Basis basis_{2};
   TreeShape shape_{&basis_, kRgbChannels};
   CellTree tree_;
+  ReceivedLight received_;
   MapStorage store_;
 };
 
 TEST_F(StoredTree, ComesBackWhole) {
   CellTree loaded = SavedAndLoaded();
   ASSERT_EQ(loaded.Size(), tree_.Size());
-  EXPECT_EQ(loaded.Digest(), tree_.Digest());
-  ExpectSame(loaded.Gathered(), tree_.Gathered());
+  EXPECT_EQ(loaded.Digest(received_.gathered),
+            tree_.Digest(received_.gathered));
   ExpectSame(loaded.Sent(), tree_.Sent());
   ExpectSame(loaded.Delta(), tree_.Delta());
-  ExpectSame(loaded.Gain(), tree_.Gain());
   for (size_t i = 0; i < tree_.Size(); ++i) {
     EXPECT_EQ(loaded.Detail(ElementId(i)), tree_.Detail(ElementId(i)));
   }
@@ -87,7 +92,6 @@ TEST_F(StoredTree, WithoutDeltaComesBackWithoutIt) {
   CellTree loaded = SavedAndLoaded();
   EXPECT_FALSE(loaded.HasDelta());
   ExpectSame(loaded.Sent(), tree_.Sent());
-  ExpectSame(loaded.Gain(), tree_.Gain());
 }
 
 TEST_F(StoredTree, SaysHowLargeItIsBeforeItIsLoaded) {
@@ -99,16 +103,65 @@ TEST_F(StoredTree, SaysHowLargeItIsBeforeItIsLoaded) {
   EXPECT_LT(loaded.SizeBytes(), foreseen + foreseen / 4);
 }
 
-TEST_F(StoredTree, ForReadingTakesWhatIsGatheredAlone) {
+TEST_F(StoredTree, ForReadingComesWithoutCoefficients) {
   tree_.Save(store_, kCell);
   const CellTree read =
-      CellTree::LoadGathered(store_, kCell, shape_, patches_).value();
-  EXPECT_EQ(read.Digest(), tree_.Digest());
-  ExpectSame(read.Gathered(), tree_.Gathered());
-  const uint64_t foreseen = CellTree::GatheredBytesFor(tree_.Size(), shape_);
+      CellTree::LoadElements(store_, kCell, shape_, patches_).value();
+  EXPECT_EQ(read.Digest(received_.gathered), tree_.Digest(received_.gathered));
+  const uint64_t foreseen = CellTree::ElementBytesFor(tree_.Size());
   EXPECT_LT(read.SizeBytes(), foreseen + foreseen / 4);
-  EXPECT_LT(2 * foreseen, CellTree::BytesFor(tree_.Size(), shape_));
+  EXPECT_LT(4 * foreseen, CellTree::BytesFor(tree_.Size(), shape_));
 }
+
+TEST_F(StoredTree, LacksNoCoefficients) {
+  tree_.Save(store_, kCell);
+  store_.Erase({BlockKind::kCellTree, kCell.value, 1, 0});
+  EXPECT_THROW(CellTree::Load(store_, kCell, shape_, patches_),
+               DamagedStoreError);
+}
+
+// ------------------------------------------------------------ received light
+
+TEST_F(StoredTree, WhatItReceivedComesBackWhole) {
+  received_.Save(store_, kCell);
+  const auto loaded = ReceivedLight::Load(store_, kCell, shape_, tree_.Size());
+  ExpectSame(loaded.gathered, received_.gathered);
+  ExpectSame(loaded.gain, received_.gain);
+  EXPECT_GE(loaded.SizeBytes(), ReceivedLight::BytesFor(tree_.Size(), shape_));
+  ExpectSame(ReceivedLight::LoadGathered(store_, kCell, shape_, tree_.Size()),
+             received_.gathered);
+}
+
+// Others have made elements meanwhile.
+TEST_F(StoredTree, ElementsThatWereAddedHaveReceivedNothing) {
+  for (const size_t more : {size_t{1}, CoefficientArray::kPageElements + 7}) {
+    received_.Save(store_, kCell);
+    const auto loaded = ReceivedLight::Load(
+        store_, kCell, shape_, received_.gain.Size() + more);
+    received_.GrowTo(received_.gain.Size() + more);
+    ExpectSame(loaded.gathered, received_.gathered);
+    ExpectSame(loaded.gain, received_.gain);
+  }
+}
+
+TEST_F(StoredTree, HasReceivedNothingYet) {
+  auto loaded = ReceivedLight::Load(store_, kCell, shape_, 5000);
+  EXPECT_EQ(loaded.gathered.Size(), 5000U);
+  EXPECT_EQ(loaded.gathered.MaxAbs(), 0);
+  EXPECT_EQ(loaded.gain.Size(), 5000U);
+  EXPECT_EQ(loaded.gain.MaxAbs(), 0);
+}
+
+TEST_F(StoredTree, DamagedReceivedLightIsNoticed) {
+  received_.Save(store_, kCell);
+  EXPECT_THROW(ReceivedLight::Load(store_, kCell, shape_, tree_.Size() - 1),
+               DamagedStoreError);
+  store_.Erase({BlockKind::kReceived, kCell.value, 0, 1});
+  EXPECT_THROW(ReceivedLight::Load(store_, kCell, shape_, tree_.Size()),
+               DamagedStoreError);
+}
+
+// ------------------------------------------------------------------- arrays
 
 TEST(CoefficientArray, ClearedItTakesNothing) {
   CoefficientArray array(12);

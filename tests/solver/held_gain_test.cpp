@@ -28,10 +28,13 @@ class HeldGain : public ::testing::TestWithParam<size_t> {
   HeldGain()
       : basis_(GetParam()),
         patches_(GeometryOf(RandomPatches(44, 3, 3, 1), kReflectance)),
-        tree_({&basis_, kRgbChannels}, patches_) {}
+        tree_({&basis_, kRgbChannels}, patches_),
+        gain_(tree_.Shape().NodeStride()) {
+    gain_.GrowTo(tree_.Size());
+  }
 
   void SetGain(ElementId e, float gain) {
-    for (float& g : tree_.Gain()[e]) {
+    for (float& g : gain_[e]) {
       g = gain;
     }
   }
@@ -39,6 +42,7 @@ class HeldGain : public ::testing::TestWithParam<size_t> {
   Basis basis_;
   std::vector<PatchGeometry> patches_;
   CellTree tree_;
+  CoefficientArray gain_;
 };
 
 TEST_P(HeldGain, NoProductExceedsThatOfItsLevel) {
@@ -48,7 +52,7 @@ TEST_P(HeldGain, NoProductExceedsThatOfItsLevel) {
     }
     for (const HoldLevel level : kAllLevels) {
       const float claimed = static_cast<float>(kReflectance) * gain;
-      const CoefficientArray shares = HeldShares(tree_, patches_, level);
+      const CoefficientArray shares = HeldShares(tree_, gain_, patches_, level);
       ASSERT_EQ(shares.Size(), level == 0 ? 0 : tree_.Size());
       for (size_t i = 0; i < shares.Size(); ++i) {
         for (const float share : shares[ElementId(i)]) {
@@ -64,10 +68,11 @@ TEST_P(HeldGain, NoProductExceedsThatOfItsLevel) {
 TEST_P(HeldGain, OfALeafIsTheSumOverItsAncestors) {
   const ElementPath path = ChildPath(ChildPath(kRootPath, 2), 1);
   const ElementId leaf = tree_.FindOrCreate(PatchId(0U), path, patches_);
+  gain_.GrowTo(tree_.Size());
   for (size_t i = 0; i < tree_.Size(); ++i) {
     SetGain(ElementId(i), 0.6F);
   }
-  const CoefficientArray shares = HeldShares(tree_, patches_, kFirmHold);
+  const CoefficientArray shares = HeldShares(tree_, gain_, patches_, kFirmHold);
   const size_t nodes = basis_.On(patches_[0].shape).NodeCount();
   for (size_t q = 0; q < nodes; ++q) {
     EXPECT_NEAR(shares[leaf][q], 0.95 / (0.9 * 1.8), kRounding);
@@ -78,11 +83,11 @@ TEST_P(HeldGain, OfALeafIsTheSumOverItsAncestors) {
 }
 
 TEST_P(HeldGain, NodesAreHeldOneByOne) {
-  const auto gain = tree_.Gain()[ElementId(0U)];
+  const auto gain = gain_[ElementId(0U)];
   for (size_t q = 0; q < gain.size(); ++q) {
     gain[q] = q == 0 ? 2.0F : 0.5F;
   }
-  const CoefficientArray shares = HeldShares(tree_, patches_, kFirmHold);
+  const CoefficientArray shares = HeldShares(tree_, gain_, patches_, kFirmHold);
   const auto own = shares[ElementId(0U)];
   for (size_t q = 0; q < own.size(); ++q) {
     EXPECT_NEAR(own[q], q == 0 ? 0.95 / (0.9 * 2) : 1, kRounding);

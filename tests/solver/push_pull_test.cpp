@@ -30,7 +30,8 @@ class PushPullTest : public ::testing::TestWithParam<size_t> {
   PushPullTest()
       : basis_(GetParam()),
         patches_(Patches()),
-        tree_({&basis_, kChannels}, patches_) {
+        tree_({&basis_, kChannels}, patches_),
+        gathered_(tree_.Shape().Stride()) {
     Random random(42);
     for (int i = 0; i < 60; ++i) {
       ElementPath path = kRootPath;
@@ -42,6 +43,7 @@ class PushPullTest : public ::testing::TestWithParam<size_t> {
           path,
           patches_);
     }
+    gathered_.GrowTo(tree_.Size());
   }
 
   static std::vector<PatchGeometry> Patches() {
@@ -83,6 +85,7 @@ class PushPullTest : public ::testing::TestWithParam<size_t> {
   Basis basis_;
   std::vector<PatchGeometry> patches_;
   CellTree tree_;
+  CoefficientArray gathered_;
 };
 
 // Float rounding of sums of a few values of this size.
@@ -96,7 +99,7 @@ TEST_P(PushPullTest, DarkElementsHaveTheirEmission) {
 }
 
 TEST_P(PushPullTest, WithoutIrradianceOnlyEmissionIsLeft) {
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   const CoefficientArray e = EmittedRadiosity(tree_, patches_, Surfaces());
   for (size_t i = 0; i < tree_.Size(); ++i) {
     for (size_t k = 0; k < b.Stride(); ++k) {
@@ -108,10 +111,10 @@ TEST_P(PushPullTest, WithoutIrradianceOnlyEmissionIsLeft) {
 TEST_P(PushPullTest, ConstantIrradianceOfTheRootIsReflectedEverywhere) {
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     if (IsRoot(e)) {
-      tree_.Gathered()[e][at] = 2 + static_cast<float>(c);
+      gathered_[e][at] = 2 + static_cast<float>(c);
     }
   });
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     const float h = 2 + static_cast<float>(c);
     EXPECT_NEAR(b[e][at], Emitted(e, c) + kReflectance[c] * h, kRounding);
@@ -120,10 +123,9 @@ TEST_P(PushPullTest, ConstantIrradianceOfTheRootIsReflectedEverywhere) {
 
 TEST_P(PushPullTest, IrradianceOfAPointIsTheSumOverItsElements) {
   // 1 on every element: a leaf at level n has n + 1.
-  ForEachNode([&](ElementId e, size_t, size_t, size_t at) {
-    tree_.Gathered()[e][at] = 1;
-  });
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  ForEachNode(
+      [&](ElementId e, size_t, size_t, size_t at) { gathered_[e][at] = 1; });
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     const Element& element = tree_.At(e);
     if (element.first_child == 0) {
@@ -147,8 +149,8 @@ void FillAtRandom(CoefficientArray* values) {
 }
 
 TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
-  FillAtRandom(&tree_.Gathered());
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  FillAtRandom(&gathered_);
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t g, size_t at) {
     const uint32_t child = tree_.At(e).first_child;
     if (child == 0) {
@@ -176,8 +178,8 @@ TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
 }
 
 TEST_P(PushPullTest, SumOverLeavesIsTheIntegralOverTheRoots) {
-  FillAtRandom(&tree_.Gathered());
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  FillAtRandom(&gathered_);
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   double roots = 0;
   ForEachNode([&](ElementId e, size_t, size_t q, size_t at) {
     if (IsRoot(e)) {
@@ -206,10 +208,10 @@ TEST_P(PushPullTest, WhatTheBasisHoldsAtTheRootIsReproducedOnTheLeaves) {
   ForEachNode([&](ElementId e, size_t, size_t q, size_t at) {
     if (IsRoot(e)) {
       const UnitPoint node = BasisOf(e).Node(q);
-      tree_.Gathered()[e][at] = static_cast<float>(field(node.a, node.b));
+      gathered_[e][at] = static_cast<float>(field(node.a, node.b));
     }
   });
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t q, size_t at) {
     const ElementFrame f = tree_.At(e).frame;
     const UnitPoint node = BasisOf(e).Node(q);
@@ -224,11 +226,11 @@ TEST_P(PushPullTest, WhatTheBasisHoldsAtTheRootIsReproducedOnTheLeaves) {
 }
 
 TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
-  FillAtRandom(&tree_.Gathered());
+  FillAtRandom(&gathered_);
   for (PatchGeometry& p : patches_) {
     p.reflects = false;
   }
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     EXPECT_NEAR(b[e][at], Emitted(e, c), kRounding);
   });
@@ -237,7 +239,7 @@ TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
 // ------------------------------------------------------------------- gains
 
 TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
-  FillAtRandom(&tree_.Gathered());
+  FillAtRandom(&gathered_);
   CoefficientArray kept(tree_.Shape().NodeStride());
   kept.GrowTo(tree_.Size());
   size_t next = 0;
@@ -246,8 +248,9 @@ TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
       share = static_cast<float>(next++ % 5) / 4;
     }
   }
-  const CoefficientArray some = PushPull(tree_, patches_, Surfaces(), kept);
-  const CoefficientArray all = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray some =
+      PushPull(tree_, gathered_, patches_, Surfaces(), kept);
+  const CoefficientArray all = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t q, size_t at) {
     if (tree_.At(e).first_child == 0) {
       const double emitted = static_cast<double>(Emitted(e, c));
@@ -264,10 +267,10 @@ TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
 TEST_P(PushPullTest, MeanReflectedIsWhatIsBeyondEmission) {
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     if (IsRoot(e)) {
-      tree_.Gathered()[e][at] = c == 1 ? 4 : 1;
+      gathered_[e][at] = c == 1 ? 4 : 1;
     }
   });
-  const CoefficientArray b = PushPull(tree_, patches_, Surfaces());
+  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   for (size_t i = 0; i < patches_.size(); ++i) {
     // 0.5 * 4 in the second channel is the largest.
     EXPECT_NEAR(

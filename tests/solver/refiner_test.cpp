@@ -36,6 +36,7 @@ class BrightCell {
       : id_(id),
         geometry_(GeometryOf(patches, kReflectance)),
         tree_({&basis, kRgbChannels}, geometry_),
+        received_(tree_.Shape()),
         clusters_(geometry_, WholePatches(geometry_.size())) {
     for (size_t i = 0; i < tree_.Size(); ++i) {
       for (float& b : tree_.Sent()[ElementId(i)]) {
@@ -55,10 +56,19 @@ class BrightCell {
 
   CellTree& Tree() { return tree_; }
 
+  ReceivedLight& Received() { return received_; }
+
+  // Applies links of the cell with itself.
+  void Link(const RawLinks& raw, LinkBlock* block) {
+    const GrowingSide side{geometry_, &tree_};
+    ApplyLinks(raw, side, side, &received_, block);
+  }
+
  private:
   uint32_t id_;
   std::vector<PatchGeometry> geometry_;
   CellTree tree_;
+  ReceivedLight received_;
   ClusterTree clusters_;
 };
 
@@ -364,7 +374,7 @@ double MeanGainOf(BrightCell& cell, uint32_t patch) {
   for (size_t i = 0; i < cell.Tree().Size(); ++i) {
     const Element& e = cell.Tree().At(ElementId(i));
     if (e.patch == patch) {
-      const auto gain = cell.Tree().Gain()[ElementId(i)];
+      const auto gain = cell.Received().gain[ElementId(i)];
       const double sum = std::accumulate(gain.begin(), gain.end(), 0.0);
       mean += sum / static_cast<double>(gain.size()) *
               static_cast<double>(e.frame.scale * e.frame.scale);
@@ -387,12 +397,7 @@ Gains LinkToItself(const RefineOptions& options,
   for (const RawLinks& item :
        RefineAll(options, cell->Side(), cell->Side(), blockers)) {
     gains.squared_error += item.squared_error;
-    ApplyLinks(item,
-               cell->Geometry(),
-               cell->Tree(),
-               cell->Geometry(),
-               cell->Tree(),
-               &block);
+    cell->Link(item, &block);
   }
   for (uint32_t i = 0; i < cell->Geometry().size(); ++i) {
     gains.means.push_back(MeanGainOf(*cell, i));
@@ -446,12 +451,7 @@ TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
     for (const RawLinks& item :
          RefineAll(options, cell.Side(), source, scenery.All())) {
       squared_error += item.squared_error;
-      ApplyLinks(item,
-                 cell.Geometry(),
-                 cell.Tree(),
-                 cell.Geometry(),
-                 cell.Tree(),
-                 &block);
+      cell.Link(item, &block);
     }
     EXPECT_EQ(block.group.empty(), !as_one);
     return std::pair(MeanGainOf(cell, 0), std::sqrt(squared_error));
@@ -627,22 +627,22 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
   LinkBlock block;
   for (const RawLinks& item :
        RefineAll(options, cell.Side(), cell.Side(), scenery.All())) {
-    ApplyLinks(item, cell.Geometry(), tree, cell.Geometry(), tree, &block);
+    cell.Link(item, &block);
   }
   SortLinks(&block);
-  tree.Gathered().SetZero();
+  CoefficientArray& irradiance = cell.Received().gathered;
   Gather(block,
          {cell.Geometry(), &tree, nullptr},
          {cell.Geometry(), &tree, nullptr},
          tree.Sent(),
-         tree.Gathered());
+         irradiance);
   double gathered = 0;
   const PatchGeometry& plate = cell.Geometry()[kPlate];
   for (size_t i = 0; i < tree.Size(); ++i) {
     const Element& e = tree.At(ElementId(i));
     if (e.patch == kPlate) {
       const TransferEnd end = MakeTransferEnd(plate, e.frame);
-      const auto values = tree.Gathered()[ElementId(i)];
+      const auto values = irradiance[ElementId(i)];
       for (size_t g = 0; g < tree.Shape().NodeStride(); ++g) {
         const float weight = GetParam() == 1 ? 1.0F : end.weight[g];
         gathered += static_cast<double>(weight * values[g]) *

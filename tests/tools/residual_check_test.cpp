@@ -8,6 +8,7 @@
 #include "scene/import.h"
 #include "solver/basis.h"
 #include "solver/element_tree.h"
+#include "solver/received_light.h"
 #include "solver/residual_probes.h"
 #include "solver/solve.h"
 #include "store/sqlite_store.h"
@@ -57,17 +58,19 @@ class SolvedScene {
         patches.push_back(MakePatchGeometry(
             p, scene.materials.at(p.material.Index()), scene.bounds.Center()));
       }
-      auto tree =
-          CellTree::Load(*store, CellId(i), {&basis, kRgbChannels}, patches);
+      const TreeShape shape{&basis, kRgbChannels};
+      const auto tree = CellTree::Load(*store, CellId(i), shape, patches);
       if (tree) {
+        auto gathered =
+            ReceivedLight::LoadGathered(*store, CellId(i), shape, tree->Size());
         for (size_t e = 0; e < tree->Size(); ++e) {
           const bool scaled =
               !only || tree->At(ElementId(e)).patch == only->value;
-          for (float& value : tree->Gathered()[ElementId(e)]) {
+          for (float& value : gathered[ElementId(e)]) {
             value *= scaled ? factor : 1;
           }
         }
-        tree->Save(*store, CellId(i));
+        ReceivedLight::SaveGathered(*store, CellId(i), gathered);
       }
     }
   }

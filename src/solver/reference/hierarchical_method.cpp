@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "solver/push_pull.h"
+#include "solver/received_light.h"
 #include "solver/reference/hierarchical_oracle.h"
 #include "solver/reference/hierarchical_transfer.h"
 #include "solver/reference/hierarchical_visibility.h"
@@ -115,11 +116,14 @@ HierarchicalSolution Hierarchy::Run() {
 }
 
 void Hierarchy::Gather() {
-  for (CellTree& tree : solution_.trees) {
-    tree.Gathered().SetZero();
+  solution_.gathered.clear();
+  for (const CellTree& tree : solution_.trees) {
+    CoefficientArray& gathered =
+        solution_.gathered.emplace_back(tree.Shape().Stride());
+    gathered.GrowTo(tree.Size());
   }
   ParallelFor(links_.size(), [&](size_t patch) {
-    CoefficientArray& gathered = solution_.trees[cell_of_[patch]].Gathered();
+    CoefficientArray& gathered = solution_.gathered[cell_of_[patch]];
     for (const HierarchicalLink& link : links_[patch]) {
       AddLight(link, gathered[link.receiver]);
     }
@@ -131,8 +135,8 @@ double Hierarchy::PushAndPull() {
   double change = 0;
   for (size_t c = 0; c < solution_.trees.size(); ++c) {
     CellTree& tree = solution_.trees[c];
-    CoefficientArray radiosity =
-        PushPull(tree, scene_.PatchesOf(c), scene_.Surfaces());
+    CoefficientArray radiosity = PushPull(
+        tree, solution_.gathered[c], scene_.PatchesOf(c), scene_.Surfaces());
     CoefficientArray gained = radiosity;
     gained.Subtract(tree.Sent());
     change += SumOverLeaves(tree, scene_.PatchesOf(c), gained).absolute;
@@ -364,7 +368,8 @@ void Hierarchy::ChargeFor(size_t links) {
   uint64_t bytes = links * (2 * sizeof(HierarchicalLink) + kAllocationBytes +
                             nodes * nodes * sizeof(float));
   for (const CellTree& tree : solution_.trees) {
-    bytes += CellTree::BytesFor(tree.Size(), tree.Shape());
+    bytes += CellTree::BytesFor(tree.Size(), tree.Shape()) +
+             ReceivedLight::BytesFor(tree.Size(), tree.Shape());
   }
   charge_.GrowTo(bytes);
 }

@@ -5,7 +5,7 @@
 //
 //   paper        here                       unit
 //   B            CellTree::Sent             W/m2
-//   H            CellTree::Gathered         W/m2
+//   H            ReceivedLight::gathered    W/m2
 //   K V          HierarchicalLink::kernel   irradiance per radiosity
 //   epsilon      HierarchicalOptions        by the oracle
 //   vis_epsilon  kPartialShare (.cpp)       1
@@ -26,8 +26,9 @@
 namespace enfilade {
 
 struct HierarchicalSolution {
-  std::vector<CellTree> trees;  // irradiance and radiosity, by cell
-  uint64_t links = 0;           // that bring light
+  std::vector<CellTree> trees;             // radiosity, by cell
+  std::vector<CoefficientArray> gathered;  // irradiance, by cell
+  uint64_t links = 0;                      // that bring light
   uint64_t passes = 0;
   double residual = 0;   // the last pass's change over the reflected power
   bool complete = true;  // settled within the most passes

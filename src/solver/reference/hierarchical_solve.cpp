@@ -51,7 +51,7 @@ SolveSummary SolveHierarchically(BlockStorage& store,
   record.links = solution.links;
   record.estimated_error = 1;
   state.rounds.push_back(record);
-  WriteSolution(solution.trees, state, store);
+  WriteSolution(solution.trees, solution.gathered, state, store);
   return LoadSolveSummary(store);
 }
 

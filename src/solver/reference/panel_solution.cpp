@@ -47,14 +47,15 @@ void RunControl::Check(double fraction, const std::string& phase) const {
   }
 }
 
-std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
-                                const Basis& haar,
-                                const PanelSolution& solution) {
+TreeSolution MakeTrees(const ReferenceScene& scene,
+                       const Basis& haar,
+                       const PanelSolution& solution) {
   ENFILADE_CHECK(haar.kind.order == 1, "order {}", haar.kind.order);
   const TreeShape shape{&haar, kRgbChannels};
-  std::vector<CellTree> trees;
+  TreeSolution made;
   for (size_t c = 0; c < scene.CellCount(); ++c) {
-    trees.emplace_back(shape, scene.PatchesOf(c));
+    made.trees.emplace_back(shape, scene.PatchesOf(c));
+    made.gathered.emplace_back(shape.Stride());
   }
   size_t cell = 0;
   for (size_t i = 0; i < solution.panels.size(); ++i) {
@@ -67,19 +68,23 @@ std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
     }
     const PatchId patch(panel.patch - scene.CellBegin(cell));
     for (const ElementPath path : scene.TreePaths(panel)) {
-      const ElementId e =
-          trees[cell].FindOrCreate(patch, path, scene.PatchesOf(cell));
+      CellTree& tree = made.trees[cell];
+      const ElementId e = tree.FindOrCreate(patch, path, scene.PatchesOf(cell));
+      made.gathered[cell].GrowTo(tree.Size());
       for (size_t k = 0; k < kRgbChannels; ++k) {
-        trees[cell].Gathered()[e][k] =
+        made.gathered[cell][e][k] =
             static_cast<float>(solution.irradiance[i][k]);
       }
     }
   }
-  for (size_t c = 0; c < trees.size(); ++c) {
-    trees[c].Sent() = PushPull(trees[c], scene.PatchesOf(c), scene.Surfaces());
-    trees[c].UpdateDetail();
+  for (size_t c = 0; c < made.trees.size(); ++c) {
+    CellTree& tree = made.trees[c];
+    made.gathered[c].GrowTo(tree.Size());
+    tree.Sent() =
+        PushPull(tree, made.gathered[c], scene.PatchesOf(c), scene.Surfaces());
+    tree.UpdateDetail();
   }
-  return trees;
+  return made;
 }
 
 double SquaredDifference(const ReferenceScene& scene,

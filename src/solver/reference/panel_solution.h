@@ -36,11 +36,17 @@ struct RunControl {
   void Check(double fraction, const std::string& phase) const;
 };
 
+// A solution as trees, by cell, and what their elements have gathered.
+struct TreeSolution {
+  std::vector<CellTree> trees;
+  std::vector<CoefficientArray> gathered;
+};
+
 // One tree per cell, of the constant basis: panels are its leaves; `gathered`
 // holds their irradiance, `sent` the radiosity of leaves and inner elements.
-std::vector<CellTree> MakeTrees(const ReferenceScene& scene,
-                                const Basis& haar,
-                                const PanelSolution& solution);
+TreeSolution MakeTrees(const ReferenceScene& scene,
+                       const Basis& haar,
+                       const PanelSolution& solution);
 
 // The integral of (a - b)^2 of the radiosity over all reflecting patches, mean
 // of the channels, W^2/m2. Exact for two constant solutions on any two trees.

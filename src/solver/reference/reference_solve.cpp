@@ -61,7 +61,7 @@ class ReferenceSolve {
               const std::vector<CellTree>* coarser);
   [[nodiscard]] uint32_t PanelsOfCell(const PanelSolution& solution,
                                       size_t cell) const;
-  void Write(const std::vector<CellTree>& trees);
+  void Write(const TreeSolution& solution);
 
   BlockStorage& store_;
   SolveOptions options_;
@@ -87,13 +87,13 @@ SolveSummary ReferenceSolve::Run() {
        !state_.converged && fineness <= last;
        ++fineness) {
     const PanelSolution solution = SolveAt(fineness);
-    auto trees = MakeTrees(scene_, haar_, solution);
-    Record(solution, trees, coarser ? &*coarser : nullptr);
+    TreeSolution made = MakeTrees(scene_, haar_, solution);
+    Record(solution, made.trees, coarser ? &*coarser : nullptr);
     state_.converged =
         asked != 0 ? fineness == last : solution.complete && IsMet();
     state_.phase = SolvePhase::kDone;
-    Write(trees);
-    coarser = std::move(trees);
+    Write(made);
+    coarser = std::move(made.trees);
   }
   SaveSolveState(state_, store_);
   store_.Commit();
@@ -200,9 +200,9 @@ uint32_t ReferenceSolve::PanelsOfCell(const PanelSolution& solution,
   return count;
 }
 
-void ReferenceSolve::Write(const std::vector<CellTree>& trees) {
+void ReferenceSolve::Write(const TreeSolution& solution) {
   const Stopwatch watch(&state_.times.store_seconds);
-  WriteSolution(trees, state_, store_);
+  WriteSolution(solution.trees, solution.gathered, state_, store_);
 }
 
 // The last fineness that was committed; nothing if there is none.

@@ -1,6 +1,7 @@
 #include "solver/reference/reference_store.h"
 
 #include "solver/push_pull.h"
+#include "solver/received_light.h"
 
 #include <algorithm>
 
@@ -29,12 +30,15 @@ double TakeCellRows(const ReferenceScene& scene,
 }
 
 void WriteSolution(const std::vector<CellTree>& trees,
+                   const std::vector<CoefficientArray>& gathered,
                    const SolveState& state,
                    BlockStorage& store) {
   store.EraseAll(BlockKind::kCellTree);
+  store.EraseAll(BlockKind::kReceived);
   store.EraseAll(BlockKind::kLinks);
   for (size_t c = 0; c < trees.size(); ++c) {
     trees[c].Save(store, CellId(c));
+    ReceivedLight::SaveGathered(store, CellId(c), gathered[c]);
   }
   SaveSolveState(state, store);
   store.Commit();

@@ -18,8 +18,9 @@ double TakeCellRows(const ReferenceScene& scene,
                     const std::vector<CellTree>& trees,
                     SolveState* state);
 
-// Writes trees and state and commits.
+// Writes trees, what they have gathered, both by cell, and state, and commits.
 void WriteSolution(const std::vector<CellTree>& trees,
+                   const std::vector<CoefficientArray>& gathered,
                    const SolveState& state,
                    BlockStorage& store);
 
