@@ -5,6 +5,19 @@
 #include <cmath>
 
 namespace enfilade {
+namespace {
+
+// What the allocator takes for an array: large ones are mapped of their own,
+// behind a header, and end in a page that is hardly used.
+uint64_t AllocatedBytes(uint64_t bytes) {
+  constexpr uint64_t kMappedFrom = 128 << 10;
+  constexpr uint64_t kPage = 4096;
+  constexpr uint64_t kHeader = 16;
+  return bytes < kMappedFrom ? bytes
+                             : (bytes + kHeader + kPage - 1) / kPage * kPage;
+}
+
+}  // namespace
 
 void CoefficientArray::GrowTo(size_t elements) {
   while (size_ < elements) {
@@ -31,7 +44,7 @@ void CoefficientArray::Clear() {
 uint64_t CoefficientArray::SizeBytes() const {
   uint64_t bytes = 0;
   for (const auto& page : pages_) {
-    bytes += page.capacity() * sizeof(float);
+    bytes += AllocatedBytes(page.capacity() * sizeof(float));
   }
   return bytes;
 }
