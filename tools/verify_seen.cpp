@@ -15,10 +15,15 @@ constexpr uint64_t kMostGroup = 8;           // cells of one batch of rays
 constexpr uint64_t kMostScattered = 128;     // rays of a cell
 constexpr uint64_t kLeastScattered = 16;     // rays of a cell
 constexpr uint64_t kAllScattered = 1 << 19;  // rays of all cells, about
-constexpr size_t kMostSeen = 48;             // emitters of a cell
+constexpr size_t kMostSeen = 256;            // emitters of a cell
 constexpr size_t kTests = 16;                // rays from a cell to an emitter
+constexpr size_t kTestedAtOnce = 48;         // emitters
 constexpr uint64_t kSearchBytes =            // of a cell of a group
-    (kMostSeen * kTests + kMostScattered) * 192;
+    (kTestedAtOnce * kTests + kMostScattered) * 192;
+
+// What counts as seen at least: of an emitter of the same cell, of others.
+constexpr double kHiddenShare = 0.5 / kTests;
+constexpr double kHiddenBeyondShare = 0.1 / kTests;
 
 // What is left to the tree, which knows all emitters.
 constexpr double kTreeShare = 0.15;
@@ -158,16 +163,25 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
       if ((seen_.size() + kMostSeen) * 2 * sizeof(Seen) > list_bytes) {
         return rays;  // the cells from here on keep no list
       }
-      rays +=
-          Test(view, search.points, search.candidates, MixKey(search.key, 2));
+      const CellId cell(ends_.size());
+      const std::span<const uint32_t> all(search.candidates);
+      for (size_t i = 0; i < all.size(); i += kTestedAtOnce) {
+        rays += Test(view,
+                     cell,
+                     search.points,
+                     all.subspan(i, std::min(kTestedAtOnce, all.size() - i)),
+                     MixKey(search.key, 2));
+      }
       ends_.push_back(seen_.size());
     }
   }
   return rays;
 }
 
-// Keeps those of the candidates that a ray reaches.
+// Finds the share of each candidate. None is dropped: a shade may hide a bulb
+// from all but what is inside of it, where nothing else matters.
 uint64_t SeenEmitters::Test(const BuildingView& view,
+                            CellId cell,
                             std::span<const Receiver> points,
                             std::span<const uint32_t> candidates,
                             uint64_t key) {
@@ -199,11 +213,12 @@ uint64_t SeenEmitters::Test(const BuildingView& view,
     for (; i < ends[k]; ++i) {
       open += hits[i].hit ? 0U : 1U;
     }
-    if (open > 0) {
-      seen_.push_back(
-          MakeSeen(candidates[k],
-                   static_cast<double>(open) / static_cast<double>(tested)));
-    }
+    const bool is_own = tree_->Emitters()[candidates[k]].cell == cell;
+    const double share = static_cast<double>(open) /
+                         static_cast<double>(std::max<size_t>(tested, 1));
+    seen_.push_back(
+        MakeSeen(candidates[k],
+                 std::max(share, is_own ? kHiddenShare : kHiddenBeyondShare)));
   }
   return rays.size();
 }

@@ -3,8 +3,8 @@
 // The tree over the emitters (verify_lights.h) knows nothing of walls: of the
 // lamps of a building it would spend most samples on those of other rooms. So
 // every cell keeps the emitters that rays found to be seen from its patches,
-// each with the share of the rays to it that got through, and a choice from x
-// in cell c is the mixture
+// each with the share of the rays to it that got through, or a little where
+// none did; and a choice from x in cell c is the mixture
 //
 //   P(e | x, c) = t P_tree(e | x)
 //               + (1 - t) share_c(e) I(e, x) / sum over the list of the same
@@ -66,6 +66,7 @@ class SeenEmitters {
   struct Weights;
 
   uint64_t Test(const BuildingView& view,
+                CellId cell,
                 std::span<const Receiver> points,
                 std::span<const uint32_t> candidates,
                 uint64_t key);

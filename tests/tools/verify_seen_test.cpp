@@ -2,6 +2,8 @@
 
 #include "base/random.h"
 
+#include <tuple>
+
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify_paths.h"
 #include <gtest/gtest.h>
@@ -55,6 +57,42 @@ TEST(SeenEmittersTest, ChoicesGoToTheLampsOfTheRoom) {
     own += choice->emitter->cell == CellId(0U) ? 1 : 0;
   }
   EXPECT_GE(own, 850);
+}
+
+// A bulb in a box that is open below, 5 mm above the floor: hardly a point of
+// the room sees it, and those inside see nothing else.
+TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
+  FakeBuilding building;
+  const MaterialId grey = building.AddMaterial({.5, .5, .5}, {});
+  const MaterialId light = building.AddMaterial({}, {1, 1, 1});
+  const MaterialId bulb = building.AddMaterial({}, {100, 100, 100});
+  building.Add({0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
+  building.Add({1, 1, 2.5}, {0, 1, 0}, {1, 0, 0}, light);
+  const Point3 low{2, 2, .005};
+  const Vec3 x{.1, 0, 0};
+  const Vec3 y{0, .1, 0};
+  const Vec3 z{0, 0, .1};
+  for (const auto& [origin, u, v] : {std::tuple(low, y, z),
+                                     std::tuple(low + x, y, z),
+                                     std::tuple(low, x, z),
+                                     std::tuple(low + y, x, z),
+                                     std::tuple(low + z, x, y)}) {
+    building.Add(origin, u, v, grey);
+    building.Add(origin, v, u, grey);
+  }
+  building.Add({2.03, 2.03, .09}, {0, .04, 0}, {.04, 0, 0}, bulb);
+  MemoryBudget budget(kBudget);
+  const EmitterTree tree(building.View(), budget, 1 << 20);
+  SeenEmitters seen(tree);
+  seen.Learn(building.View(), budget, kMostBytes, 1);
+  int inside = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto choice =
+        seen.Choose(CellId(0U), {2.05, 2.05, 0}, {0, 0, 1}, (i + .5) / 1000);
+    ASSERT_TRUE(choice);
+    inside += choice->emitter->material == bulb ? 1 : 0;
+  }
+  EXPECT_GE(inside, 800);
 }
 
 // An estimator weighed with the densities is right only if each is the
