@@ -115,13 +115,13 @@ void LoadCells(const BlockStorage& store, Building* b) {
     }
     b->cells.push_back(std::move(cell));
   }
-  for (const auto& [kind, part] :
-       {std::pair(BlockKind::kCellTree, Part::kTree),
-        std::pair(BlockKind::kReceived, Part::kReceived)}) {
+  const auto add_stored = [&](BlockKind kind, Part part) {
     store.ForEachKey(kind, [&](const BlockKey& key) {
       b->items[ItemOf(key.a, part)].stored_bytes += Read(store, key).second;
     });
-  }
+  };
+  add_stored(BlockKind::kCellTree, Part::kTree);
+  add_stored(BlockKind::kReceived, Part::kReceived);
 }
 
 void LoadLinks(const BlockStorage& store, Building* b) {
