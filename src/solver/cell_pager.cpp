@@ -360,27 +360,22 @@ std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
 }
 
 void CellPager::MarkDirty(CellId cell) {
-  const ItemKey key{ItemKind::kTree, cell.value};
-  Item* item = Find(key);
-  ENFILADE_CHECK(item != nullptr && !item->use.expired(),
-                 "the tree of cell {} is not in use",
-                 cell.value);
-  item->dirty = true;
-  Recharge(key,
-           std::static_pointer_cast<CellTree>(item->value)->SizeBytes(),
-           kTreePurpose);
+  MarkItemDirty<CellTree>({ItemKind::kTree, cell.value}, kTreePurpose);
 }
 
 void CellPager::MarkReceivedDirty(CellId cell) {
-  const ItemKey key{ItemKind::kReceived, cell.value};
+  MarkItemDirty<ReceivedLight>({ItemKind::kReceived, cell.value},
+                               kReceivedPurpose);
+}
+
+template <typename T>
+void CellPager::MarkItemDirty(ItemKey key, std::string_view what) {
   Item* item = Find(key);
   ENFILADE_CHECK(item != nullptr && !item->use.expired(),
-                 "what cell {} has received is not in use",
-                 cell.value);
+                 "what is changed is not in use: {}",
+                 what);
   item->dirty = true;
-  Recharge(key,
-           std::static_pointer_cast<ReceivedLight>(item->value)->SizeBytes(),
-           kReceivedPurpose);
+  Recharge(key, std::static_pointer_cast<T>(item->value)->SizeBytes(), what);
 }
 
 // Of an item in use that takes `bytes` by now.

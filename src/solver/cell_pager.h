@@ -169,6 +169,9 @@ class CellPager {
   void SetHeld(ItemKey key, Item* item, uint64_t bytes);
   template <typename T>
   std::shared_ptr<T> Use(ItemKey key, bool is_along = false);
+  // `what` names it to the budget.
+  template <typename T>
+  void MarkItemDirty(ItemKey key, std::string_view what);
   void NoteCapacity();
   using Items = std::map<ItemKey, Item>;
 

@@ -176,19 +176,18 @@ void DisplayMeshBuilder::TakeValues() {
 void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   const uint32_t element = mesh_.leaves_[leaf].element;
   const PatchShape shape = forest_.ShapeOf(element);
-  const TreeShape& tree_shape = shape_;
-  const ShapeBasis& basis = tree_shape.basis->On(shape);
+  const ShapeBasis& basis = shape_.basis->On(shape);
   std::vector<uint32_t> path = {element};
   while (forest_.At(path.back()).parent != path.back()) {
     path.push_back(forest_.At(path.back()).parent);
   }
-  std::vector<float> sum(tree_shape.Stride());
-  std::vector<float> pushed(tree_shape.Stride());
+  std::vector<float> sum(shape_.Stride());
+  std::vector<float> pushed(shape_.Stride());
   for (size_t i = path.size(); i-- > 0;) {
     const DisplayElement& e = forest_.At(path[i]);
     if (e.parent != path[i]) {
       const size_t child = path[i] - forest_.At(e.parent).first_child;
-      PushTo(basis, tree_shape, child, sum, pushed);
+      PushTo(basis, shape_, child, sum, pushed);
       std::swap(sum, pushed);
     }
     if (e.source) {
@@ -205,7 +204,7 @@ void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
       double at_p = 0;
       for (size_t q = 0; q < basis.NodeCount(); ++q) {
         at_p += functions[q] *
-                static_cast<double>(sum[c * tree_shape.NodeStride() + q]);
+                static_cast<double>(sum[c * shape_.NodeStride() + q]);
       }
       value[c] = static_cast<float>(at_p);
     }

@@ -384,6 +384,8 @@ void Engine::PropagateCell(CellId cell) {
   Receiver r = Load(cell);
   if (state_.cursor.source == 0) {
     r.tree->ForgetDelta();
+    // A commit in the middle of the turn keeps that.
+    pager_.MarkDirty(cell);
   }
   while (state_.cursor.source < r.sources.size()) {
     const CellId source = r.sources[state_.cursor.source].source;

@@ -135,6 +135,32 @@ TEST_F(NextUseInRow, OrdersCellsAsPropagationDoes) {
   }
 }
 
+// What a cell has received is needed when it has its turn, and by nobody else.
+TEST_F(NextUseInRow, OrdersWhatIsReceivedByTurns) {
+  NextUse next(*store_, kCells, budget_);
+  for (const Pair& p : order_) {
+    next.SetLinked(p.receiver, p.source.source, true);
+  }
+  for (const SweepKind kind : {SweepKind::kRefine, SweepKind::kPropagate}) {
+    next.StartSweep(kind);
+    for (size_t at = 0; at < order_.size(); ++at) {
+      MoveTo(at, &next);
+      const auto steps = [&](CellId c) {
+        return Steps(at, [&](const Pair& p) { return p.receiver == c; });
+      };
+      for (size_t i = 0; i < kCells; ++i) {
+        EXPECT_EQ(next.OfTurn(CellId(i)) == 0, steps(CellId(i)) == 0);
+        for (size_t k = 0; k < kCells; ++k) {
+          if (steps(CellId(i)) < steps(CellId(k))) {
+            EXPECT_LT(next.OfTurn(CellId(i)), next.OfTurn(CellId(k)))
+                << "cells " << i << " and " << k << " at step " << at;
+          }
+        }
+      }
+    }
+  }
+}
+
 // Pairs without links do not count in propagation.
 TEST_F(NextUseInRow, LeavesOutPairsWithoutLinks) {
   NextUse next(*store_, kCells, budget_);
