@@ -15,6 +15,16 @@ constexpr double kUniformShare = 0.15;
 // of the brightest places knows too little of their noise.
 constexpr double kLightShare = 0.4;
 constexpr double kPriorPoints = 8;  // that a class borrows from all
+constexpr uint32_t kLeastStrata = 4;
+constexpr uint32_t kMostStrata = 32;
+constexpr double kPointWork = 16;  // of a point itself, in paths
+// The noise of a pilot is known badly: as much of its y^2 is no noise at least.
+constexpr double kLeastBetween = 1.0 / 64;
+
+uint32_t StrataOf(double paths) {
+  return static_cast<uint32_t>(std::clamp(
+      std::ceil(std::sqrt(paths)), kLeastStrata * 1.0, kMostStrata * 1.0));
+}
 
 }  // namespace
 
@@ -24,6 +34,7 @@ PointDensity::PointDensity(std::vector<LightBin> bins)
   for (const LightBin& bin : bins_) {
     mean_level_ += bin.level * (bin.end - bin.begin) / area_;
   }
+  strata_.fill(kLeastStrata);
   SetMasses([](const LightBin& bin) { return std::sqrt(bin.level); });
 }
 
@@ -47,6 +58,10 @@ void PointDensity::SetMasses(const Density& density) {
                  (1 - kUniformShare) *
                      (kLightShare * by_light + (1 - kLightShare) * learned);
   }
+  class_masses_ = {};
+  for (size_t i = 0; i < bins_.size(); ++i) {
+    class_masses_[ClassOf(bins_[i].level)] += masses_[i];
+  }
 }
 
 PointDensity::Draw PointDensity::Choose(uint32_t count, uint64_t key) const {
@@ -65,6 +80,7 @@ PointDensity::Draw PointDensity::Choose(uint32_t count, uint64_t key) const {
     const double length = bin.end - bin.begin;
     draw.places.push_back(bin.begin + within * length);
     draw.weights.push_back(length / area_ / masses_[at]);
+    draw.strata.push_back(strata_[ClassOf(bin.level)]);
   }
   return draw;
 }
@@ -88,30 +104,75 @@ size_t PointDensity::ClassOf(double level) const {
       std::clamp(octaves + kClasses / 2.0, 0.0, kClasses - 1.0));
 }
 
-void PointDensity::Learn(const Draw& draw, std::span<const double> values) {
-  std::array<double, kClasses> squares{};
-  std::array<double, kClasses> counts{};
-  double all_squares = 0;
+// Of y^2 the noise is the square of a variance that two numbers tell. In the
+// mean of all the square of their guess is taken, a third of it: too large
+// where strong paths are rare. Within a class it is the product with the guess
+// of the point before, too small where places differ: so many paths are needed
+// for sure.
+void PointDensity::TakeIn(const Draw& draw,
+                          std::span<const PilotValue> values) {
+  ByClass<double> before{};
   for (size_t i = 0; i < values.size(); ++i) {
     const size_t k = ClassOf(bins_[BinAt(draw.places[i])].level);
-    squares[k] += values[i] * values[i];
-    counts[k] += 1;
-    all_squares += values[i] * values[i] * draw.weights[i];
+    const double variance = values[i].noise;
+    const double square = values[i].product * values[i].product;
+    const double work = static_cast<double>(draw.strata[i]) * draw.strata[i];
+    const auto sums = [&](double noise) {
+      return Sums{square, noise, noise * work * work, 1};
+    };
+    seen_[k].Add(sums(variance * before[k]), 1);
+    weighted_.Add(sums(variance * variance / 3),
+                  draw.weights[i] * draw.weights[i]);
+    before[k] = variance;
+    squares_ += square * draw.weights[i];
   }
-  all_squares /= static_cast<double>(values.size());
-  // Classes share with their neighbours: outliers are rare and strong.
-  std::array<double, kClasses> roots{};
+  points_ += static_cast<double>(values.size());
+}
+
+double PointDensity::Sums::Between() const {
+  return std::max(squares - noise, kLeastBetween * squares);
+}
+
+double PointDensity::Sums::BestPaths() const {
+  return Between() > 0 ? std::sqrt(of_path / Between()) : 0;
+}
+
+void PointDensity::Learn(const Draw& draw, std::span<const PilotValue> values) {
+  TakeIn(draw, values);
+  ByClass<double> roots{};
   for (size_t k = 0; k < kClasses; ++k) {
-    double sum = kPriorPoints * all_squares;
-    double count = kPriorPoints;
+    // Classes share with their neighbours: outliers are rare and strong.
+    Sums all;
     for (size_t j = k > 0 ? k - 1 : 0; j < std::min(k + 2, kClasses); ++j) {
-      const double share = j == k ? 1 : 0.5;
-      sum += share * squares[j];
-      count += share * counts[j];
+      all.Add(seen_[j], j == k ? 1 : 0.5);
     }
-    roots[k] = std::sqrt(sum / count);
+    // A class that is met seldom does not know all of its noise.
+    strata_[k] = StrataOf(std::max(all.BestPaths(), weighted_.BestPaths()));
+    const double paths = static_cast<double>(strata_[k]) * strata_[k];
+    const double square = (kPriorPoints * squares_ / points_ + all.Between() +
+                           all.of_path / (paths * paths)) /
+                          (kPriorPoints + all.count);
+    roots[k] = std::sqrt(square / (kPointWork + paths));
   }
   SetMasses([&](const LightBin& bin) { return roots[ClassOf(bin.level)]; });
+}
+
+double PointDensity::MeanPaths() const {
+  double mean = 0;
+  for (size_t k = 0; k < kClasses; ++k) {
+    mean += class_masses_[k] * strata_[k] * strata_[k];
+  }
+  return mean;
+}
+
+void PointDensity::LimitPaths(double most) {
+  const auto may_fall = [](uint32_t strata) { return strata > kLeastStrata; };
+  while (MeanPaths() > most &&
+         std::any_of(strata_.begin(), strata_.end(), may_fall)) {
+    for (uint32_t& strata : strata_) {
+      strata = std::max(strata * 9 / 10, kLeastStrata);
+    }
+  }
 }
 
 }  // namespace enfilade

@@ -11,26 +11,22 @@ namespace {
 // 97.5 % quantile of the normal distribution.
 constexpr double kQuantile = 1.959963984540054;
 
-struct Quantities {
-  std::array<double, 3> values{};
-  double noise2 = 0;  // estimated variance of one X, mean over channels
-};
+// y, z and m, weighted.
+using Quantities = std::array<double, 3>;
 
 Quantities Evaluate(const ErrorSample& s) {
-  Quantities q;
+  Quantities q{};
   for (size_t c = 0; c < kRgbChannels; ++c) {
     const double r1 = s.reflectance[c] * s.irradiance1[c];
     const double r2 = s.reflectance[c] * s.irradiance2[c];
     const double reflected = s.radiosity[c] - s.exitance[c];
-    q.values[0] += (r1 - reflected) * (r2 - reflected) / kRgbChannels;
-    q.values[1] += (r1 + r2) / 2 / kRgbChannels;
-    q.values[2] += (reflected - (r1 + r2) / 2) / kRgbChannels;
-    q.noise2 += (r1 - r2) * (r1 - r2) / 2 / kRgbChannels;
+    q[0] += (r1 - reflected) * (r2 - reflected) / kRgbChannels;
+    q[1] += (r1 + r2) / 2 / kRgbChannels;
+    q[2] += (reflected - (r1 + r2) / 2) / kRgbChannels;
   }
-  for (double& value : q.values) {
+  for (double& value : q) {
     value *= s.weight;
   }
-  q.noise2 *= s.weight;
   return q;
 }
 
@@ -39,7 +35,17 @@ Quantities Evaluate(const ErrorSample& s) {
 double ProductOfDifferences(const ErrorSample& sample) {
   ErrorSample unweighted = sample;
   unweighted.weight = 1;
-  return Evaluate(unweighted).values[0];
+  return Evaluate(unweighted)[0];
+}
+
+double NoiseVariance(const ErrorSample& sample) {
+  double sum = 0;
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    const double difference =
+        sample.reflectance[c] * (sample.irradiance1[c] - sample.irradiance2[c]);
+    sum += difference * difference / 2 / kRgbChannels;
+  }
+  return sum;
 }
 
 void ErrorEstimate::AddRound(std::span<const ErrorSample> samples) {
@@ -53,17 +59,16 @@ void ErrorEstimate::AddRound(std::span<const ErrorSample> samples) {
   }
   for (const Quantities& q : all) {
     for (size_t i = 0; i < kQuantities; ++i) {
-      sums_[i] += q.values[i];
+      sums_[i] += q[i];
     }
-    noise4_sum_ += q.noise2 * q.noise2;
-    largest_ = std::max(largest_, q.values[kSquare]);
+    largest_ = std::max(largest_, q[kSquare]);
   }
   for (size_t k = 0; k < all.size(); k += 2) {
     const size_t partner = k + 1 < all.size() ? k + 1 : k - 1;
     for (size_t i = 0; i < kQuantities; ++i) {
       for (size_t j = 0; j < kQuantities; ++j) {
-        pairs_[i][j] += (all[k].values[i] - all[partner].values[i]) *
-                        (all[k].values[j] - all[partner].values[j]);
+        pairs_[i][j] +=
+            (all[k][i] - all[partner][i]) * (all[k][j] - all[partner][j]);
       }
     }
   }
@@ -118,17 +123,6 @@ Interval ErrorEstimate::Deviation() const {
                           (z * z);
   const double half = kQuantile * std::sqrt(std::max(0.0, variance));
   return {ratio, ratio - half, ratio + half};
-}
-
-// With k paths per estimate, the variance of y is V_b + O(1/k) + s^4 / k^2 and
-// the work k: the product is least at k^2 = s^4 / V_b. D^2, D = (X1 - X2)^2/2,
-// has the expectation 3 s^4 / k^2 for normal noise.
-double ErrorEstimate::BestPaths(double paths) const {
-  const auto n = static_cast<double>(count_);
-  const double noise = noise4_sum_ / n / 3;
-  const double total = Covariance(kSquare, kSquare) * n;
-  const double between = std::max(total - noise, total / 64);
-  return between > 0 ? paths * std::sqrt(noise / between) : paths;
 }
 
 }  // namespace enfilade

@@ -36,6 +36,9 @@ struct ErrorSample {
 // y of a sample, unweighted: the product of the two differences.
 double ProductOfDifferences(const ErrorSample& sample);
 
+// Estimated variance of X1, and of X2: mean of the channels, unweighted.
+double NoiseVariance(const ErrorSample& sample);
+
 struct Interval {
   double value = 0;
   double low = 0;
@@ -62,10 +65,6 @@ class ErrorEstimate {
   [[nodiscard]] Interval Error() const;
   [[nodiscard]] Interval Deviation() const;
 
-  // The number of paths per estimate that gives the least variance for the
-  // work, seen that the samples so far took `paths` each.
-  [[nodiscard]] double BestPaths(double paths) const;
-
  private:
   enum Quantity : size_t { kSquare, kReflected, kSigned, kQuantities };
 
@@ -77,8 +76,7 @@ class ErrorEstimate {
   std::array<double, kQuantities> sums_{};
   // Sums over pairs of neighbours of products of differences.
   std::array<std::array<double, kQuantities>, kQuantities> pairs_{};
-  double noise4_sum_ = 0;  // of squares of the noise variance of y
-  double largest_ = 0;     // w y
+  double largest_ = 0;  // w y
 };
 
 }  // namespace enfilade

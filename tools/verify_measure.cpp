@@ -24,8 +24,8 @@ constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
 constexpr uint64_t kPointBytes = 512;  // of a point in all arrays of a round
 constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
-constexpr uint32_t kPilotStrata = 4;
-constexpr uint32_t kMostStrata = 32;
+constexpr double kAFewMore = 2.25;    // times the paths of the first pilot
+constexpr double kPilotGrowth = 4;    // of the paths, for one more pilot
 constexpr double kMostOfTime = 0.25;  // that a round may take
 
 // What pilots took: reading, and tracing as many paths per point.
@@ -82,10 +82,10 @@ class Measurement {
     tracer_.LearnEmitters(budget_,
                           MixKey(MixKey(kSeedDomain, options_.seed), ~0ULL));
     LookAtTheSolution();
-    ChooseStrata();
+    LearnWhereToLook();
     while (!Done()) {
       const double start = Seconds();
-      AddRound(estimate_, options_.points_per_round, strata_);
+      Learn(AddRound(estimate_, options_.points_per_round));
       ++rounds_;
       round_seconds_ = Seconds() - start;
     }
@@ -119,40 +119,35 @@ class Measurement {
 
   // Pilot rounds, which don't count, find where points and how many paths per
   // point are worth their time.
-  void ChooseStrata() {
-    strata_ = kPilotStrata;
+  void LearnWhereToLook() {
     PilotTimes times;
     uint32_t pilots = 0;
     for (bool settled = false; !settled;) {
       ErrorEstimate pilot;
       const double start = Seconds();
-      const PointDensity::Draw draw = AddRound(
-          pilot, std::min(kPilotPoints, options_.points_per_round), strata_);
+      const double paths = density_->MeanPaths();
+      const PointDensity::Draw draw =
+          AddRound(pilot, std::min(kPilotPoints, options_.points_per_round));
       if (!(pilot.MeanReflected() > 0)) {
         throw InputError(
             "no light reaches a reflecting side of the scene, so that an "
             "error relative to it is undefined; check where the emitting "
             "faces look");
       }
-      density_->Learn(draw, values_);
-      const double paths = strata_ * strata_;
       times.Add(paths, Seconds() - start);
-      const uint32_t wanted = StrataOf(pilot.BestPaths(paths));
-      uint32_t next =
-          std::min(wanted, StrataOf(times.MostPaths(PilotSeconds())));
-      if (!times.KnowsPaths()) {
-        // A little more tells the time of paths from that of reading.
-        next = std::max(next, std::min(wanted, strata_ + 2));
-      }
+      // A little more tells the time of paths from that of reading.
+      most_paths_ = std::max(times.MostPaths(PilotSeconds()),
+                             times.KnowsPaths() ? 0 : kAFewMore * paths);
+      Learn(draw);
       // The first pilot has points where light is, not where it is worth it.
-      settled = ++pilots > 1 && next <= 2 * strata_;
-      strata_ = next;
+      settled = ++pilots > 1 && density_->MeanPaths() <= kPilotGrowth * paths;
     }
   }
 
-  static uint32_t StrataOf(double paths) {
-    return static_cast<uint32_t>(std::clamp(
-        std::ceil(std::sqrt(paths)), kPilotStrata * 1.0, kMostStrata * 1.0));
+  // Each round is unbiased, whatever those before it have taught.
+  void Learn(const PointDensity::Draw& draw) {
+    density_->Learn(draw, values_);
+    density_->LimitPaths(most_paths_);
   }
 
   // What a pilot may take so that a round keeps to its share of the time.
@@ -161,9 +156,7 @@ class Measurement {
            std::max(1.0, options_.points_per_round / double{kPilotPoints});
   }
 
-  PointDensity::Draw AddRound(ErrorEstimate& estimate,
-                              uint32_t count,
-                              uint32_t strata) {
+  PointDensity::Draw AddRound(ErrorEstimate& estimate, uint32_t count) {
     const uint64_t key =
         MixKey(MixKey(kSeedDomain, options_.seed), round_key_++);
     PointDensity::Draw draw = density_->Choose(count, MixKey(key, 0));
@@ -174,11 +167,13 @@ class Measurement {
       receivers.push_back(p.receiver);
     }
     const auto trace = [&](uint64_t half) {
-      paths_ += static_cast<uint64_t>(count) * strata * strata;
+      for (const uint32_t strata : draw.strata) {
+        paths_ += uint64_t{strata} * strata;
+      }
       return tracer_.Irradiance(
           receivers,
           MixKey(key, half),
-          strata,
+          draw.strata,
           GatherMode::kPaths,
           [&](double fraction) {
             Report((static_cast<double>(half - 1) + fraction) / 2);
@@ -197,7 +192,8 @@ class Measurement {
       samples[i].irradiance2 = second[i];
       samples[i].radiosity = radiosity[i];
       samples[i].weight = draw.weights[i];
-      values_[i] = ProductOfDifferences(samples[i]);
+      values_[i] = {ProductOfDifferences(samples[i]),
+                    NoiseVariance(samples[i])};
     }
     estimate.AddRound(samples);
     return draw;
@@ -238,9 +234,7 @@ class Measurement {
                           rounds_ + 1.0,
                           static_cast<double>(options_.max_rounds));
     }
-    const double by_rounds = rounds_ == 0 && strata_ == 0
-                                 ? 0
-                                 : (rounds_ + fraction_of_round) / rounds;
+    const double by_rounds = (rounds_ + fraction_of_round) / rounds;
     const double by_time = Seconds() / options_.max_seconds;
     options_.progress(std::clamp(std::max(by_rounds, by_time), 0.0, 1.0));
   }
@@ -276,8 +270,8 @@ class Measurement {
   PathTracer tracer_;
   std::optional<PointDensity> density_;
   ErrorEstimate estimate_;
-  std::vector<double> values_;  // y at the points of the last round
-  uint32_t strata_ = 0;
+  std::vector<PilotValue> values_;  // at the points of the last round
+  double most_paths_ = 0;           // per point, in the mean
   uint32_t rounds_ = 0;
   uint64_t round_key_ = 0;
   uint64_t paths_ = 0;

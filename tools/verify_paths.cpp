@@ -1,5 +1,6 @@
 #include "tools/verify_paths.h"
 
+#include "base/check.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -63,15 +64,40 @@ std::vector<Rgb> PathTracer::Irradiance(
     uint32_t strata,
     GatherMode mode,
     const std::function<void(double)>& progress) {
-  const uint64_t paths_each = static_cast<uint64_t>(strata) * strata;
-  const uint64_t all = paths_each * receivers.size();
+  const std::vector<uint32_t> each(receivers.size(), strata);
+  return Irradiance(receivers, key, each, mode, progress);
+}
+
+std::vector<Rgb> PathTracer::Irradiance(
+    std::span<const Receiver> receivers,
+    uint64_t key,
+    std::span<const uint32_t> strata,
+    GatherMode mode,
+    const std::function<void(double)>& progress) {
+  ENFILADE_CHECK(strata.size() == receivers.size(),
+                 "{} numbers of strata for {} receivers",
+                 strata.size(),
+                 receivers.size());
+  uint64_t all = 0;
+  for (const uint32_t n : strata) {
+    all += uint64_t{n} * n;
+  }
   std::vector<Rgb> result(receivers.size());
-  for (uint64_t first = 0; first < all; first += batch_paths_) {
-    const auto count =
-        static_cast<size_t>(std::min<uint64_t>(batch_paths_, all - first));
-    Start(receivers, key, strata, first, count);
+  PathStart next;
+  for (uint64_t done = 0; done < all;) {
+    starts_.clear();
+    while (starts_.size() < batch_paths_ && next.receiver < receivers.size()) {
+      next.strata = strata[next.receiver];
+      if (next.stratum == next.strata * next.strata) {
+        next = {next.receiver + 1};
+        continue;
+      }
+      starts_.push_back(next);
+      ++next.stratum;
+    }
+    Start(receivers, key);
     for (bool first_vertex = true; !active_.empty(); first_vertex = false) {
-      MakeRays(strata, first_vertex);
+      MakeRays(first_vertex);
       TraceRays();
       AddLight();
       if (mode == GatherMode::kField) {
@@ -80,52 +106,47 @@ std::vector<Rgb> PathTracer::Irradiance(
       Advance(mode);
       Compact();
     }
-    for (size_t i = 0; i < count; ++i) {
-      Rgb& sum = result[(first + i) / paths_each];
-      AddProduct(sum, paths_[i].sum, {1, 1, 1}, 1);
+    for (const Path& path : paths_) {
+      AddProduct(result[path.start.receiver], path.sum, {1, 1, 1}, 1);
     }
+    done += starts_.size();
     if (progress) {
-      progress(static_cast<double>(first + count) / static_cast<double>(all));
+      progress(static_cast<double>(done) / static_cast<double>(all));
     }
   }
-  for (Rgb& sum : result) {
-    for (double& channel : sum) {
-      channel /= static_cast<double>(paths_each);
+  for (size_t i = 0; i < result.size(); ++i) {
+    const double paths = static_cast<double>(strata[i]) * strata[i];
+    for (double& channel : result[i]) {
+      channel /= paths;
     }
   }
   return result;
 }
 
-void PathTracer::Start(std::span<const Receiver> receivers,
-                       uint64_t key,
-                       uint32_t strata,
-                       uint64_t first_path,
-                       size_t count) {
-  const uint64_t paths_each = static_cast<uint64_t>(strata) * strata;
-  paths_.resize(count);
-  active_.resize(count);
-  ForEachInBlocks(count, [&](size_t i) {
-    const uint64_t receiver = (first_path + i) / paths_each;
-    const uint64_t stratum = (first_path + i) % paths_each;
-    const Receiver& r = receivers[receiver];
+void PathTracer::Start(std::span<const Receiver> receivers, uint64_t key) {
+  paths_.resize(starts_.size());
+  active_.resize(starts_.size());
+  ForEachInBlocks(starts_.size(), [&](size_t i) {
+    const PathStart& start = starts_[i];
+    const Receiver& r = receivers[start.receiver];
     Path path;
     path.position = r.position + r.normal * offset_;
     path.normal = r.normal;
     path.cell = r.cell;
-    path.stratum = static_cast<uint32_t>(stratum);
-    path.random = Random(MixKey(MixKey(key, receiver), stratum));
+    path.start = start;
+    path.random = Random(MixKey(MixKey(key, start.receiver), start.stratum));
     paths_[i] = path;
     active_[i] = static_cast<uint32_t>(i);
   });
 }
 
-void PathTracer::MakeRays(uint32_t strata, bool first) {
+void PathTracer::MakeRays(bool first) {
   rays_.resize(active_.size());
   lights_.resize(active_.size());
   ForEachInBlocks(active_.size(), [&](size_t i) {
     Path& path = paths_[active_[i]];
-    rays_[i] = ScatteredRay(path, strata, first);
-    lights_[i] = SampleLight(path, strata, first);
+    rays_[i] = ScatteredRay(path, first);
+    lights_[i] = SampleLight(path, first);
   });
   light_owner_.clear();
   for (size_t i = 0; i < active_.size(); ++i) {
@@ -136,14 +157,13 @@ void PathTracer::MakeRays(uint32_t strata, bool first) {
   }
 }
 
-TraceRay PathTracer::ScatteredRay(Path& path,
-                                  uint32_t strata,
-                                  bool first) const {
+TraceRay PathTracer::ScatteredRay(Path& path, bool first) {
   double u = path.random.Next();
   double v = path.random.Next();
   if (first) {
-    const uint32_t row = path.stratum / strata;
-    const uint32_t column = path.stratum % strata;
+    const uint32_t strata = path.start.strata;
+    const uint32_t row = path.start.stratum / strata;
+    const uint32_t column = path.start.stratum % strata;
     u = (row + u) / strata;
     v = (column + v) / strata;
   }
@@ -153,16 +173,16 @@ TraceRay PathTracer::ScatteredRay(Path& path,
   return ray;
 }
 
-PathTracer::LightSample PathTracer::SampleLight(Path& path,
-                                                uint32_t strata,
-                                                bool first) const {
+PathTracer::LightSample PathTracer::SampleLight(Path& path, bool first) const {
   double choice = path.random.Next();
   const double s = path.random.Next();
   const double t = path.random.Next();
   if (first) {
     // One stratum of the choice per path.
-    const double count = static_cast<double>(strata) * strata;
-    choice = std::min((path.stratum + choice) / count, 0x1.fffffffffffffp-1);
+    const double count =
+        static_cast<double>(path.start.strata) * path.start.strata;
+    choice =
+        std::min((path.start.stratum + choice) / count, 0x1.fffffffffffffp-1);
   }
   LightSample sample;
   const auto chosen =

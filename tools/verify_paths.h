@@ -52,9 +52,17 @@ class PathTracer {
   void LearnEmitters(MemoryBudget& budget, uint64_t key);
 
   // For every receiver the mean over strata^2 paths, stratified in the first
-  // direction. A pure function of the arguments and the scene: neither of the
-  // batch size nor of threads. Different keys give independent estimates.
-  // `progress` is called between batches with the fraction done; may be empty.
+  // direction; `strata` for each of them. A pure function of the arguments and
+  // the scene: neither of the batch size nor of threads. Different keys give
+  // independent estimates. `progress` is called between batches with the
+  // fraction done; may be empty.
+  std::vector<Rgb> Irradiance(std::span<const Receiver> receivers,
+                              uint64_t key,
+                              std::span<const uint32_t> strata,
+                              GatherMode mode,
+                              const std::function<void(double)>& progress);
+
+  // With as many strata for all.
   std::vector<Rgb> Irradiance(std::span<const Receiver> receivers,
                               uint64_t key,
                               uint32_t strata,
@@ -70,6 +78,13 @@ class PathTracer {
   [[nodiscard]] SurfaceReader& Surfaces() { return surfaces_; }
 
  private:
+  // Where a path begins: at a receiver, in one of its strata^2 strata.
+  struct PathStart {
+    uint32_t receiver = 0;
+    uint32_t strata = 1;
+    uint32_t stratum = 0;
+  };
+
   // A path at its latest vertex.
   struct Path {
     Point3 position;  // a little above the surface
@@ -78,7 +93,7 @@ class PathTracer {
     Rgb throughput{1, 1, 1};
     Rgb sum{};
     Random random{0};
-    uint32_t stratum = 0;
+    PathStart start;
     bool alive = true;
   };
 
@@ -89,23 +104,15 @@ class PathTracer {
     Rgb value{};
   };
 
-  void Start(std::span<const Receiver> receivers,
-             uint64_t key,
-             uint32_t strata,
-             uint64_t first_path,
-             size_t count);
-  void MakeRays(uint32_t strata, bool first);
+  void Start(std::span<const Receiver> receivers, uint64_t key);
+  void MakeRays(bool first);
   void TraceRays();
   void AddLight();
   void AddField();
   void Advance(GatherMode mode);
   void Compact();
-  [[nodiscard]] TraceRay ScatteredRay(Path& path,
-                                      uint32_t strata,
-                                      bool first) const;
-  [[nodiscard]] LightSample SampleLight(Path& path,
-                                        uint32_t strata,
-                                        bool first) const;
+  [[nodiscard]] static TraceRay ScatteredRay(Path& path, bool first);
+  [[nodiscard]] LightSample SampleLight(Path& path, bool first) const;
   void AddEmission(Path& path,
                    const TraceRay& ray,
                    const TraceHit& hit,
@@ -122,6 +129,7 @@ class PathTracer {
 
   // One batch. Scattered rays of the active paths come first in rays_, then
   // the rays to lights.
+  std::vector<PathStart> starts_;
   std::vector<Path> paths_;
   std::vector<uint32_t> active_;
   std::vector<LightSample> lights_;

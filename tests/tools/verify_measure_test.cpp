@@ -242,34 +242,5 @@ TEST(ErrorEstimateTest, WeightsScaleWhatIsAveraged) {
   EXPECT_NEAR(estimate.Error().value, std::sqrt(.75 * .04), 1e-12);
 }
 
-// With noise of variance s^2 per path, and squared differences of variance
-// V_b, the best number of paths is s^2 / sqrt(V_b).
-TEST(ErrorEstimateTest, BestPathsBalanceNoiseAndPoints) {
-  std::vector<ErrorSample> samples(20000);
-  enfilade::Random random(1);
-  const auto normal = [&] {
-    return std::sqrt(-2 * std::log(1 - random.Next())) *
-           std::cos(2 * kPi * random.Next());
-  };
-  constexpr double kPaths = 16;
-  constexpr double kNoise2 = 4;  // of one path
-  for (ErrorSample& s : samples) {
-    const double d = random.Next() < .5 ? .3 : .5;
-    s.reflectance = {1, 1, 1};
-    const double a = 1 + normal() * std::sqrt(kNoise2 / kPaths);
-    const double b = 1 + normal() * std::sqrt(kNoise2 / kPaths);
-    s.irradiance1 = {a, a, a};
-    s.irradiance2 = {b, b, b};
-    s.radiosity = {1 + d, 1 + d, 1 + d};
-  }
-  ErrorEstimate estimate;
-  estimate.AddRound(samples);
-  // What counts as variance between points holds the cross term 2 d^2 s^2/k.
-  const double between = .08 * .08 + 2 * .17 * kNoise2 / kPaths;
-  EXPECT_NEAR(estimate.BestPaths(kPaths),
-              kNoise2 / std::sqrt(between),
-              .1 * kNoise2 / std::sqrt(between));
-}
-
 }  // namespace
 }  // namespace enfilade

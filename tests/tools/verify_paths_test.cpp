@@ -160,6 +160,24 @@ TEST(PathTracerTest, ResultDoesNotDependOnTheBatch) {
             tracer.Irradiance(receivers, 3, 5, GatherMode::kPaths, {}));
 }
 
+// Each receiver has the paths that it would have alone.
+TEST(PathTracerTest, ReceiversHaveTheirOwnNumbersOfPaths) {
+  FakeBuilding building;
+  building.AddRoom({4, 3, 2}, building.AddMaterial({.5, .6, .7}, {1, 2, 3}));
+  MemoryBudget budget(kBudget);
+  const std::vector<Receiver> receivers(4, {{1, 1, 0}, {0, 0, 1}});
+  PathTracer tracer(building.View(), budget);
+  tracer.SetBatchPaths(10);
+  const std::vector<uint32_t> strata = {2, 5, 1, 3};
+  const auto mixed =
+      tracer.Irradiance(receivers, 3, strata, GatherMode::kPaths, {});
+  for (size_t i = 0; i < strata.size(); ++i) {
+    EXPECT_EQ(
+        mixed[i],
+        tracer.Irradiance(receivers, 3, strata[i], GatherMode::kPaths, {})[i]);
+  }
+}
+
 // A hundred small lamps of two kinds all over the ceiling.
 TEST(PathTracerTest, ManyLampsGiveTheClosedForm) {
   FakeBuilding building;

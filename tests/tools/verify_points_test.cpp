@@ -129,12 +129,57 @@ TEST(PointDensityTest, WeightedMeansAreUnbiased) {
     EXPECT_NEAR(mean, kMean, .1);
     EXPECT_NEAR(total, 1, .01);
     const PointDensity::Draw draw = density.Choose(256, pass);
-    std::vector<double> values;
+    std::vector<PilotValue> values;
     for (const double place : draw.places) {
-      values.push_back(place > 6 && place < 7 ? 100 : .1);
+      values.push_back({place > 6 && place < 7 ? 100 : .1, .01 * place});
     }
     density.Learn(draw, values);
   }
+}
+
+// With noise of variance s^2 per path, and squared differences whose squares
+// have the mean V, the best number of paths is s^2 / sqrt(V): many where it is
+// bright and noisy, the least where it is not and nearly all of the area is.
+TEST(PointDensityTest, PathsGoWhereTheNoiseIs) {
+  PointDensity density({{0, 9.9, .01}, {9.9, 10, 100}});
+  enfilade::Random random(1);
+  const auto normal = [&] {
+    return std::sqrt(-2 * std::log(1 - random.Next())) *
+           std::cos(2 * kPi * random.Next());
+  };
+  constexpr double kPaths = 16;  // of a density that has learned nothing
+  const auto noise2 = [](double place) { return place < 9.9 ? .1 : 24.0; };
+  EXPECT_NEAR(density.MeanPaths(), kPaths, 1e-9);
+  const PointDensity::Draw draw = density.Choose(200'000, 1);
+  std::vector<PilotValue> values;
+  for (const double place : draw.places) {
+    const double d = random.Next() < .5 ? .3 : .5;
+    const double scale = std::sqrt(noise2(place) / kPaths);
+    const double a = scale * normal();
+    const double b = scale * normal();
+    values.push_back({(a - d) * (b - d), (a - b) * (a - b) / 2});
+  }
+  density.Learn(draw, values);
+  // What is no noise holds the cross term 2 d^2 s^2 / k, and is known to 5 %:
+  // the product of two variances, of two numbers each, has 8 times the variance
+  // of their mean.
+  const double square = (.3 * .3 * .3 * .3 + .5 * .5 * .5 * .5) / 2;
+  const double between = square + 2 * .17 * noise2(9.95) / kPaths;
+  const double root = std::sqrt(noise2(9.95) / std::sqrt(between));
+  const PointDensity::Draw next = density.Choose(1000, 2);
+  for (size_t i = 0; i < next.places.size(); ++i) {
+    if (next.places[i] < 9.9) {
+      EXPECT_EQ(next.strata[i], 4U);
+    } else {
+      EXPECT_NEAR(next.strata[i], root + .5, .5 + .05 * root);
+    }
+  }
+  const double most = .9 * density.MeanPaths();
+  density.LimitPaths(most);
+  EXPECT_LE(density.MeanPaths(), most);
+  EXPECT_GT(density.MeanPaths(), 1.1 * kPaths);
+  density.LimitPaths(1);
+  EXPECT_NEAR(density.MeanPaths(), kPaths, 1e-9) << "the least";
 }
 
 }  // namespace
