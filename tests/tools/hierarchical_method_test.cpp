@@ -26,18 +26,11 @@ class HierarchicalMethod : public ::testing::Test {
     ASSERT_EQ(written.exit_code, 0) << written.err;
   }
 
-  // Solves into NAME.enf; what it says on failure.
+  // Anew.
   ProgramResult Solve(const std::string& name,
                       const std::vector<std::string>& more) {
     std::filesystem::remove(folder_ / (name + ".enf"));
-    std::vector<std::string> words = {"solve",
-                                      folder_ / "a.obj",
-                                      "-o",
-                                      folder_ / (name + ".enf"),
-                                      "--report",
-                                      folder_ / (name + ".json")};
-    words.insert(words.end(), more.begin(), more.end());
-    return RunProgram(words);
+    return SolveScene(folder_.Path(), name, more);
   }
 
   void SolveTo(const std::string& epsilon,

@@ -43,14 +43,7 @@ class ReferenceMethods : public ::testing::Test {
 
   ProgramResult Solve(const std::string& name,
                       const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"solve",
-                                      folder_ / "a.obj",
-                                      "-o",
-                                      folder_ / (name + ".enf"),
-                                      "--report",
-                                      folder_ / (name + ".json")};
-    words.insert(words.end(), more.begin(), more.end());
-    return RunProgram(words);
+    return SolveScene(folder_.Path(), name, more);
   }
 
   // Solves by a method of that name.

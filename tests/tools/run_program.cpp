@@ -103,6 +103,19 @@ ProgramResult RunProgram(const std::vector<std::string>& arguments) {
   return RunningProgram(arguments).Wait();
 }
 
+ProgramResult SolveScene(const std::filesystem::path& folder,
+                         const std::string& name,
+                         const std::vector<std::string>& more) {
+  std::vector<std::string> words = {"solve",
+                                    folder / "a.obj",
+                                    "-o",
+                                    folder / (name + ".enf"),
+                                    "--report",
+                                    folder / (name + ".json")};
+  words.insert(words.end(), more.begin(), more.end());
+  return RunProgram(words);
+}
+
 std::string ReadFile(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();

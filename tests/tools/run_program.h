@@ -42,6 +42,11 @@ class RunningProgram {
 
 ProgramResult RunProgram(const std::vector<std::string>& arguments);
 
+// Solves a.obj of a folder into its NAME.enf, with the report NAME.json.
+ProgramResult SolveScene(const std::filesystem::path& folder,
+                         const std::string& name,
+                         const std::vector<std::string>& more);
+
 // The content of a file; empty if there is none.
 std::string ReadFile(const std::filesystem::path& path);
 void WriteFile(const std::filesystem::path& path, const std::string& text);
