@@ -8,7 +8,11 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kBytesPerEmitter = 300;  // emitter, two nodes, index, slack
+// Emitter, two nodes, lamp, index, slack.
+constexpr uint64_t kBytesPerEmitter = 300;
+// Emitters with so many times the area of their bounding sphere's disk are a
+// lamp: half a bulb has 2, and no flat panel has more than 1.
+constexpr double kLampArea = 1.1;
 
 Point3 Centroid(const Emitter& e) {
   const double t = e.shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
@@ -68,8 +72,9 @@ EmitterTree::EmitterTree(const BuildingView& view,
   }
   Sort(0, emitters_.size());
   nodes_.resize(2 * emitters_.size() - 1);
-  leaf_nodes_.resize(emitters_.size());
   Build(0, 0, emitters_.size());
+  lamps_.reserve(emitters_.size());
+  FindLamps(0, 0, emitters_.size());
   by_id_.resize(emitters_.size());
   std::iota(by_id_.begin(), by_id_.end(), 0U);
   std::sort(by_id_.begin(), by_id_.end(), [&](uint32_t left, uint32_t right) {
@@ -133,7 +138,6 @@ EmitterTree::Node EmitterTree::Build(size_t node, size_t first, size_t last) {
     const Emitter& e = emitters_[first];
     const Rgb& exitance = scene_->materials[e.material.Index()].exitance;
     nodes_[node] = LeafNode(e, exitance[0] + exitance[1] + exitance[2]);
-    leaf_nodes_[first] = static_cast<uint32_t>(node);
     return nodes_[node];
   }
   const size_t middle = first + (last - first) / 2;
@@ -141,6 +145,31 @@ EmitterTree::Node EmitterTree::Build(size_t node, size_t first, size_t last) {
   const Node right = Build(node + 2 * (middle - first), middle, last);
   nodes_[node] = Merge(left, right);
   return nodes_[node];
+}
+
+void EmitterTree::FindLamps(size_t node, size_t first, size_t last) {
+  double area = 0;
+  for (size_t i = first; i < last; ++i) {
+    area += emitters_[i].area;
+  }
+  const double radius = nodes_[node].radius;
+  if (last - first == 1 || area >= kLampArea * kPi * radius * radius) {
+    lamps_.push_back({static_cast<uint32_t>(node),
+                      static_cast<uint32_t>(first),
+                      static_cast<uint32_t>(last - first)});
+    return;
+  }
+  const size_t middle = first + (last - first) / 2;
+  FindLamps(node + 1, first, middle);
+  FindLamps(node + 2 * (middle - first), middle, last);
+}
+
+uint32_t EmitterTree::LampOf(uint32_t leaf) const {
+  const auto after = std::upper_bound(
+      lamps_.begin(), lamps_.end(), leaf, [](uint32_t i, const Lamp& lamp) {
+        return i < lamp.first;
+      });
+  return static_cast<uint32_t>(after - lamps_.begin()) - 1;
 }
 
 EmitterTree::Node EmitterTree::LeafNode(const Emitter& e, double exitance) {
@@ -226,12 +255,20 @@ double EmitterTree::LeftShare(size_t node,
 std::optional<EmitterTree::Choice> EmitterTree::Choose(Point3 x,
                                                        Vec3 normal,
                                                        double s) const {
-  if (emitters_.empty()) {
+  const Lamp all{0, 0, static_cast<uint32_t>(emitters_.size())};
+  return ChooseIn(all, x, normal, s);
+}
+
+std::optional<EmitterTree::Choice> EmitterTree::ChooseIn(const Lamp& lamp,
+                                                         Point3 x,
+                                                         Vec3 normal,
+                                                         double s) const {
+  if (lamp.count == 0) {
     return std::nullopt;
   }
-  size_t node = 0;
-  size_t first = 0;
-  size_t last = emitters_.size();
+  size_t node = lamp.node;
+  size_t first = lamp.first;
+  size_t last = first + lamp.count;
   double probability = 1;
   while (last - first > 1) {
     const size_t left_count = (last - first) / 2;
@@ -255,9 +292,17 @@ std::optional<EmitterTree::Choice> EmitterTree::Choose(Point3 x,
 }
 
 double EmitterTree::Probability(size_t leaf, Point3 x, Vec3 normal) const {
-  size_t node = 0;
-  size_t first = 0;
-  size_t last = emitters_.size();
+  const Lamp all{0, 0, static_cast<uint32_t>(emitters_.size())};
+  return ProbabilityIn(all, leaf, x, normal);
+}
+
+double EmitterTree::ProbabilityIn(const Lamp& lamp,
+                                  size_t leaf,
+                                  Point3 x,
+                                  Vec3 normal) const {
+  size_t node = lamp.node;
+  size_t first = lamp.first;
+  size_t last = first + lamp.count;
   double probability = 1;
   while (last - first > 1 && probability > 0) {
     const size_t left_count = (last - first) / 2;
@@ -278,10 +323,6 @@ double EmitterTree::Probability(size_t leaf, Point3 x, Vec3 normal) const {
   return probability;
 }
 
-double EmitterTree::LeafImportance(size_t leaf, Point3 x, Vec3 normal) const {
-  return Importance(nodes_[leaf_nodes_[leaf]], x, normal);
-}
-
 std::optional<uint32_t> EmitterTree::Find(CellId cell, PatchId patch) const {
   const std::tuple key(cell, patch);
   const auto id_of = [&](uint32_t i) {
@@ -297,15 +338,15 @@ std::optional<uint32_t> EmitterTree::Find(CellId cell, PatchId patch) const {
   return *found;
 }
 
-void EmitterTree::AppendOfCell(CellId cell,
-                               std::vector<uint32_t>& indices) const {
+void EmitterTree::AppendLampsOfCell(CellId cell,
+                                    std::vector<uint32_t>& indices) const {
   const auto first = std::lower_bound(
       by_id_.begin(), by_id_.end(), cell, [&](uint32_t i, CellId c) {
         return emitters_[i].cell < c;
       });
   for (auto at = first; at != by_id_.end() && emitters_[*at].cell == cell;
        ++at) {
-    indices.push_back(*at);
+    indices.push_back(LampOf(*at));
   }
 }
 

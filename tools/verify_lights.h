@@ -70,20 +70,57 @@ class EmitterTree {
   // Index of this patch in Emitters(), if it is there.
   [[nodiscard]] std::optional<uint32_t> Find(CellId cell, PatchId patch) const;
 
-  // Appends the indices of the emitters of a cell.
-  void AppendOfCell(CellId cell, std::vector<uint32_t>& indices) const;
-
   // P of one emitter.
   [[nodiscard]] double Probability(size_t leaf, Point3 x, Vec3 normal) const;
 
+  // A lamp: the facets of a bulb, which are the emitters below one node, or an
+  // emitter of its own. Every emitter is in one of them.
+  struct Lamp {
+    uint32_t node = 0;
+    uint32_t first = 0;  // of Emitters()
+    uint32_t count = 0;
+  };
+
+  // Ascending in Emitters().
+  [[nodiscard]] const std::vector<Lamp>& Lamps() const { return lamps_; }
+
+  // Index in Lamps() of the one that an emitter is in.
+  [[nodiscard]] uint32_t LampOf(uint32_t leaf) const;
+
+  // Appends the indices of the lamps with emitters in a cell.
+  void AppendLampsOfCell(CellId cell, std::vector<uint32_t>& indices) const;
+
+  // As Choose and Probability, among the emitters of one lamp.
+  [[nodiscard]] std::optional<Choice> ChooseIn(const Lamp& lamp,
+                                               Point3 x,
+                                               Vec3 normal,
+                                               double s) const;
+  [[nodiscard]] double ProbabilityIn(const Lamp& lamp,
+                                     size_t leaf,
+                                     Point3 x,
+                                     Vec3 normal) const;
+
   // Exitance times area, summed over the channels.
-  [[nodiscard]] double Power(size_t leaf) const {
-    return nodes_[leaf_nodes_[leaf]].power;
+  [[nodiscard]] double Power(const Lamp& lamp) const {
+    return nodes_[lamp.node].power;
   }
 
-  // A bound, up to a factor, of what one emitter sends to x; positive if it
-  // can send anything.
-  [[nodiscard]] double LeafImportance(size_t leaf, Point3 x, Vec3 normal) const;
+  // Of its bounding sphere.
+  [[nodiscard]] Point3 Center(const Lamp& lamp) const {
+    return nodes_[lamp.node].center;
+  }
+
+  [[nodiscard]] double Radius(const Lamp& lamp) const {
+    return nodes_[lamp.node].radius;
+  }
+
+  // A bound, up to a factor, of what a lamp sends to x; positive if it can send
+  // anything.
+  [[nodiscard]] double LampImportance(const Lamp& lamp,
+                                      Point3 x,
+                                      Vec3 normal) const {
+    return Importance(nodes_[lamp.node], x, normal);
+  }
 
  private:
   struct Node {
@@ -97,6 +134,7 @@ class EmitterTree {
   void Gather(const BuildingView& view, size_t max_count);
   void Sort(size_t first, size_t last);
   Node Build(size_t node, size_t first, size_t last);
+  void FindLamps(size_t node, size_t first, size_t last);
   [[nodiscard]] static Node LeafNode(const Emitter& emitter, double exitance);
   [[nodiscard]] static Node Merge(const Node& left, const Node& right);
   [[nodiscard]] static double Importance(const Node& node,
@@ -109,10 +147,10 @@ class EmitterTree {
 
   const SceneInfo* scene_;
   MemoryCharge charge_;
-  std::vector<Emitter> emitters_;     // leaves from left to right
-  std::vector<Node> nodes_;           // in preorder
-  std::vector<uint32_t> leaf_nodes_;  // of emitters_ in nodes_
-  std::vector<uint32_t> by_id_;       // indices of emitters_, by cell and patch
+  std::vector<Emitter> emitters_;  // leaves from left to right
+  std::vector<Node> nodes_;        // in preorder
+  std::vector<Lamp> lamps_;
+  std::vector<uint32_t> by_id_;  // indices of emitters_, by cell and patch
 };
 
 }  // namespace enfilade

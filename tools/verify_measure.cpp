@@ -24,11 +24,12 @@ constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
 constexpr uint64_t kPointBytes = 512;  // of a point in all arrays of a round
 constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
-constexpr double kAFewMore = 2.25;    // times the paths of the first pilot
-constexpr double kPilotGrowth = 4;    // of the paths, for one more pilot
-constexpr double kMostOfTime = 0.25;  // that a round may take
+constexpr uint32_t kLeastPoints = 512;  // of a round
+constexpr double kAFewMore = 2.25;      // times the paths of the first pilot
+constexpr double kPilotGrowth = 4;      // of the paths, for one more pilot
+constexpr double kMostOfTime = 0.25;    // that a round may take
 
-// What pilots took: reading, and tracing as many paths per point.
+// What pilots took: reading, and tracing so many paths.
 class PilotTimes {
  public:
   void Add(double paths, double seconds) {
@@ -41,14 +42,13 @@ class PilotTimes {
 
   [[nodiscard]] bool KnowsPaths() const { return per_path_.has_value(); }
 
-  // Paths per point of a pilot that takes no longer than this; all of its time
-  // counts as theirs until it is known better. Not fewer than it had.
+  // Paths that take no longer than this; all of a pilot's time counts as theirs
+  // until it is known better.
   [[nodiscard]] double MostPaths(double seconds) const {
     const double all = seconds_ / paths_;
     const double per_path =
         std::max(per_path_.value_or(all), kLeastShare * all);
-    return paths_ +
-           std::max(0.0, seconds - seconds_) / std::max(per_path, 1e-12);
+    return seconds / std::max(per_path, 1e-12);
   }
 
  private:
@@ -85,7 +85,8 @@ class Measurement {
     LearnWhereToLook();
     while (!Done()) {
       const double start = Seconds();
-      Learn(AddRound(estimate_, options_.points_per_round));
+      Learn(AddRound(estimate_,
+                     PointsFor(most_paths_, options_.points_per_round)));
       ++rounds_;
       round_seconds_ = Seconds() - start;
     }
@@ -126,18 +127,19 @@ class Measurement {
       ErrorEstimate pilot;
       const double start = Seconds();
       const double paths = density_->MeanPaths();
-      const PointDensity::Draw draw =
-          AddRound(pilot, std::min(kPilotPoints, options_.points_per_round));
+      const uint32_t points = PointsFor(most_paths_ / 2, kPilotPoints);
+      const PointDensity::Draw draw = AddRound(pilot, points);
       if (!(pilot.MeanReflected() > 0)) {
         throw InputError(
             "no light reaches a reflecting side of the scene, so that an "
             "error relative to it is undefined; check where the emitting "
             "faces look");
       }
-      times.Add(paths, Seconds() - start);
+      times.Add(paths * points, Seconds() - start);
       // A little more tells the time of paths from that of reading.
-      most_paths_ = std::max(times.MostPaths(PilotSeconds()),
-                             times.KnowsPaths() ? 0 : kAFewMore * paths);
+      most_paths_ =
+          std::max(times.MostPaths(kMostOfTime * options_.max_seconds),
+                   times.KnowsPaths() ? 0 : kAFewMore * paths * LeastPoints());
       Learn(draw);
       // The first pilot has points where light is, not where it is worth it.
       settled = ++pilots > 1 && density_->MeanPaths() <= kPilotGrowth * paths;
@@ -147,13 +149,21 @@ class Measurement {
   // Each round is unbiased, whatever those before it have taught.
   void Learn(const PointDensity::Draw& draw) {
     density_->Learn(draw, values_);
-    density_->LimitPaths(most_paths_);
+    density_->LimitPaths(most_paths_ / LeastPoints());
   }
 
-  // What a pilot may take so that a round keeps to its share of the time.
-  [[nodiscard]] double PilotSeconds() const {
-    return kMostOfTime * options_.max_seconds /
-           std::max(1.0, options_.points_per_round / double{kPilotPoints});
+  [[nodiscard]] uint32_t LeastPoints() const {
+    return std::min(kLeastPoints, options_.points_per_round);
+  }
+
+  // Of a round with so many paths and points at most: where points want many
+  // paths, they are few.
+  [[nodiscard]] uint32_t PointsFor(double paths, uint32_t most) const {
+    most = std::min(most, options_.points_per_round);
+    return static_cast<uint32_t>(
+        std::clamp(paths / density_->MeanPaths(),
+                   static_cast<double>(std::min(LeastPoints(), most)),
+                   static_cast<double>(most)));
   }
 
   PointDensity::Draw AddRound(ErrorEstimate& estimate, uint32_t count) {

@@ -15,13 +15,13 @@ constexpr uint64_t kMostGroup = 8;           // cells of one batch of rays
 constexpr uint64_t kMostScattered = 128;     // rays of a cell
 constexpr uint64_t kLeastScattered = 16;     // rays of a cell
 constexpr uint64_t kAllScattered = 1 << 19;  // rays of all cells, about
-constexpr size_t kMostSeen = 256;            // emitters of a cell
-constexpr size_t kTests = 16;                // rays from a cell to an emitter
-constexpr size_t kTestedAtOnce = 48;         // emitters
+constexpr size_t kMostSeen = 256;            // lamps of a cell
+constexpr size_t kTests = 16;                // rays from a cell to a lamp
+constexpr size_t kTestedAtOnce = 48;         // lamps
 constexpr uint64_t kSearchBytes =            // of a cell of a group
     (kTestedAtOnce * kTests + kMostScattered) * 192;
 
-// What counts as seen at least: of an emitter of the same cell, of others.
+// What counts as seen at least: of a lamp of the same cell, of others.
 constexpr double kHiddenShare = 0.5 / kTests;
 constexpr double kHiddenBeyondShare = 0.1 / kTests;
 
@@ -70,24 +70,24 @@ void KeepTheStrongest(const EmitterTree& tree, Search& search, size_t count) {
     return;
   }
   std::vector<std::pair<double, uint32_t>> ranked;
-  for (const uint32_t e : search.candidates) {
+  for (const uint32_t lamp : search.candidates) {
     double sum = 0;
     for (size_t i = 0; i < search.points.size(); i += 8) {
       const Receiver& r = search.points[i];
-      sum += tree.LeafImportance(e, r.position, r.normal);
+      sum += tree.LampImportance(tree.Lamps()[lamp], r.position, r.normal);
     }
-    ranked.emplace_back(-sum, e);
+    ranked.emplace_back(-sum, lamp);
   }
   std::sort(ranked.begin(), ranked.end());
   ranked.resize(count);
   search.candidates.clear();
-  for (const auto& [rank, e] : ranked) {
-    search.candidates.push_back(e);
+  for (const auto& [rank, lamp] : ranked) {
+    search.candidates.push_back(lamp);
   }
   std::sort(search.candidates.begin(), search.candidates.end());
 }
 
-// Adds the emitters of every cell that rays from the cell meet.
+// Adds the lamps of every cell that rays from the cell meet.
 void FindCandidates(const BuildingView& view,
                     const EmitterTree& tree,
                     std::span<Search> group) {
@@ -116,9 +116,12 @@ void FindCandidates(const BuildingView& view,
     cells[k].erase(std::unique(cells[k].begin(), cells[k].end()),
                    cells[k].end());
     for (const CellId cell : cells[k]) {
-      tree.AppendOfCell(cell, group[k].candidates);
+      tree.AppendLampsOfCell(cell, group[k].candidates);
     }
-    std::sort(group[k].candidates.begin(), group[k].candidates.end());
+    auto& candidates = group[k].candidates;
+    std::sort(candidates.begin(), candidates.end());
+    candidates.erase(std::unique(candidates.begin(), candidates.end()),
+                     candidates.end());
     KeepTheStrongest(tree, group[k], kMostSeen);
   }
 }
@@ -188,14 +191,17 @@ uint64_t SeenEmitters::Test(const BuildingView& view,
   const double offset = RayOffset(view.scene->bounds);
   std::vector<TraceRay> rays;
   std::vector<size_t> ends;
-  for (const uint32_t e : candidates) {
-    Random random(MixKey(key, e));
+  for (const uint32_t candidate : candidates) {
+    const EmitterTree::Lamp& lamp = tree_->Lamps()[candidate];
+    Random random(MixKey(key, candidate));
     // More tries than tests: a point may lie behind the emitter.
     for (size_t i = 0, found = 0; i < 4 * kTests && found < kTests; ++i) {
       const Receiver& r =
           points[random.NextBelow(static_cast<uint32_t>(points.size()))];
+      const Emitter& e =
+          tree_->Emitters()[lamp.first + random.NextBelow(lamp.count)];
       const double s = random.Next();
-      const Receiver y = PointOnEmitter(tree_->Emitters()[e], s, random.Next());
+      const Receiver y = PointOnEmitter(e, s, random.Next());
       const Point3 x = r.position + r.normal * offset;
       if (GeometryTerm(x, r.normal, y.position, y.normal) > 0) {
         rays.push_back({x, (y.position + y.normal * offset) - x, 1});
@@ -213,7 +219,7 @@ uint64_t SeenEmitters::Test(const BuildingView& view,
     for (; i < ends[k]; ++i) {
       open += hits[i].hit ? 0U : 1U;
     }
-    const bool is_own = tree_->Emitters()[candidates[k]].cell == cell;
+    const bool is_own = HasEmitterIn(cell, tree_->Lamps()[candidates[k]]);
     const double share = static_cast<double>(open) /
                          static_cast<double>(std::max<size_t>(tested, 1));
     seen_.push_back(
@@ -221,6 +227,15 @@ uint64_t SeenEmitters::Test(const BuildingView& view,
                  std::max(share, is_own ? kHiddenShare : kHiddenBeyondShare)));
   }
   return rays.size();
+}
+
+bool SeenEmitters::HasEmitterIn(CellId cell,
+                                const EmitterTree::Lamp& lamp) const {
+  const auto emitters =
+      std::span(tree_->Emitters()).subspan(lamp.first, lamp.count);
+  return std::any_of(emitters.begin(), emitters.end(), [&](const Emitter& e) {
+    return e.cell == cell;
+  });
 }
 
 std::span<const SeenEmitters::Seen> SeenEmitters::ListOf(
@@ -232,22 +247,25 @@ std::span<const SeenEmitters::Seen> SeenEmitters::ListOf(
   return std::span(seen_).subspan(begin, ends_[at->Index()] - begin);
 }
 
-SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t emitter,
-                                          double share) const {
-  const Emitter& e = tree_->Emitters()[emitter];
-  const Point3 center = e.origin + (e.u + e.v) * 0.5;
+SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
+  const EmitterTree::Lamp& l = tree_->Lamps()[lamp];
+  const Point3 center = tree_->Center(l);
   const auto floats = [](double x, double y, double z) {
     return std::array{
         static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
   };
   Seen seen;
-  seen.emitter = emitter;
-  seen.power = static_cast<float>(share * tree_->Power(emitter));
+  seen.lamp = lamp;
+  seen.power = static_cast<float>(share * tree_->Power(l));
   // A little more than the sphere's, against the rounding of the centre.
-  seen.radius = static_cast<float>(
-      0.505 * std::max(Length(e.u + e.v), Length(e.u - e.v)) + 1e-3);
+  seen.radius = static_cast<float>(1.01 * tree_->Radius(l) + 1e-3);
   seen.center = floats(center.x, center.y, center.z);
-  seen.normal = floats(e.normal.x, e.normal.y, e.normal.z);
+  if (l.count > 1) {
+    seen.roundness = 1;
+  } else {
+    const Vec3 normal = tree_->Emitters()[l.first].normal;
+    seen.normal = floats(normal.x, normal.y, normal.z);
+  }
   return seen;
 }
 
@@ -256,27 +274,31 @@ struct SeenEmitters::Weights {
   std::array<float, kMostSeen> of{};  // in the order of the list
   double sum = 0;
 
-  // The probability of this emitter among those of the list.
+  // The probability of this lamp among those of the list.
   [[nodiscard]] double ShareOf(std::span<const Seen> list,
-                               uint32_t emitter) const {
+                               uint32_t lamp) const {
     for (size_t i = 0; i < list.size(); ++i) {
-      if (list[i].emitter == emitter) {
+      if (list[i].lamp == lamp) {
         return of[i] / sum;
       }
     }
     return 0;
   }
 
-  // The entry chosen by `s`, uniform in [0, 1), with these probabilities.
-  [[nodiscard]] size_t Choose(size_t count, double s) const {
+  // The entry chosen by `s`, uniform in [0, 1), with these probabilities;
+  // leaves a number uniform in [0, 1) there.
+  [[nodiscard]] size_t Choose(size_t count, double& s) const {
     double left = s * sum;
     size_t chosen = 0;
+    double within = 0;
     for (size_t i = 0; i < count && left >= 0; ++i) {
       if (of[i] > 0) {
         chosen = i;
+        within = left / of[i];
         left -= of[i];
       }
     }
+    s = std::clamp(within, 0.0, 0x1.fffffffffffffp-1);
     return chosen;
   }
 };
@@ -297,9 +319,10 @@ SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
     const float dy = e.center[1] - py;
     const float dz = e.center[2] - pz;
     const float near_x = nx * dx + ny * dy + nz * dz + e.radius;
-    const float near_e =
-        e.radius - (e.normal[0] * dx + e.normal[1] * dy + e.normal[2] * dz);
     const float d2 = std::max(dx * dx + dy * dy + dz * dz, e.radius * e.radius);
+    const float near_e =
+        e.radius + e.roundness * std::sqrt(d2) -
+        (e.normal[0] * dx + e.normal[1] * dy + e.normal[2] * dz);
     weights.of[i] =
         e.power * std::max(0.0F, near_x) * std::max(0.0F, near_e) / (d2 * d2);
   }
@@ -316,23 +339,37 @@ std::optional<EmitterTree::Choice> SeenEmitters::Choose(
   if (weights.sum <= 0) {
     return tree_->Choose(x, normal, s);
   }
-  const auto by_list = [&](uint32_t emitter) {
-    return (1 - kTreeShare) * weights.ShareOf(list, emitter);
+  const auto probability = [&](uint32_t emitter) {
+    return kTreeShare * tree_->Probability(emitter, x, normal) +
+           (1 - kTreeShare) *
+               ListProbability(list, weights, emitter, x, normal);
   };
-  if (s >= kTreeShare) {
-    const double rest = (s - kTreeShare) / (1 - kTreeShare);
-    const uint32_t e = list[weights.Choose(list.size(), rest)].emitter;
-    return EmitterTree::Choice{
-        &tree_->Emitters()[e],
-        kTreeShare * tree_->Probability(e, x, normal) + by_list(e)};
+  std::optional<EmitterTree::Choice> choice;
+  if (s < kTreeShare) {
+    choice = tree_->Choose(x, normal, s / kTreeShare);
+  } else {
+    double rest = (s - kTreeShare) / (1 - kTreeShare);
+    const uint32_t lamp = list[weights.Choose(list.size(), rest)].lamp;
+    choice = tree_->ChooseIn(tree_->Lamps()[lamp], x, normal, rest);
   }
-  auto choice = tree_->Choose(x, normal, s / kTreeShare);
   if (choice) {
-    const auto e =
-        static_cast<uint32_t>(choice->emitter - tree_->Emitters().data());
-    choice->probability = kTreeShare * choice->probability + by_list(e);
+    choice->probability = probability(
+        static_cast<uint32_t>(choice->emitter - tree_->Emitters().data()));
   }
   return choice;
+}
+
+// Of an emitter among those of the list.
+double SeenEmitters::ListProbability(std::span<const Seen> list,
+                                     const Weights& weights,
+                                     uint32_t emitter,
+                                     Point3 x,
+                                     Vec3 normal) const {
+  const uint32_t lamp = tree_->LampOf(emitter);
+  const double share = weights.ShareOf(list, lamp);
+  return share > 0 ? share * tree_->ProbabilityIn(
+                                 tree_->Lamps()[lamp], emitter, x, normal)
+                   : 0;
 }
 
 double SeenEmitters::Density(std::optional<CellId> at,
@@ -350,7 +387,8 @@ double SeenEmitters::Density(std::optional<CellId> at,
   if (weights.sum <= 0) {
     return by_tree / area;
   }
-  return (kTreeShare * by_tree + (1 - kTreeShare) * weights.ShareOf(list, *e)) /
+  return (kTreeShare * by_tree +
+          (1 - kTreeShare) * ListProbability(list, weights, *e, x, normal)) /
          area;
 }
 

@@ -2,17 +2,20 @@
 //
 // The tree over the emitters (verify_lights.h) knows nothing of walls: of the
 // lamps of a building it would spend most samples on those of other rooms. So
-// every cell keeps the emitters that rays found to be seen from its patches,
-// each with the share of the rays to it that got through, or a little where
-// none did; and a choice from x in cell c is the mixture
+// every cell keeps the lamps (the facets of a bulb, or an emitter of its own)
+// that rays found to be seen from its patches, each with the share of the rays
+// to it that got through, or a little where none did; and a choice from x in
+// cell c is the mixture
 //
-//   P(e | x, c) = t P_tree(e | x)
-//               + (1 - t) share_c(e) I(e, x) / sum over the list of the same
+//   P(e | x, c) = t P_tree(e | x) + (1 - t) P_l(e | x) *
+//                 share_c(l) I(l, x) / sum over the list of the same
 //
-//   I(e, x) = power_e max(0, n_x d + R) max(0, R - n_e d) / max(d^2, R^2)^2
+//   I(l, x) = power_l max(0, n_x d + R) max(0, R - n_l d) / max(d^2, R^2)^2
 //
-// for d from x to the centre of e's bounding sphere of radius R: what e sends
-// to x if nothing is between, up to a factor, and not zero if it sends any.
+// for d from x to the centre of the bounding sphere, of radius R, of the lamp l
+// that e is in: what l sends to x if nothing is between, up to a factor, and
+// not zero if it sends any. P_l is the walk of the tree below l; a bulb looks
+// everywhere: |d| stands for -n_l d.
 // What the rays missed has a chance by the tree (and is found by scattered
 // rays): nothing biases the sum.
 
@@ -56,9 +59,10 @@ class SeenEmitters {
 
  private:
   struct Seen {
-    uint32_t emitter = 0;
+    uint32_t lamp = 0;
     float power = 0;  // times the share of the rays that got through
     float radius = 0;
+    float roundness = 0;  // 1: it looks everywhere, and the normal is zero
     std::array<float, 3> center{};
     std::array<float, 3> normal{};
   };
@@ -71,7 +75,14 @@ class SeenEmitters {
                 std::span<const uint32_t> candidates,
                 uint64_t key);
   [[nodiscard]] std::span<const Seen> ListOf(std::optional<CellId> at) const;
-  [[nodiscard]] Seen MakeSeen(uint32_t emitter, double share) const;
+  [[nodiscard]] Seen MakeSeen(uint32_t lamp, double share) const;
+  [[nodiscard]] bool HasEmitterIn(CellId cell,
+                                  const EmitterTree::Lamp& lamp) const;
+  [[nodiscard]] double ListProbability(std::span<const Seen> list,
+                                       const Weights& weights,
+                                       uint32_t emitter,
+                                       Point3 x,
+                                       Vec3 normal) const;
   [[nodiscard]] static Weights WeightsAt(std::span<const Seen> list,
                                          Point3 x,
                                          Vec3 normal);
