@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 namespace enfilade {
@@ -113,6 +114,10 @@ bool IsNear(const TransferEnd& r, const TransferEnd& s) {
 
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
   const float tolerance = 1e-5F * (1 + patch.diameter);
+  // Most are well in front: so is a corner then, whatever the rounding.
+  if (Dot(end.center - patch.origin, patch.normal) > 10 * tolerance) {
+    return false;
+  }
   const Corners corners = CornersOf(*end.patch, end.frame);
   return std::all_of(
       corners.View().begin(), corners.View().end(), [&](Vec3f p) {
@@ -176,7 +181,11 @@ class ReceivedLight {
         source_(&source),
         tests_(&TestsOf(basis.kind)),
         constant_(basis.kind.order == 1),
-        near_(near) {}
+        near_(near) {
+    if (near) {
+      near_source_.emplace(source.end);
+    }
+  }
 
   // The mean and the values at the second-order nodes.
   void TakeFrom(const Judgement& judgement,
@@ -234,7 +243,7 @@ class ReceivedLight {
                             receiver_->frame,
                             static_cast<float>(at.a),
                             static_cast<float>(at.b));
-    return near_ ? NearRow(x, receiver_->patch->normal, source_->end)
+    return near_ ? near_source_->Row(x, receiver_->patch->normal)
                  : QuadratureRow(x, receiver_->patch->normal, source_->end);
   }
 
@@ -262,6 +271,7 @@ class ReceivedLight {
   const TestTable* tests_;
   bool constant_;
   bool near_;
+  std::optional<NearSource> near_source_;
   size_t count_ = kTransferNodes;
   float mean_ = 0;
   float form_factor_ = 0;
