@@ -18,11 +18,13 @@ constexpr float kRimM = 1e-3F;
 constexpr float kMostRimShare = 0.02F;
 
 // The corners of a polygon relative to a point: structure of arrays, for edges
-// to be worked on side by side.
+// to be worked on side by side. Left uninitialised from `count` on: clearing
+// took a fifth of the time.
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
 struct Outline {
   static constexpr size_t kMost = 8;
 
-  std::array<double, kMost + 1> x{}, y{}, z{};
+  std::array<double, kMost + 1> x, y, z;
   size_t count = 0;
 
   [[nodiscard]] Vec3 At(size_t i) const { return {x[i], y[i], z[i]}; }
@@ -79,7 +81,8 @@ Outline Clipped(const Outline& outline,
 template <size_t lanes>
 double SumOfEdges(Outline* v, Vec3 n) {
   v->Close(lanes);
-  std::array<double, lanes> terms{};
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): filled below
+  std::array<double, lanes> terms;
   for (size_t i = 0; i < lanes; ++i) {
     const double ax = v->x[i];
     const double ay = v->y[i];
@@ -111,7 +114,8 @@ float PointToPolygon(Vec3f x, Vec3f n, std::span<const Vec3f> polygon) {
                  polygon.size());
   Outline outline = RelativeTo(x, polygon);
   const Vec3 normal{n.x, n.y, n.z};
-  std::array<double, Outline::kMost> heights{};
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): likewise
+  std::array<double, Outline::kMost> heights;
   size_t above = 0;
   for (size_t i = 0; i < outline.count; ++i) {
     heights[i] = Dot(outline.At(i), normal);

@@ -14,13 +14,7 @@ struct UnitPlace {
   float t = 0;
 };
 
-UnitPlace PlaceNearNode(const TransferEnd& end, size_t g, Random* random) {
-  const auto s = static_cast<float>(random->Next());
-  const auto t = static_cast<float>(random->Next());
-  if (end.node_count == 4) {
-    return {0.5F * (s + static_cast<float>(g & 1)),
-            0.5F * (t + static_cast<float>(g >> 1))};
-  }
+UnitPlace PlaceOnTriangle(size_t g, float s, float t) {
   const bool is_beyond = s + t > 1;
   const float a = is_beyond ? 1 - s : s;
   const float b = is_beyond ? 1 - t : t;
@@ -32,6 +26,11 @@ UnitPlace PlaceNearNode(const TransferEnd& end, size_t g, Random* random) {
   return {corner[1], corner[2]};
 }
 
+UnitPlace PlaceOnSquare(size_t g, float s, float t) {
+  return {0.5F * (s + static_cast<float>(g & 1)),
+          0.5F * (t + static_cast<float>(g >> 1))};
+}
+
 // What of an element is off its rim: coordinates rim + inner * s.
 float InnerShare(const TransferEnd& end) {
   return 1 - (end.node_count == 4 ? 2.0F : 3.0F) * end.rim;
@@ -39,7 +38,25 @@ float InnerShare(const TransferEnd& end) {
 
 struct Places {
   CandidateLanes s{}, t{};
+
+  void Set(size_t i, UnitPlace at) {
+    s[i] = at.s;
+    t[i] = at.t;
+  }
 };
+
+// Moves places of the unit square to the part that node g stands for.
+void MoveNearNode(const TransferEnd& end, size_t g, Places* places) {
+  if (end.node_count == 4) {
+    for (size_t i = 0; i < kCandidates; ++i) {
+      places->Set(i, PlaceOnSquare(g, places->s[i], places->t[i]));
+    }
+    return;
+  }
+  for (size_t i = 0; i < kCandidates; ++i) {
+    places->Set(i, PlaceOnTriangle(g, places->s[i], places->t[i]));
+  }
+}
 
 // As PointOn of each, off the rim.
 CandidatePoints PointsOn(const TransferEnd& end, const Places& places) {
@@ -84,7 +101,10 @@ CandidateLanes PointKernels(const CandidatePoints& x,
 }  // namespace
 
 Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
-  const UnitPlace at = PlaceNearNode(end, g, random);
+  const auto s = static_cast<float>(random->Next());
+  const auto t = static_cast<float>(random->Next());
+  const UnitPlace at =
+      end.node_count == 4 ? PlaceOnSquare(g, s, t) : PlaceOnTriangle(g, s, t);
   const float inner = InnerShare(end);
   return PointOn(
       *end.patch, end.frame, end.rim + inner * at.s, end.rim + inner * at.t);
@@ -112,14 +132,16 @@ PairCandidates DrawCandidates(const TransferEnd& receiver,
                               Random* random) {
   Places on_receiver;
   Places on_source;
+  Random next = *random;  // kept in registers
   for (size_t i = 0; i < kCandidates; ++i) {
-    const UnitPlace x = PlaceNearNode(receiver, g, random);
-    on_receiver.s[i] = x.s;
-    on_receiver.t[i] = x.t;
-    const UnitPlace y = PlaceNearNode(source, q, random);
-    on_source.s[i] = y.s;
-    on_source.t[i] = y.t;
+    on_receiver.s[i] = static_cast<float>(next.Next());
+    on_receiver.t[i] = static_cast<float>(next.Next());
+    on_source.s[i] = static_cast<float>(next.Next());
+    on_source.t[i] = static_cast<float>(next.Next());
   }
+  *random = next;
+  MoveNearNode(receiver, g, &on_receiver);
+  MoveNearNode(source, q, &on_source);
   PairCandidates pairs;
   pairs.x = PointsOn(receiver, on_receiver);
   pairs.y = PointsOn(source, on_source);
