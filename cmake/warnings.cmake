@@ -33,6 +33,9 @@ endif()
 
 # Multiply-adds are never fused: it would break equal bits between builds.
 add_compile_options(-ffp-contract=off)
+# Nobody asks for errno or the flags of arithmetic, which keep roots and choices
+# from being done several at a time. Values do not depend on these.
+add_compile_options(-fno-math-errno -fno-trapping-math)
 if(ENFILADE_SANITIZE)
   add_compile_options(-fsanitize=${ENFILADE_SANITIZE} -fno-omit-frame-pointer
                       -fno-sanitize-recover=undefined)

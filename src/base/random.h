@@ -5,6 +5,8 @@
 
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace enfilade {
@@ -20,12 +22,28 @@ constexpr uint64_t MixKey(uint64_t key, uint64_t word) {
   return MixBits(key + 0x9e3779b97f4a7c15ULL + MixBits(word));
 }
 
+// MixBits of the first counters: most streams are short.
+inline constexpr auto kMixedCounters = [] {
+  std::array<uint64_t, 256> mixed{};
+  for (size_t i = 0; i < mixed.size(); ++i) {
+    mixed[i] = MixBits(i);
+  }
+  return mixed;
+}();
+
 // The stream of random numbers that belongs to one key.
 class Random {
  public:
   explicit constexpr Random(uint64_t key) : key_(key) {}
 
-  constexpr uint64_t NextBits() { return MixKey(key_, counter_++); }
+  // MixKey of the key and the counter.
+  constexpr uint64_t NextBits() {
+    const uint64_t word = counter_ < kMixedCounters.size()
+                              ? kMixedCounters[counter_]
+                              : MixBits(counter_);
+    ++counter_;
+    return MixBits(key_ + 0x9e3779b97f4a7c15ULL + word);
+  }
 
   // Uniform in [0, 1), 53 bits.
   constexpr double Next() {

@@ -12,8 +12,17 @@
 namespace enfilade {
 namespace {
 
+// Exponents are small: at most 3.
+double Power(double base, int exponent) {
+  double power = 1;
+  for (int i = 0; i < exponent; ++i) {
+    power *= base;
+  }
+  return power;
+}
+
 double Monomial(std::array<int, 2> exponents, UnitPoint p) {
-  return std::pow(p.a, exponents[0]) * std::pow(p.b, exponents[1]);
+  return Power(p.a, exponents[0]) * Power(p.b, exponents[1]);
 }
 
 // Solves for the inverse of the n x n matrix `m` (row major) by elimination

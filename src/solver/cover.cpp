@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "solver/cosine_directions.h"
 
 #include <algorithm>
 #include <array>
@@ -40,23 +41,6 @@ constexpr size_t kMostReceiversPerPatch = 4;
 constexpr double kCoarser = 4;
 // What is nearer to its plane than this does not stand before a surface.
 constexpr float kInPlane = 1e-4F;  // m
-
-struct Frame {
-  Vec3f u, v, n;
-};
-
-Frame FrameOf(const PatchGeometry& patch) {
-  const Vec3f u = patch.u * (1 / Length(patch.u));
-  return {u, Cross(patch.normal, u), patch.normal};
-}
-
-Vec3f CosineDirection(const Frame& frame, Random* random) {
-  const auto r2 = static_cast<float>(random->Next());
-  const float phi = static_cast<float>(2 * kPi * random->Next());
-  const float r = std::sqrt(r2);
-  return frame.u * (r * std::cos(phi)) + frame.v * (r * std::sin(phi)) +
-         frame.n * std::sqrt(1 - r2);
-}
 
 // A part of a patch, in its coordinates.
 struct Rect {
@@ -217,7 +201,7 @@ class Search {
          const Sink& sink)
       : options_(&options),
         patch_(&patch),
-        frame_(FrameOf(patch)),
+        directions_(patch),
         reflected_(reflected),
         key_(key),
         occluders_(occluders),
@@ -371,10 +355,10 @@ class Search {
   // Drops the points from which one of the directions is free.
   void KeepCovered(Suspects* suspects, Random* random) {
     for (int k = 0; k < kDirections && suspects->count > 0; ++k) {
-      SegmentPacket packet{};
+      SegmentPacket packet;
       for (size_t i = 0; i < suspects->count; ++i) {
         const Vec3f from = suspects->points[i];
-        const Vec3f to = from + CosineDirection(frame_, random) * kReach;
+        const Vec3f to = from + directions_.Draw(random) * kReach;
         packet.from_x[i] = from.x;
         packet.from_y[i] = from.y;
         packet.from_z[i] = from.z;
@@ -398,7 +382,7 @@ class Search {
 
   const CoverOptions* options_;
   const PatchGeometry* patch_;
-  Frame frame_;
+  CosineDirections directions_;
   float reflected_;
   uint64_t key_;
   std::span<const CellBlockers* const> occluders_;

@@ -20,7 +20,7 @@ namespace enfilade {
 // The form factor from a differential area at x with unit normal n to a convex
 // planar polygon: the share of x's hemisphere, cosine-weighted, that the
 // polygon covers; in [0, 1]. What lies below x's horizon is clipped. Which
-// side of the polygon faces x does not matter.
+// side of the polygon faces x does not matter. At most seven corners.
 //
 // F = 1/(2 pi) sum over edges of angle(v_i, v_i+1) n . (v_i x v_i+1)/|...|,
 // Lambert's formula (W, eq. 5), signed by the polygon's orientation.
@@ -36,6 +36,7 @@ struct TransferEnd {
   ElementFrame frame;
   float area = 0;
   float diameter = 0;
+  float rim = 0;  // share of the element that random points keep off its rim
   Vec3f center;
   size_t node_count = 0;
   std::array<float, kTransferNodes> x{};  // of the nodes, m
@@ -67,10 +68,18 @@ std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
 // nodes to the receiver (by reciprocity) where the receiver is.
 Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source);
 
-// The exact form factor of x to the source, zero behind it, spread over the
-// source's nodes like QuadratureRow.
-std::array<float, kTransferNodes> NearRow(Vec3f x,
-                                          Vec3f n,
-                                          const TransferEnd& source);
+// A source that is looked at from points close to it. Borrowed.
+class NearSource {
+ public:
+  explicit NearSource(const TransferEnd& source);
+
+  // The exact form factor of x to the source, zero behind it, spread over the
+  // source's nodes like QuadratureRow.
+  [[nodiscard]] std::array<float, kTransferNodes> Row(Vec3f x, Vec3f n) const;
+
+ private:
+  const TransferEnd* source_;
+  Corners corners_;
+};
 
 }  // namespace enfilade

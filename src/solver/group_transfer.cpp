@@ -51,7 +51,7 @@ float GroupTransfer::FormFactorsOf(
   for (size_t i = 0; i < facing_.count; ++i) {
     const TransferEnd end = MakeTransferEnd(PatchAt(i), {});
     (*form_factors)[i] =
-        SumOf(IsNear(*receiver_, end) ? NearRow(x, n, end)
+        SumOf(IsNear(*receiver_, end) ? NearSource(end).Row(x, n)
                                       : QuadratureRow(x, n, end));
     sum += (*form_factors)[i];
   }

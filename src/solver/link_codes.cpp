@@ -26,13 +26,23 @@ int RootOf(float share, int most) {
 
 using Roots = std::array<int, kTransferNodes * kTransferNodes>;
 
+// The places of a row from its largest coefficient to its smallest, equal ones
+// as they come. By insertion: std::stable_sort would ask for memory.
+std::array<size_t, kTransferNodes> FallingOrder(const float* row) {
+  std::array<size_t, kTransferNodes> order{};
+  for (size_t i = 0; i < order.size(); ++i) {
+    size_t at = i;
+    for (; at > 0 && row[i] > row[order[at - 1]]; --at) {
+      order[at] = order[at - 1];
+    }
+    order[at] = i;
+  }
+  return order;
+}
+
 // The roots of a row, that of its largest coefficient first.
 void FindRoots(const float* row, float largest, int most, int* roots) {
-  std::array<size_t, kTransferNodes> order{};
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [row](size_t a, size_t b) {
-    return row[a] > row[b];
-  });
+  const auto order = FallingOrder(row);
   float missing = 0;
   for (const size_t i : order) {
     const float share = row[i] / largest;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 namespace enfilade {
@@ -113,6 +114,10 @@ bool IsNear(const TransferEnd& r, const TransferEnd& s) {
 
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
   const float tolerance = 1e-5F * (1 + patch.diameter);
+  // Most are well in front: so is a corner then, whatever the rounding.
+  if (Dot(end.center - patch.origin, patch.normal) > 10 * tolerance) {
+    return false;
+  }
   const Corners corners = CornersOf(*end.patch, end.frame);
   return std::all_of(
       corners.View().begin(), corners.View().end(), [&](Vec3f p) {
@@ -176,7 +181,11 @@ class ReceivedLight {
         source_(&source),
         tests_(&TestsOf(basis.kind)),
         constant_(basis.kind.order == 1),
-        near_(near) {}
+        near_(near) {
+    if (near) {
+      near_source_.emplace(source.end);
+    }
+  }
 
   // The mean and the values at the second-order nodes.
   void TakeFrom(const Judgement& judgement,
@@ -234,7 +243,7 @@ class ReceivedLight {
                             receiver_->frame,
                             static_cast<float>(at.a),
                             static_cast<float>(at.b));
-    return near_ ? NearRow(x, receiver_->patch->normal, source_->end)
+    return near_ ? near_source_->Row(x, receiver_->patch->normal)
                  : QuadratureRow(x, receiver_->patch->normal, source_->end);
   }
 
@@ -262,6 +271,7 @@ class ReceivedLight {
   const TestTable* tests_;
   bool constant_;
   bool near_;
+  std::optional<NearSource> near_source_;
   size_t count_ = kTransferNodes;
   float mean_ = 0;
   float form_factor_ = 0;
@@ -296,24 +306,45 @@ float MeanSquareResidual(const TransferEnd& r,
 
 }  // namespace
 
-Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
+namespace {
+
+// The irradiance of the receiver's transfer nodes.
+std::array<float, kTransferNodes> AtNodes(const Judgement& j,
+                                          const TransferEnd& r,
+                                          const RadiantEnd& s) {
+  std::array<float, kTransferNodes> at_nodes{};
+  for (size_t g = 0; g < r.node_count; ++g) {
+    at_nodes[g] = WeightedSum(&j.kernel[g * kTransferNodes], s.radiosity);
+  }
+  return at_nodes;
+}
+
+}  // namespace
+
+Judgement JudgeTransfer(const TransferEnd& r, const RadiantEnd& s) {
   Judgement j;
   j.near = IsNear(r, s.end);
   j.kernel = j.near ? NearKernel(r, s.end) : QuadratureKernel(r, s.end);
-  std::array<float, kTransferNodes> at_nodes{};
-  float form_factor = 0;
+  const auto at_nodes = AtNodes(j, r, s);
   for (size_t g = 0; g < r.node_count; ++g) {
     const float* row = &j.kernel[g * kTransferNodes];
-    at_nodes[g] = WeightedSum(row, s.radiosity);
     j.transfer += r.weight[g] * at_nodes[g];
-    form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
+    j.form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
   }
+  return j;
+}
+
+void JudgeErrors(const TransferEnd& r,
+                 const RadiantEnd& s,
+                 const Basis& basis,
+                 Judgement* judgement) {
+  Judgement& j = *judgement;
   ReceivedLight light(r, s, basis, j.near);
-  light.NoteFormFactor(form_factor);
+  light.NoteFormFactor(j.form_factor);
   if (basis.HasOwnNodes()) {
     light.SampleNodes(j.transfer);
   } else {
-    light.TakeFrom(j, at_nodes);
+    light.TakeFrom(j, AtNodes(j, r, s));
   }
   j.receiver_error = ResidualScale(basis) *
                      std::sqrt(MeanSquareResidual(r, s, j.near, &light));
@@ -332,6 +363,11 @@ Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
   const float spread = j.near ? 0.25F * (*high - *low) * damping : 0.0F;
   j.form_factor = light.LargestFormFactor();
   j.source_error = j.form_factor * (s.detail * damping + spread);
+}
+
+Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
+  Judgement j = JudgeTransfer(r, s);
+  JudgeErrors(r, s, basis, &j);
   return j;
 }
 

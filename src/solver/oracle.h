@@ -30,6 +30,16 @@ struct Judgement {
   float form_factor = 0;     // the largest of the points looked at
 };
 
+// The transfer alone: its kernel, and the mean form factor.
+Judgement JudgeTransfer(const TransferEnd& receiver, const RadiantEnd& source);
+
+// Adds the errors to that, which cost as much again.
+void JudgeErrors(const TransferEnd& receiver,
+                 const RadiantEnd& source,
+                 const Basis& basis,
+                 Judgement* judgement);
+
+// Both.
 Judgement Judge(const TransferEnd& receiver,
                 const RadiantEnd& source,
                 const Basis& basis);

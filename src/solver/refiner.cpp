@@ -244,20 +244,24 @@ void Refiner::VisitSeen(const Receiver& r,
                         int blocked,
                         LinkRays* rays,
                         Task* task) const {
-  const Judgement judgement = Judge(r.end, s, *basis_);
+  Judgement judgement = JudgeTransfer(r.end, s);
   const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
   const float unknown =
       judgement.transfer * shadows_ *
       UnknownShare(look.fraction, look.proven, look.few, blocked);
   const bool is_seen = look.fraction > 0 || rays->SeesPeak();
-  const float visible = is_seen ? 1.0F : 0.0F;
+  float error_at_receiver = 0;
+  float error_at_source = 0;
+  if (is_seen) {
+    JudgeErrors(r.end, s, *basis_, &judgement);
+    error_at_receiver = judgement.receiver_error;
+    error_at_source =
+        std::max(judgement.source_error, NearDetail(r, s, judgement));
+  }
   blocked += is_seen ? 0 : 1;
   const float share = ReceiverShare(look.bits, r.end, s.end);
-  const float by_receiver =
-      visible * judgement.receiver_error + share * unknown;
-  const float by_source =
-      visible * std::max(judgement.source_error, NearDetail(r, s, judgement)) +
-      (1 - share) * unknown;
+  const float by_receiver = error_at_receiver + share * unknown;
+  const float by_source = error_at_source + (1 - share) * unknown;
   // What cannot be split cannot be helped: splitting the other end instead
   // would only make more links of the same error together.
   const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
@@ -297,7 +301,7 @@ void Refiner::AcceptBlocked(const Receiver& r,
   AddBlockedError(TrueError(r, error), task);
   const uint16_t bits = rays->AskFewAnew();
   if (bits != 0) {
-    Accept(r, s, Judge(r.end, s, *basis_), bits, task);
+    Accept(r, s, JudgeTransfer(r.end, s), bits, task);
   }
 }
 

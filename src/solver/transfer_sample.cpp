@@ -1,6 +1,7 @@
 #include "solver/transfer_sample.h"
 
 #include "base/photometry.h"
+#include "solver/cosine_directions.h"
 #include "solver/oracle.h"
 
 #include <algorithm>
@@ -10,16 +11,6 @@
 
 namespace enfilade {
 namespace {
-
-// Points keep away from the rim by this much, m, but not by more than this
-// share of the element: where surfaces touch, a ray from their common edge
-// would start beyond what it should meet.
-constexpr float kRimM = 1e-3F;
-constexpr float kMostRimShare = 0.02F;
-
-float RimShare(const TransferEnd& end) {
-  return std::min(kMostRimShare, kRimM * end.diameter / end.area);
-}
 
 // The kernel varies much over the two elements.
 bool AreClose(const TransferEnd& r, const TransferEnd& s) {
@@ -36,7 +27,7 @@ bool IsOn(const TransferEnd& end, Vec3f p) {
   const float square = std::max(Dot(n, n), 1e-30F);
   const float s = Dot(Cross(d, v), n) / square;
   const float t = Dot(Cross(u, d), n) / square;
-  const float rim = RimShare(end);
+  const float rim = end.rim;
   const float most = patch.shape == PatchShape::kTriangle ? 1 - s : 1.0F;
   return s > rim && t > rim && s < 1 - rim && t < most - rim;
 }
@@ -60,8 +51,7 @@ float PointFormFactor(Vec3f p,
 // The part of an element that is above the horizon of a point, as a fan.
 class SeenPart {
  public:
-  SeenPart(const TransferEnd& end, Vec3f p, Vec3f normal)
-      : rim_(RimShare(end)) {
+  SeenPart(const TransferEnd& end, Vec3f p, Vec3f normal) : rim_(end.rim) {
     const Corners corners = CornersOf(*end.patch, end.frame);
     const auto view = corners.View();
     for (size_t i = 0; i < view.size(); ++i) {
@@ -140,17 +130,10 @@ std::optional<PointPair> PairByKernel(const TransferEnd& r,
                                       const TransferEnd& s,
                                       size_t q,
                                       Random* random) {
-  constexpr size_t kCandidates = 4;
-  std::array<PointPair, kCandidates> candidates;
-  std::array<float, kCandidates> kernels{};
-  float sum = 0;
-  for (size_t i = 0; i < kCandidates; ++i) {
-    candidates[i] = {PointNearNode(r, g, random), PointNearNode(s, q, random)};
-    kernels[i] = PointKernel(candidates[i], r, s);
-    sum += kernels[i];
-  }
-  if (sum > 0) {
-    return candidates[DrawByWeight(kernels, random)];
+  const PairCandidates candidates = DrawCandidates(r, g, s, q, random);
+  const auto& kernels = candidates.kernels;
+  if (std::accumulate(kernels.begin(), kernels.end(), 0.0F) > 0) {
+    return candidates.At(DrawByWeight(kernels, random));
   }
   return PairAboveHorizon(r, g, s, random);
 }
@@ -216,33 +199,6 @@ SampledTransfer SampleFar(const TransferEnd& r,
 
 }  // namespace
 
-Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
-  float s = static_cast<float>(random->Next());
-  float t = static_cast<float>(random->Next());
-  const float rim = RimShare(end);
-  if (end.node_count == 4) {
-    s = 0.5F * (s + static_cast<float>(g & 1));
-    t = 0.5F * (t + static_cast<float>(g >> 1));
-    return PointOn(*end.patch,
-                   end.frame,
-                   rim + (1 - 2 * rim) * s,
-                   rim + (1 - 2 * rim) * t);
-  }
-  if (s + t > 1) {
-    s = 1 - s;
-    t = 1 - t;
-  }
-  // Nodes 0, 1, 2 lie near the corners of weight (1 - s - t), s, t.
-  std::array<float, 3> corner = {1 - s - t, s, t};
-  const size_t largest = static_cast<size_t>(
-      std::max_element(corner.begin(), corner.end()) - corner.begin());
-  std::swap(corner[largest], corner[g]);
-  return PointOn(*end.patch,
-                 end.frame,
-                 rim + (1 - 3 * rim) * corner[1],
-                 rim + (1 - 3 * rim) * corner[2]);
-}
-
 size_t IndexAtShare(std::span<const float> weights, float share) {
   float rest = std::accumulate(weights.begin(), weights.end(), 0.0F) * share;
   size_t i = 0;
@@ -250,11 +206,6 @@ size_t IndexAtShare(std::span<const float> weights, float share) {
     rest -= weights[i++];
   }
   return i;
-}
-
-Vec3f RandomPoint(const TransferEnd& end, Random* random) {
-  return PointNearNode(
-      end, random->NextBelow(static_cast<uint32_t>(end.node_count)), random);
 }
 
 std::optional<PointPair> RandomPair(const TransferEnd& receiver,
@@ -270,17 +221,6 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
     }
   }
   return PairByKernel(receiver, g, source, q, random);
-}
-
-Vec3f CosineDirection(const PatchGeometry& patch, Random* random) {
-  const Vec3f x = patch.u * (1 / Length(patch.u));
-  const Vec3f y = Cross(patch.normal, x);
-  const double r = std::sqrt(random->Next());
-  const double phi = 2 * kPi * random->Next();
-  const auto a = static_cast<float>(r * std::cos(phi));
-  const auto b = static_cast<float>(r * std::sin(phi));
-  return x * a + y * b +
-         patch.normal * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
 }
 
 bool IsPeaked(float small_diameter,
@@ -304,9 +244,10 @@ std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
   const bool from_source = source.diameter < receiver.diameter;
   const TransferEnd& small = from_source ? source : receiver;
   const TransferEnd& large = from_source ? receiver : source;
+  const CosineDirections directions(*small.patch);
   for (int i = 0; i < kTrials; ++i) {
     const Vec3f from = RandomPoint(small, random);
-    const Vec3f way = CosineDirection(*small.patch, random);
+    const Vec3f way = directions.Draw(random);
     const float speed = Dot(way, large.patch->normal);
     const float height = Dot(large.center - from, large.patch->normal);
     if (!(speed < 0) || !(height < 0)) {
@@ -326,16 +267,6 @@ SampledTransfer SampleTransfer(const TransferEnd& receiver,
                                Random* random) {
   return near ? SampleNear(receiver, source, random)
               : SampleFar(receiver, source, random);
-}
-
-float PointKernel(PointPair points,
-                  const TransferEnd& receiver,
-                  const TransferEnd& source) {
-  const Vec3f d = points.y - points.x;
-  const float r2 = Dot(d, d) + 1e-12F;
-  return std::max(0.0F, Dot(d, receiver.patch->normal)) *
-         std::max(0.0F, -Dot(d, source.patch->normal)) /
-         (static_cast<float>(kPi) * r2 * r2);
 }
 
 void AddSegment(PointPair points, SegmentPacket* packet) {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/random.h"
-#include "solver/form_factor.h"
+#include "solver/point_pair.h"
 #include "visibility/occlusion.h"
 
 #include <cstddef>
@@ -12,20 +12,8 @@
 
 namespace enfilade {
 
-struct PointPair {
-  Vec3f x;  // on the receiver
-  Vec3f y;  // on the source
-};
-
 // Where `share`, in [0, 1), of the sum of the weights is reached.
 size_t IndexAtShare(std::span<const float> weights, float share);
-
-// A random point of an element.
-Vec3f RandomPoint(const TransferEnd& end, Random* random);
-
-// One in the part of an element that its node g stands for: a quarter of a
-// parallelogram, the third of a triangle nearest to a corner.
-Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random);
 
 // A pair of random points, one in the part of the receiver that its node g
 // stands for, one in the part of the source that its node q does. Where the
@@ -39,9 +27,6 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
                                     size_t q,
                                     Random* random);
 
-// Cosine-distributed about the normal of a patch.
-Vec3f CosineDirection(const PatchGeometry& patch, Random* random);
-
 // Whether a small end is so close to an element, the larger one, that the
 // kernel peaks in a part of it, which random points miss.
 bool IsPeaked(float small_diameter, Vec3f small_center, const TransferEnd& end);
@@ -54,12 +39,6 @@ inline constexpr size_t kPeakRays = 16;
 std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
                                     const TransferEnd& source,
                                     Random* random);
-
-// The unoccluded kernel between two points of the ends without the source's
-// area: cos_x cos_y / (pi r^2), 1/m2.
-float PointKernel(PointPair points,
-                  const TransferEnd& receiver,
-                  const TransferEnd& source);
 
 // A guess at the mean form factor of the receiver to the source without
 // occlusion, unbiased, and one pair of points drawn by the kernel to ask

@@ -70,21 +70,73 @@ LocalPoint Local(Point3 p, Point3 origin) {
           static_cast<float>(d.z)};
 }
 
-// The packet as Embree's rays with unnormalised directions: t in [0, 1].
-// `valid` is -1 for lanes to trace; the others repeat lane 0, because Embree
+// Embree's rays, so many at a time, and its query of them. Packets of few
+// segments go as narrow ones: of a packet of 16 Embree traces few lanes one by
+// one, at two to three times the cost a ray.
+template <size_t n>
+struct Query;
+
+template <>
+struct Query<4> {
+  using Rays = RTCRay4;
+  static constexpr auto kTrace = &rtcOccluded4;
+};
+
+template <>
+struct Query<8> {
+  using Rays = RTCRay8;
+  static constexpr auto kTrace = &rtcOccluded8;
+};
+
+template <>
+struct Query<16> {
+  using Rays = RTCRay16;
+  static constexpr auto kTrace = &rtcOccluded16;
+};
+
+// The first n lanes; those from `count` on repeat lane 0, because Embree
 // asserts that all lanes are finite.
-void MakeRays(const SegmentPacket& packet, RTCRay16& rays, int* valid) {
-  for (uint32_t i = 0; i < kLanes; ++i) {
-    const uint32_t k = i < packet.count ? i : 0;
-    const float dx = packet.to_x[k] - packet.from_x[k];
-    const float dy = packet.to_y[k] - packet.from_y[k];
-    const float dz = packet.to_z[k] - packet.from_z[k];
+template <size_t n>
+void CopyLanes(const std::array<float, kLanes>& from,
+               uint32_t count,
+               float* to) {
+  if (count == n) {
+    std::copy_n(from.begin(), n, to);
+    return;
+  }
+  for (size_t i = 0; i < n; ++i) {
+    to[i] = from[i < count ? i : 0];
+  }
+}
+
+// The ends of n segments.
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): filled by MakeRays
+template <size_t n>
+struct Ends {
+  alignas(4 * n) std::array<float, n> x, y, z;
+};
+
+// The segments as Embree's rays with unnormalised directions: t in [0, 1].
+// `valid` is -1 for lanes to trace.
+template <size_t n>
+void MakeRays(const SegmentPacket& packet,
+              typename Query<n>::Rays& rays,
+              Ends<n>& to,
+              int* valid) {
+  CopyLanes<n>(packet.from_x, packet.count, rays.org_x);
+  CopyLanes<n>(packet.from_y, packet.count, rays.org_y);
+  CopyLanes<n>(packet.from_z, packet.count, rays.org_z);
+  CopyLanes<n>(packet.to_x, packet.count, to.x.data());
+  CopyLanes<n>(packet.to_y, packet.count, to.y.data());
+  CopyLanes<n>(packet.to_z, packet.count, to.z.data());
+  const auto count = static_cast<int>(packet.count);
+  for (size_t i = 0; i < n; ++i) {
+    const float dx = to.x[i] - rays.org_x[i];
+    const float dy = to.y[i] - rays.org_y[i];
+    const float dz = to.z[i] - rays.org_z[i];
     const float length = std::sqrt(dx * dx + dy * dy + dz * dz);
     const float near =
         std::min(kEndFraction + kEndMeters / std::max(length, 1e-20F), 0.5F);
-    rays.org_x[i] = packet.from_x[k];
-    rays.org_y[i] = packet.from_y[k];
-    rays.org_z[i] = packet.from_z[k];
     rays.dir_x[i] = dx;
     rays.dir_y[i] = dy;
     rays.dir_z[i] = dz;
@@ -94,7 +146,7 @@ void MakeRays(const SegmentPacket& packet, RTCRay16& rays, int* valid) {
     rays.mask[i] = ~0U;
     rays.id[i] = 0;
     rays.flags[i] = 0;
-    valid[i] = i < packet.count && near < 0.5F ? -1 : 0;
+    valid[i] = static_cast<int>(i) < count && near < 0.5F ? -1 : 0;
   }
 }
 
@@ -102,27 +154,30 @@ struct PacketBox {
   std::array<float, 3> low, high;
 };
 
-void IncludeAxis(const std::array<float, kLanes>& values,
-                 uint32_t count,
+// The range of 2 n values, four at a time.
+template <size_t n>
+void IncludeAxis(const float* from,
+                 const std::array<float, n>& to,
                  float& low,
                  float& high) {
-  for (size_t i = 0; i < count; ++i) {
-    low = std::min(low, values[i]);
-    high = std::max(high, values[i]);
+  std::array<float, 4> least{INFINITY, INFINITY, INFINITY, INFINITY};
+  std::array<float, 4> most{-INFINITY, -INFINITY, -INFINITY, -INFINITY};
+  for (size_t i = 0; i < n; i += 4) {
+    for (size_t k = 0; k < 4; ++k) {
+      least[k] = std::min(least[k], std::min(from[i + k], to[i + k]));
+      most[k] = std::max(most[k], std::max(from[i + k], to[i + k]));
+    }
   }
+  low = std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
+  high = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
 }
 
-PacketBox BoxOf(const SegmentPacket& packet) {
+template <size_t n>
+PacketBox BoxOf(const typename Query<n>::Rays& rays, const Ends<n>& to) {
   PacketBox box{};
-  box.low.fill(INFINITY);
-  box.high.fill(-INFINITY);
-  const uint32_t n = packet.count;
-  IncludeAxis(packet.from_x, n, box.low[0], box.high[0]);
-  IncludeAxis(packet.to_x, n, box.low[0], box.high[0]);
-  IncludeAxis(packet.from_y, n, box.low[1], box.high[1]);
-  IncludeAxis(packet.to_y, n, box.low[1], box.high[1]);
-  IncludeAxis(packet.from_z, n, box.low[2], box.high[2]);
-  IncludeAxis(packet.to_z, n, box.low[2], box.high[2]);
+  IncludeAxis<n>(rays.org_x, to.x, box.low[0], box.high[0]);
+  IncludeAxis<n>(rays.org_y, to.y, box.low[1], box.high[1]);
+  IncludeAxis<n>(rays.org_z, to.z, box.low[2], box.high[2]);
   return box;
 }
 
@@ -133,6 +188,40 @@ bool Misses(const PacketBox& box, const CellBlockers& cell) {
     }
   }
   return false;
+}
+
+// Occluded for packets of up to n segments.
+template <size_t n>
+uint32_t OccludedLanes(std::span<const CellBlockers* const> blockers,
+                       const SegmentPacket& packet) {
+  // Filled by what follows; clearing them first would cost a few percent.
+  // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init)
+  typename Query<n>::Rays rays;
+  Ends<n> to;
+  alignas(64) std::array<int, n> valid;
+  MakeRays<n>(packet, rays, to, valid.data());
+  const PacketBox box = BoxOf<n>(rays, to);
+  RTCIntersectContext context;
+  // NOLINTEND(cppcoreguidelines-pro-type-member-init)
+  rtcInitIntersectContext(&context);
+  uint32_t blocked = 0;
+  for (const CellBlockers* cell : blockers) {
+    if (cell->scene == nullptr || Misses(box, *cell)) {
+      continue;
+    }
+    Query<n>::kTrace(valid.data(), cell->scene->Handle(), &context, &rays);
+    uint32_t open = 0;
+    for (size_t i = 0; i < n; ++i) {
+      const bool hit = valid[i] != 0 && rays.tfar[i] < 0;
+      blocked |= static_cast<uint32_t>(hit) << i;
+      valid[i] = hit ? 0 : valid[i];
+      open |= static_cast<uint32_t>(valid[i] != 0);
+    }
+    if (open == 0) {
+      break;
+    }
+  }
+  return blocked;
 }
 
 }  // namespace
@@ -201,34 +290,12 @@ uint32_t Occluded(std::span<const CellBlockers* const> blockers,
   if (packet.count == 0) {
     return 0;
   }
-  // Filled by what follows; clearing them first would cost a few percent.
-  // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init)
-  RTCRay16 rays;
-  alignas(64) std::array<int, kLanes> valid;
-  MakeRays(packet, rays, valid.data());
-  const PacketBox box = BoxOf(packet);
-  RTCIntersectContext context;
-  // NOLINTEND(cppcoreguidelines-pro-type-member-init)
-  rtcInitIntersectContext(&context);
-  uint32_t blocked = 0;
-  for (const CellBlockers* cell : blockers) {
-    if (cell->scene == nullptr || Misses(box, *cell)) {
-      continue;
-    }
-    rtcOccluded16(valid.data(), cell->scene->Handle(), &context, &rays);
-    uint32_t open = 0;
-    for (size_t i = 0; i < kLanes; ++i) {
-      const bool hit = valid[i] != 0 && rays.tfar[i] < 0;
-      blocked |= static_cast<uint32_t>(hit) << i;
-      valid[i] = hit ? 0 : valid[i];
-      open |= static_cast<uint32_t>(valid[i] != 0);
-    }
-    if (open == 0) {
-      break;
-    }
-  }
   CountRays(packet.count);
-  return blocked;
+  if (packet.count <= 4) {
+    return OccludedLanes<4>(blockers, packet);
+  }
+  return packet.count <= 8 ? OccludedLanes<8>(blockers, packet)
+                           : OccludedLanes<16>(blockers, packet);
 }
 
 uint64_t TracedRays() {

@@ -77,6 +77,14 @@ TEST(Random, StreamIsAFunctionOfItsKey) {
   EXPECT_EQ(equal_to_other, 0);
 }
 
+// Short streams are looked up: the values stay those of key and counter.
+TEST(Random, ValuesAreThoseOfKeyAndCounter) {
+  Random random(9);
+  for (uint64_t counter = 0; counter < 600; ++counter) {
+    EXPECT_EQ(random.NextBits(), MixKey(9, counter));
+  }
+}
+
 TEST(Random, MeanAndVarianceAreThoseOfTheUnitInterval) {
   Random random(1);
   constexpr int kCount = 100'000;

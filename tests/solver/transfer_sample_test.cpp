@@ -2,6 +2,8 @@
 
 #include "solver/transfer_sample.h"
 
+#include "solver/cosine_directions.h"
+
 #include <cmath>
 #include <functional>
 
@@ -228,6 +230,62 @@ TEST(RandomPoint, KeepsOffTheRim) {
         EXPECT_GT(off, 4e-4F);
       }
     }
+  }
+}
+
+// What Taylor's series leave: (pi / 4)^13 / 13!.
+TEST(OnCircle, IsTheSineAndTheCosine) {
+  for (int i = 0; i <= 100000; ++i) {
+    const double t = i / 100000.0;
+    const CirclePoint at = OnCircle(t);
+    ASSERT_NEAR(at.cosine, std::cos(2 * kPi * t), 1e-11) << t;
+    ASSERT_NEAR(at.sine, std::sin(2 * kPi * t), 1e-11) << t;
+  }
+}
+
+// The mean of a cosine-distributed direction is 2/3 of the normal, and each
+// coordinate across it has the variance 1/4. Five standard errors.
+TEST(CosineDirections, HaveTheMomentsOfTheirDistribution) {
+  const std::vector<PatchGeometry> geometry = GeometryOf({Wall()});
+  const CosineDirections directions(geometry[0]);
+  const Vec3f n = geometry[0].normal;
+  Random random(5);
+  constexpr int kCount = 100000;
+  double mean = 0;
+  double square = 0;
+  for (int i = 0; i < kCount; ++i) {
+    const Vec3f d = directions.Draw(&random);
+    ASSERT_NEAR(Length(d), 1, 1e-6);
+    const float across = Dot(d, geometry[0].u);
+    mean += Dot(d, n) / kCount;
+    square += across * across / kCount;
+  }
+  // The variance of the cosine is 1/18, of the square 1/8 - 1/16 = 1/16.
+  EXPECT_NEAR(mean, 2.0 / 3, 5 * std::sqrt(1.0 / 18 / kCount));
+  EXPECT_NEAR(square, 0.25, 5 * std::sqrt(1.0 / 16 / kCount));
+}
+
+// Candidates are drawn side by side, with the bits of pairs one by one.
+TEST(PairCandidates, AreThePairsThatAreDrawnOneByOne) {
+  for (uint64_t trial = 0; trial < 200; ++trial) {
+    const std::vector<PatchGeometry> geometry =
+        GeometryOf(RandomPatches(trial, 2, 3, 1));
+    const TransferEnd r = MakeTransferEnd(geometry[0], {0.25F, 0.5F, 0.25F});
+    const TransferEnd s = MakeTransferEnd(geometry[1], {});
+    const size_t g = trial % r.node_count;
+    const size_t q = trial % s.node_count;
+    Random together(trial);
+    Random one_by_one(trial);
+    const PairCandidates pairs = DrawCandidates(r, g, s, q, &together);
+    for (size_t i = 0; i < kCandidates; ++i) {
+      const Vec3f x = PointNearNode(r, g, &one_by_one);
+      const Vec3f y = PointNearNode(s, q, &one_by_one);
+      const PointPair pair = pairs.At(i);
+      EXPECT_EQ(Length(pair.x - x), 0);
+      EXPECT_EQ(Length(pair.y - y), 0);
+      EXPECT_EQ(pairs.kernels[i], PointKernel({x, y}, r, s));
+    }
+    EXPECT_EQ(together.NextBits(), one_by_one.NextBits());
   }
 }
 

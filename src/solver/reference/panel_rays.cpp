@@ -1,5 +1,6 @@
 #include "solver/reference/panel_rays.h"
 
+#include "solver/cosine_directions.h"
 #include "solver/transfer_sample.h"
 
 namespace enfilade {
@@ -63,7 +64,7 @@ std::vector<PanelRay> CosineRays(const TransferEnd& end, uint64_t key) {
   std::vector<PanelRay> rays(kCosineRays);
   for (PanelRay& ray : rays) {
     ray.from = RandomPoint(end, &random);
-    ray.direction = CosineDirection(*end.patch, &random);
+    ray.direction = CosineDirections(*end.patch).Draw(&random);
     ray.share = 1 / static_cast<float>(kCosineRays);
   }
   return rays;

@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "partition/partition.h"
 #include "solver/cell_pager.h"
+#include "solver/cosine_directions.h"
 #include "solver/oracle.h"
 #include "solver/reference/panel_rays.h"
 #include "solver/transfer_sample.h"
@@ -360,7 +361,7 @@ bool ReferenceScene::IsEnclosed(const Panel& panel) const {
     SegmentPacket packet;
     for (uint32_t ray = 0; ray < kRays; ++ray) {
       const Vec3f x = RandomPoint(panel.end, &random);
-      const Vec3f d = CosineDirection(*panel.end.patch, &random);
+      const Vec3f d = CosineDirections(*panel.end.patch).Draw(&random);
       AddSegment({x, x + d * reach_}, &packet);
     }
     escaped +=
