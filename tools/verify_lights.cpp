@@ -10,13 +10,22 @@ namespace {
 
 // Emitter, two nodes, lamp, index, slack.
 constexpr uint64_t kBytesPerEmitter = 300;
-// Emitters with so many times the area of their bounding sphere's disk are a
-// lamp: half a bulb has 2, and no flat panel has more than 1.
-constexpr double kLampArea = 1.1;
+// Emitters with so many times the area of the disk of the sphere around their
+// bounding box are a lamp: a bulb has 1.3, half a bulb 0.9, a square 0.64.
+constexpr double kLampArea = 0.75;
 
 Point3 Centroid(const Emitter& e) {
   const double t = e.shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
   return e.origin + (e.u + e.v) * t;
+}
+
+void IncludeCorners(const Emitter& e, Box3& box) {
+  box.Include(e.origin);
+  box.Include(e.origin + e.u);
+  box.Include(e.origin + e.v);
+  if (e.shape == PatchShape::kParallelogram) {
+    box.Include(e.origin + e.u + e.v);
+  }
 }
 
 // Emitters that are kept first: the brightest; ties by id.
@@ -144,6 +153,13 @@ EmitterTree::Node EmitterTree::Build(size_t node, size_t first, size_t last) {
   const Node left = Build(node + 1, first, middle);
   const Node right = Build(node + 2 * (middle - first), middle, last);
   nodes_[node] = Merge(left, right);
+  Box3 box;
+  for (size_t i = first; i < last; ++i) {
+    IncludeCorners(emitters_[i], box);
+  }
+  nodes_[node].center = box.Center();
+  nodes_[node].radius =
+      static_cast<float>(Length(box.Extent()) / 2 * (1 + 1e-6));
   return nodes_[node];
 }
 
@@ -182,22 +198,10 @@ EmitterTree::Node EmitterTree::LeafNode(const Emitter& e, double exitance) {
   return node;
 }
 
+// Power and normals; not the sphere.
 EmitterTree::Node EmitterTree::Merge(const Node& left, const Node& right) {
   Node node;
   node.power = left.power + right.power;
-  const Vec3 between = right.center - left.center;
-  const double distance = Length(between);
-  const double radius = std::max({(distance + left.radius + right.radius) / 2,
-                                  static_cast<double>(left.radius),
-                                  static_cast<double>(right.radius)});
-  const double t = distance > 0
-                       ? std::clamp((radius - left.radius) / distance, 0.0, 1.0)
-                       : 0.0;
-  node.center = left.center + between * t;
-  // Whatever the centre, the radius holds both spheres.
-  node.radius = static_cast<float>(
-      std::max(distance * t + left.radius, distance * (1 - t) + right.radius) *
-      (1 + 1e-6));
   const Vec3 sum = left.axis + right.axis;
   if (Length(sum) < 1e-3) {
     node.axis = left.axis;
@@ -221,7 +225,7 @@ double EmitterTree::Importance(const Node& node, Point3 x, Vec3 normal) {
   const double distance2 = Dot(to_node, to_node);
   const double radius = node.radius;
   if (distance2 <= radius * radius) {
-    return node.power / (radius * radius);
+    return node.power / std::max(distance2, radius * radius / 4);
   }
   const double distance = std::sqrt(distance2);
   const Vec3 direction = to_node / distance;

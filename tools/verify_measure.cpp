@@ -281,7 +281,7 @@ class Measurement {
   std::optional<PointDensity> density_;
   ErrorEstimate estimate_;
   std::vector<PilotValue> values_;  // at the points of the last round
-  double most_paths_ = 0;           // per point, in the mean
+  double most_paths_ = 1e12;        // of a round, per estimate
   uint32_t rounds_ = 0;
   uint64_t round_key_ = 0;
   uint64_t paths_ = 0;

@@ -15,7 +15,7 @@ constexpr uint64_t kMostGroup = 8;           // cells of one batch of rays
 constexpr uint64_t kMostScattered = 128;     // rays of a cell
 constexpr uint64_t kLeastScattered = 16;     // rays of a cell
 constexpr uint64_t kAllScattered = 1 << 19;  // rays of all cells, about
-constexpr size_t kMostSeen = 256;            // lamps of a cell
+constexpr size_t kMostSeen = 1024;           // lamps of a cell
 constexpr size_t kTests = 16;                // rays from a cell to a lamp
 constexpr size_t kTestedAtOnce = 48;         // lamps
 constexpr uint64_t kSearchBytes =            // of a cell of a group
@@ -24,6 +24,9 @@ constexpr uint64_t kSearchBytes =            // of a cell of a group
 // What counts as seen at least: of a lamp of the same cell, of others.
 constexpr double kHiddenShare = 0.5 / kTests;
 constexpr double kHiddenBeyondShare = 0.1 / kTests;
+
+// What is so many radii away is seen for sure.
+constexpr float kNearRadii = 3;
 
 // What is left to the tree, which knows all emitters.
 constexpr double kTreeShare = 0.15;
@@ -59,6 +62,7 @@ std::vector<Receiver> PointsOfCell(const BuildingView& view,
 
 // One cell while its emitters are looked for.
 struct Search {
+  CellId cell;
   uint64_t key = 0;
   std::vector<Receiver> points;
   std::vector<uint32_t> candidates;
@@ -87,7 +91,8 @@ void KeepTheStrongest(const EmitterTree& tree, Search& search, size_t count) {
   std::sort(search.candidates.begin(), search.candidates.end());
 }
 
-// Adds the lamps of every cell that rays from the cell meet.
+// Adds the lamps of the cell, of those beyond its portals (a bulb may reach
+// through one), and of every cell that rays from the cell meet.
 void FindCandidates(const BuildingView& view,
                     const EmitterTree& tree,
                     std::span<Search> group) {
@@ -106,6 +111,19 @@ void FindCandidates(const BuildingView& view,
   std::vector<TraceHit> hits(rays.size());
   view.trace(rays, hits);
   std::vector<std::vector<CellId>> cells(group.size());
+  for (size_t k = 0; k < group.size(); ++k) {
+    cells[k].push_back(group[k].cell);
+  }
+  for (const Portal& portal : view.partition->portals) {
+    for (size_t k = 0; k < group.size(); ++k) {
+      if (portal.front == group[k].cell) {
+        cells[k].push_back(portal.back);
+      }
+      if (portal.back == group[k].cell) {
+        cells[k].push_back(portal.front);
+      }
+    }
+  }
   for (size_t i = 0; i < hits.size(); ++i) {
     if (hits[i].hit) {
       cells[owners[i]].push_back(hits[i].cell);
@@ -156,6 +174,7 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
   for (size_t first = 0; first < cells; first += group_cells) {
     std::vector<Search> group(std::min(group_cells, cells - first));
     for (size_t k = 0; k < group.size(); ++k) {
+      group[k].cell = CellId(first + k);
       group[k].key = MixKey(key, first + k);
       group[k].points =
           PointsOfCell(view, CellId(first + k), MixKey(group[k].key, 0), count);
@@ -256,7 +275,8 @@ SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
   };
   Seen seen;
   seen.lamp = lamp;
-  seen.power = static_cast<float>(share * tree_->Power(l));
+  seen.power = static_cast<float>(tree_->Power(l));
+  seen.share = static_cast<float>(share);
   // A little more than the sphere's, against the rounding of the centre.
   seen.radius = static_cast<float>(1.01 * tree_->Radius(l) + 1e-3);
   seen.center = floats(center.x, center.y, center.z);
@@ -271,7 +291,7 @@ SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
 
 // Of one list at one point: unnormalised weights and their sum.
 struct SeenEmitters::Weights {
-  std::array<float, kMostSeen> of{};  // in the order of the list
+  std::array<float, kMostSeen> of;  // in the order of the list
   double sum = 0;
 
   // The probability of this lamp among those of the list.
@@ -323,8 +343,10 @@ SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
     const float near_e =
         e.radius + e.roundness * std::sqrt(d2) -
         (e.normal[0] * dx + e.normal[1] * dy + e.normal[2] * dz);
-    weights.of[i] =
-        e.power * std::max(0.0F, near_x) * std::max(0.0F, near_e) / (d2 * d2);
+    const float near_share = kNearRadii * kNearRadii * e.radius * e.radius / d2;
+    const float share = std::min(1.0F, std::max(e.share, near_share));
+    weights.of[i] = share * e.power * std::max(0.0F, near_x) *
+                    std::max(0.0F, near_e) / (d2 * d2);
   }
   for (size_t i = 0; i < list.size(); ++i) {
     weights.sum += weights.of[i];

@@ -15,9 +15,10 @@
 // for d from x to the centre of the bounding sphere, of radius R, of the lamp l
 // that e is in: what l sends to x if nothing is between, up to a factor, and
 // not zero if it sends any. P_l is the walk of the tree below l; a bulb looks
-// everywhere: |d| stands for -n_l d.
-// What the rays missed has a chance by the tree (and is found by scattered
-// rays): nothing biases the sum.
+// everywhere: |d| stands for -n_l d. What is near is seen whatever the rays of
+// the cell say, as from inside of a shade: share_c(l) is (3 R / |d|)^2 at
+// least, and no more than 1. What the rays missed has a chance by the tree (and
+// is found by scattered rays): nothing biases the sum.
 
 #pragma once
 
@@ -60,7 +61,8 @@ class SeenEmitters {
  private:
   struct Seen {
     uint32_t lamp = 0;
-    float power = 0;  // times the share of the rays that got through
+    float power = 0;
+    float share = 0;  // of the rays that got through
     float radius = 0;
     float roundness = 0;  // 1: it looks everywhere, and the normal is zero
     std::array<float, 3> center{};
