@@ -21,6 +21,9 @@ constexpr size_t kTestedAtOnce = 48;         // lamps
 constexpr uint64_t kSearchBytes =            // of a cell of a group
     (kTestedAtOnce * kTests + kMostScattered) * 192;
 
+// The array grows by doubling, and is copied once more at the end.
+constexpr uint64_t kGrowth = 3;
+
 // What counts as seen at least: of a lamp of the same cell, of others.
 constexpr double kHiddenShare = 0.5 / kTests;
 constexpr double kHiddenBeyondShare = 0.1 / kTests;
@@ -158,14 +161,28 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
   if (tree_->Emitters().empty() || search_bytes + end_bytes > max_bytes) {
     return 0;
   }
-  // Twice the entries: the array grows by doubling.
-  const uint64_t list_bytes = std::min(max_bytes - search_bytes - end_bytes,
-                                       cells * 2 * kMostSeen * sizeof(Seen));
+  const uint64_t list_bytes =
+      std::min(max_bytes - search_bytes - end_bytes,
+               cells * kGrowth * kMostSeen * sizeof(Seen));
   const MemoryCharge search_charge(
       budget, search_bytes, "looking for the light sources that cells see");
   charge_ = MemoryCharge(
       budget, list_bytes + end_bytes, "the light sources that cells see");
   ends_.reserve(cells);
+  const uint64_t rays = LearnCells(view, group_cells, list_bytes, key);
+  seen_.shrink_to_fit();
+  charge_.Reset();
+  charge_ = MemoryCharge(budget,
+                         seen_.size() * sizeof(Seen) + end_bytes,
+                         "the light sources that cells see");
+  return rays;
+}
+
+uint64_t SeenEmitters::LearnCells(const BuildingView& view,
+                                  uint64_t group_cells,
+                                  uint64_t list_bytes,
+                                  uint64_t key) {
+  const size_t cells = view.partition->cells.size();
   const size_t count =
       cells > 0
           ? std::clamp(kAllScattered / cells, kLeastScattered, kMostScattered)
@@ -182,7 +199,8 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
     }
     FindCandidates(view, *tree_, group);
     for (const Search& search : group) {
-      if ((seen_.size() + kMostSeen) * 2 * sizeof(Seen) > list_bytes) {
+      const size_t entries = seen_.size() + search.candidates.size();
+      if (entries * kGrowth * sizeof(Seen) > list_bytes) {
         return rays;  // the cells from here on keep no list
       }
       const CellId cell(ends_.size());

@@ -71,6 +71,10 @@ class SeenEmitters {
 
   struct Weights;
 
+  uint64_t LearnCells(const BuildingView& view,
+                      uint64_t group_cells,
+                      uint64_t list_bytes,
+                      uint64_t key);
   uint64_t Test(const BuildingView& view,
                 CellId cell,
                 std::span<const Receiver> points,
