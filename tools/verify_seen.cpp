@@ -307,7 +307,9 @@ SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
   return seen;
 }
 
-// Of one list at one point: unnormalised weights and their sum.
+// Of one list at one point: unnormalised weights, as many as it has entries,
+// and their sum. Clearing all would take longer than most lists.
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
 struct SeenEmitters::Weights {
   std::array<float, kMostSeen> of;  // in the order of the list
   double sum = 0;
