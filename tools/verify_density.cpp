@@ -116,9 +116,9 @@ void PointDensity::TakeIn(const Draw& draw,
     const size_t k = ClassOf(bins_[BinAt(draw.places[i])].level);
     const double variance = values[i].noise;
     const double square = values[i].product * values[i].product;
-    const double work = static_cast<double>(draw.strata[i]) * draw.strata[i];
+    const double paths = static_cast<double>(draw.strata[i]) * draw.strata[i];
     const auto sums = [&](double noise) {
-      return Sums{square, noise, noise * work * work, 1};
+      return Sums{square, noise, noise * paths * paths, 1};
     };
     seen_[k].Add(sums(variance * before[k]), 1);
     weighted_.Add(sums(variance * variance / 3),

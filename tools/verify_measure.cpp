@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "tools/verify_density.h"
@@ -73,7 +74,8 @@ class Measurement {
             budget,
             options.points_per_round * kPointBytes + LightBinBytes(equal_bins_),
             "the points of a round"),
-        tracer_(view, budget) {}
+        tracer_(view, budget),
+        least_points_(std::min(kLeastPoints, options.points_per_round)) {}
 
   VerifySummary Run() {
     if (points_.Area() <= 0) {
@@ -83,10 +85,11 @@ class Measurement {
                           MixKey(MixKey(kSeedDomain, options_.seed), ~0ULL));
     LookAtTheSolution();
     LearnWhereToLook();
+    // All of one size: what a round has seen must not weigh those after it.
+    least_points_ = PointsFor(most_paths_, options_.points_per_round);
     while (!Done()) {
       const double start = Seconds();
-      Learn(AddRound(estimate_,
-                     PointsFor(most_paths_, options_.points_per_round)));
+      Learn(AddRound(estimate_, least_points_));
       ++rounds_;
       round_seconds_ = Seconds() - start;
     }
@@ -139,7 +142,7 @@ class Measurement {
       // A little more tells the time of paths from that of reading.
       most_paths_ =
           std::max(times.MostPaths(kMostOfTime * options_.max_seconds),
-                   times.KnowsPaths() ? 0 : kAFewMore * paths * LeastPoints());
+                   times.KnowsPaths() ? 0 : kAFewMore * paths * least_points_);
       Learn(draw);
       // The first pilot has points where light is, not where it is worth it.
       settled = ++pilots > 1 && density_->MeanPaths() <= kPilotGrowth * paths;
@@ -149,11 +152,7 @@ class Measurement {
   // Each round is unbiased, whatever those before it have taught.
   void Learn(const PointDensity::Draw& draw) {
     density_->Learn(draw, values_);
-    density_->LimitPaths(most_paths_ / LeastPoints());
-  }
-
-  [[nodiscard]] uint32_t LeastPoints() const {
-    return std::min(kLeastPoints, options_.points_per_round);
+    density_->LimitPaths(most_paths_ / least_points_);
   }
 
   // Of a round with so many paths and points at most: where points want many
@@ -162,7 +161,7 @@ class Measurement {
     most = std::min(most, options_.points_per_round);
     return static_cast<uint32_t>(
         std::clamp(paths / density_->MeanPaths(),
-                   static_cast<double>(std::min(LeastPoints(), most)),
+                   static_cast<double>(std::min(least_points_, most)),
                    static_cast<double>(most)));
   }
 
@@ -281,7 +280,9 @@ class Measurement {
   std::optional<PointDensity> density_;
   ErrorEstimate estimate_;
   std::vector<PilotValue> values_;  // at the points of the last round
-  double most_paths_ = 1e12;        // of a round, per estimate
+  // Of a round: paths per estimate, and the points they must be enough for.
+  double most_paths_ = std::numeric_limits<double>::infinity();
+  uint32_t least_points_ = 0;
   uint32_t rounds_ = 0;
   uint64_t round_key_ = 0;
   uint64_t paths_ = 0;

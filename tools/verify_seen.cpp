@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "tools/verify_points.h"
 
@@ -65,7 +66,7 @@ std::vector<Receiver> PointsOfCell(const BuildingView& view,
 
 // One cell while its emitters are looked for.
 struct Search {
-  CellId cell;
+  std::vector<CellId> cells;  // whose lamps are looked at
   uint64_t key = 0;
   std::vector<Receiver> points;
   std::vector<uint32_t> candidates;
@@ -94,8 +95,36 @@ void KeepTheStrongest(const EmitterTree& tree, Search& search, size_t count) {
   std::sort(search.candidates.begin(), search.candidates.end());
 }
 
-// Adds the lamps of the cell, of those beyond its portals (a bulb may reach
-// through one), and of every cell that rays from the cell meet.
+// A cell and one beyond a portal of it, ascending: a bulb may reach through.
+using Neighbours = std::vector<std::pair<CellId, CellId>>;
+
+uint64_t NeighbourBytes(const Partition& partition) {
+  return 2 * partition.portals.size() * sizeof(Neighbours::value_type);
+}
+
+Neighbours NeighboursOf(const Partition& partition) {
+  Neighbours neighbours;
+  neighbours.reserve(2 * partition.portals.size());
+  for (const Portal& portal : partition.portals) {
+    neighbours.emplace_back(portal.front, portal.back);
+    neighbours.emplace_back(portal.back, portal.front);
+  }
+  std::sort(neighbours.begin(), neighbours.end());
+  return neighbours;
+}
+
+std::vector<CellId> WithNeighbours(CellId cell, const Neighbours& neighbours) {
+  std::vector<CellId> cells = {cell};
+  for (auto at = std::lower_bound(
+           neighbours.begin(), neighbours.end(), std::pair(cell, CellId(0U)));
+       at != neighbours.end() && at->first == cell;
+       ++at) {
+    cells.push_back(at->second);
+  }
+  return cells;
+}
+
+// Adds the lamps of these cells and of all that rays from the cell meet.
 void FindCandidates(const BuildingView& view,
                     const EmitterTree& tree,
                     std::span<Search> group) {
@@ -113,37 +142,23 @@ void FindCandidates(const BuildingView& view,
   }
   std::vector<TraceHit> hits(rays.size());
   view.trace(rays, hits);
-  std::vector<std::vector<CellId>> cells(group.size());
-  for (size_t k = 0; k < group.size(); ++k) {
-    cells[k].push_back(group[k].cell);
-  }
-  for (const Portal& portal : view.partition->portals) {
-    for (size_t k = 0; k < group.size(); ++k) {
-      if (portal.front == group[k].cell) {
-        cells[k].push_back(portal.back);
-      }
-      if (portal.back == group[k].cell) {
-        cells[k].push_back(portal.front);
-      }
-    }
-  }
   for (size_t i = 0; i < hits.size(); ++i) {
     if (hits[i].hit) {
-      cells[owners[i]].push_back(hits[i].cell);
+      group[owners[i]].cells.push_back(hits[i].cell);
     }
   }
-  for (size_t k = 0; k < group.size(); ++k) {
-    std::sort(cells[k].begin(), cells[k].end());
-    cells[k].erase(std::unique(cells[k].begin(), cells[k].end()),
-                   cells[k].end());
-    for (const CellId cell : cells[k]) {
-      tree.AppendLampsOfCell(cell, group[k].candidates);
+  for (Search& search : group) {
+    auto& cells = search.cells;
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    for (const CellId cell : cells) {
+      tree.AppendLampsOfCell(cell, search.candidates);
     }
-    auto& candidates = group[k].candidates;
+    auto& candidates = search.candidates;
     std::sort(candidates.begin(), candidates.end());
     candidates.erase(std::unique(candidates.begin(), candidates.end()),
                      candidates.end());
-    KeepTheStrongest(tree, group[k], kMostSeen);
+    KeepTheStrongest(tree, search, kMostSeen);
   }
 }
 
@@ -156,7 +171,8 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
   const size_t cells = view.partition->cells.size();
   const uint64_t group_cells =
       std::clamp<uint64_t>(max_bytes / 4 / kSearchBytes, 1, kMostGroup);
-  const uint64_t search_bytes = group_cells * kSearchBytes;
+  const uint64_t search_bytes =
+      group_cells * kSearchBytes + NeighbourBytes(*view.partition);
   const uint64_t end_bytes = cells * sizeof(uint64_t);
   if (tree_->Emitters().empty() || search_bytes + end_bytes > max_bytes) {
     return 0;
@@ -187,11 +203,12 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
       cells > 0
           ? std::clamp(kAllScattered / cells, kLeastScattered, kMostScattered)
           : 0;
+  const Neighbours neighbours = NeighboursOf(*view.partition);
   uint64_t rays = 0;
   for (size_t first = 0; first < cells; first += group_cells) {
     std::vector<Search> group(std::min(group_cells, cells - first));
     for (size_t k = 0; k < group.size(); ++k) {
-      group[k].cell = CellId(first + k);
+      group[k].cells = WithNeighbours(CellId(first + k), neighbours);
       group[k].key = MixKey(key, first + k);
       group[k].points =
           PointsOfCell(view, CellId(first + k), MixKey(group[k].key, 0), count);
@@ -381,22 +398,28 @@ std::optional<EmitterTree::Choice> SeenEmitters::Choose(
   if (weights.sum <= 0) {
     return tree_->Choose(x, normal, s);
   }
-  const auto probability = [&](uint32_t emitter) {
-    return kTreeShare * tree_->Probability(emitter, x, normal) +
-           (1 - kTreeShare) *
-               ListProbability(list, weights, emitter, x, normal);
+  const auto index_of = [&](const EmitterTree::Choice& choice) {
+    return static_cast<uint32_t>(choice.emitter - tree_->Emitters().data());
   };
-  std::optional<EmitterTree::Choice> choice;
   if (s < kTreeShare) {
-    choice = tree_->Choose(x, normal, s / kTreeShare);
-  } else {
-    double rest = (s - kTreeShare) / (1 - kTreeShare);
-    const uint32_t lamp = list[weights.Choose(list.size(), rest)].lamp;
-    choice = tree_->ChooseIn(tree_->Lamps()[lamp], x, normal, rest);
+    auto choice = tree_->Choose(x, normal, s / kTreeShare);
+    if (choice) {
+      choice->probability =
+          kTreeShare * choice->probability +
+          (1 - kTreeShare) *
+              ListProbability(list, weights, index_of(*choice), x, normal);
+    }
+    return choice;
   }
+  double rest = (s - kTreeShare) / (1 - kTreeShare);
+  const size_t entry = weights.Choose(list.size(), rest);
+  auto choice =
+      tree_->ChooseIn(tree_->Lamps()[list[entry].lamp], x, normal, rest);
   if (choice) {
-    choice->probability = probability(
-        static_cast<uint32_t>(choice->emitter - tree_->Emitters().data()));
+    choice->probability =
+        kTreeShare * tree_->Probability(index_of(*choice), x, normal) +
+        (1 - kTreeShare) * choice->probability * weights.of[entry] /
+            weights.sum;
   }
   return choice;
 }

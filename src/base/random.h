@@ -17,9 +17,14 @@ constexpr uint64_t MixBits(uint64_t z) {
   return z ^ (z >> 31);
 }
 
+// Folds another word into a key, given its MixBits.
+constexpr uint64_t MixKeyWithMixed(uint64_t key, uint64_t mixed_word) {
+  return MixBits(key + 0x9e3779b97f4a7c15ULL + mixed_word);
+}
+
 // Folds another word into a key.
 constexpr uint64_t MixKey(uint64_t key, uint64_t word) {
-  return MixBits(key + 0x9e3779b97f4a7c15ULL + MixBits(word));
+  return MixKeyWithMixed(key, MixBits(word));
 }
 
 // MixBits of the first counters: most streams are short.
@@ -42,7 +47,7 @@ class Random {
                               ? kMixedCounters[counter_]
                               : MixBits(counter_);
     ++counter_;
-    return MixBits(key_ + 0x9e3779b97f4a7c15ULL + word);
+    return MixKeyWithMixed(key_, word);
   }
 
   // Uniform in [0, 1), 53 bits.

@@ -109,9 +109,10 @@ double SumOfEdges(Outline* v, Vec3 n) {
 }  // namespace
 
 float PointToPolygon(Vec3f x, Vec3f n, std::span<const Vec3f> polygon) {
-  ENFILADE_CHECK(polygon.size() < Outline::kMost,
-                 "a polygon of {} corners",
-                 polygon.size());
+  // Rounding may put the corners of one that lies in the horizon on either side
+  // in turn, so that nearly every edge is cut.
+  ENFILADE_CHECK(
+      polygon.size() <= 5, "a polygon of {} corners", polygon.size());
   Outline outline = RelativeTo(x, polygon);
   const Vec3 normal{n.x, n.y, n.z};
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): likewise

@@ -20,7 +20,7 @@ namespace enfilade {
 // The form factor from a differential area at x with unit normal n to a convex
 // planar polygon: the share of x's hemisphere, cosine-weighted, that the
 // polygon covers; in [0, 1]. What lies below x's horizon is clipped. Which
-// side of the polygon faces x does not matter. At most seven corners.
+// side of the polygon faces x does not matter. At most five corners.
 //
 // F = 1/(2 pi) sum over edges of angle(v_i, v_i+1) n . (v_i x v_i+1)/|...|,
 // Lambert's formula (W, eq. 5), signed by the polygon's orientation.

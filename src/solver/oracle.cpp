@@ -304,10 +304,6 @@ float MeanSquareResidual(const TransferEnd& r,
   return square;
 }
 
-}  // namespace
-
-namespace {
-
 // The irradiance of the receiver's transfer nodes.
 std::array<float, kTransferNodes> AtNodes(const Judgement& j,
                                           const TransferEnd& r,

@@ -61,10 +61,11 @@ std::vector<PanelRay> HemicubeRays(const TransferEnd& end) {
 
 std::vector<PanelRay> CosineRays(const TransferEnd& end, uint64_t key) {
   Random random(key);
+  const CosineDirections directions(*end.patch);
   std::vector<PanelRay> rays(kCosineRays);
   for (PanelRay& ray : rays) {
     ray.from = RandomPoint(end, &random);
-    ray.direction = CosineDirections(*end.patch).Draw(&random);
+    ray.direction = directions.Draw(&random);
     ray.share = 1 / static_cast<float>(kCosineRays);
   }
   return rays;

@@ -356,12 +356,13 @@ uint64_t ReferenceScene::KeyOf(const Panel& panel) const {
 
 bool ReferenceScene::IsEnclosed(const Panel& panel) const {
   Random random(MixKey(KeyOf(panel), kEnclosureStream));
+  const CosineDirections directions(*panel.end.patch);
   int escaped = 0;
   for (uint32_t done = 0; done < kEnclosureRays; done += kRays) {
     SegmentPacket packet;
     for (uint32_t ray = 0; ray < kRays; ++ray) {
       const Vec3f x = RandomPoint(panel.end, &random);
-      const Vec3f d = CosineDirections(*panel.end.patch).Draw(&random);
+      const Vec3f d = directions.Draw(&random);
       AddSegment({x, x + d * reach_}, &packet);
     }
     escaped +=
