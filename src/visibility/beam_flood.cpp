@@ -295,52 +295,66 @@ uint32_t BeamFlood::CommonDominator(uint32_t a, uint32_t b) const {
   return a;
 }
 
-void BeamFlood::LookThrough(uint32_t number, Beam* beam) const {
-  beam->planes.clear();
-  beam->passed.clear();
-  const Node& last = nodes_[number];
-  const Vec3 last_normal = last.door->plane.normal;
-  for (uint32_t n = number; n != kNone && beam->passed.size() < kMostPassed;
-       n = nodes_[n].dominator) {
-    const Node& node = nodes_[n];
-    const Vec3 normal = node.door->plane.normal;
-    beam->passed.push_back(n);
-    if (!node.door->is_sliver) {
-      beam->planes.push_back(node.door->plane);
-      AppendSupports(node.region, normal, source_, &beam->planes);
-    }
-    if (n != number && !last.door->is_sliver) {
-      AppendSupports(last.region, last_normal, node.region, &beam->planes);
-    }
-  }
-}
-
 bool BeamFlood::IsFirst(const Doorway& door) const {
   const uint32_t number = node_of_[door.index];
   return number != kNone && nodes_[number].is_first;
 }
 
-bool BeamFlood::FindPart(const Beam& beam, const Doorway& next) {
-  const double reach = next.radius + kStabToleranceMetres;
-  for (const DoorPlane& plane : beam.planes) {
-    if (plane.Beyond(next.center) < -reach) {
-      return false;
+bool BeamFlood::CanPass(const Node& passed,
+                        std::span<const DoorPlane> planes,
+                        const Doorway& next) {
+  return next.portal != passed.door->portal &&
+         std::all_of(planes.begin(),
+                     planes.end(),
+                     [&](const DoorPlane& plane) {
+                       return plane.Beyond(next.center) >=
+                              -next.radius - kStabToleranceMetres;
+                     }) &&
+         (next.is_sliver || ReachesBefore(passed.region, next.plane)) &&
+         (passed.door->is_sliver ||
+          ReachesBeyond(next.polygon, passed.door->plane));
+}
+
+void BeamFlood::LookThrough(uint32_t number) {
+  planes_.clear();
+  ahead_.clear();
+  const Node& last = nodes_[number];
+  const Vec3 last_normal = last.door->plane.normal;
+  for (const Doorway& next : regions_->Graph().Doorways(last.door->to)) {
+    if (!IsFirst(next)) {
+      ahead_.push_back(&next);
     }
   }
-  for (const uint32_t n : beam.passed) {
-    const Node& passed = nodes_[n];
-    if (next.portal == passed.door->portal ||
-        (!next.is_sliver && !ReachesBefore(passed.region, next.plane)) ||
-        (!passed.door->is_sliver &&
-         !ReachesBeyond(next.polygon, passed.door->plane))) {
-      return false;
+  size_t passed = 0;
+  for (uint32_t n = number;
+       n != kNone && passed < kMostPassed && !ahead_.empty();
+       n = nodes_[n].dominator) {
+    const Node& node = nodes_[n];
+    const size_t planes_before = planes_.size();
+    if (!node.door->is_sliver) {
+      planes_.push_back(node.door->plane);
+      AppendSupports(node.region, node.door->plane.normal, source_, &planes_);
     }
+    if (n != number && !last.door->is_sliver) {
+      AppendSupports(last.region, last_normal, node.region, &planes_);
+    }
+    const std::span planes = std::span(planes_).subspan(planes_before);
+    std::erase_if(ahead_, [&](const Doorway* next) {
+      return !CanPass(node, planes, *next);
+    });
+    ++passed;
   }
-  if (!next.is_sliver && !ReachesBefore(source_, next.plane)) {
-    return false;
-  }
+  std::erase_if(ahead_, [&](const Doorway* next) {
+    return !next->is_sliver && !ReachesBefore(source_, next->plane);
+  });
+}
+
+bool BeamFlood::FindPart(const Doorway& next) {
   part_ = next.polygon;
-  for (const DoorPlane& plane : beam.planes) {
+  for (const DoorPlane& plane : planes_) {
+    if (plane.Beyond(next.center) > next.radius) {
+      continue;  // holds all of it
+    }
     ClipBeyondInto(part_, plane, clipped_);
     part_.swap(clipped_);
     if (part_.empty()) {
@@ -357,7 +371,6 @@ bool BeamFlood::Run(const DoorwayGroup& firsts, std::vector<bool>& reached) {
     nodes_.back().is_first = true;
   }
   uint64_t tests = 0;
-  Beam beam;
   while (!waiting_.empty()) {
     const uint32_t number = waiting_.front();
     waiting_.pop_front();
@@ -365,16 +378,15 @@ bool BeamFlood::Run(const DoorwayGroup& firsts, std::vector<bool>& reached) {
     nodes_[number].passed_at = ++clock_;
     const Doorway& door = *nodes_[number].door;
     reached[regions_->CellOf(door.to).Index()] = true;
-    LookThrough(number, &beam);
-    const auto& doors = regions_->Graph().Doorways(door.to);
-    tests += doors.size();
+    tests += regions_->Graph().Doorways(door.to).size();
     if (tests > kMostTests || nodes_.size() > kMostNodes) {
       reached.assign(reached.size(), true);
       return false;
     }
-    for (const Doorway& next : doors) {
-      if (!IsFirst(next) && FindPart(beam, next)) {
-        Reach(next, next.is_sliver ? next.polygon : part_, number);
+    LookThrough(number);
+    for (const Doorway* next : ahead_) {
+      if (FindPart(*next)) {
+        Reach(*next, next->is_sliver ? next->polygon : part_, number);
       }
     }
   }

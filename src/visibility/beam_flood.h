@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -69,12 +70,6 @@ class BeamFlood {
     bool is_waiting = false;
   };
 
-  // Where lines can go beyond a doorway, and which they have passed.
-  struct Beam {
-    std::vector<DoorPlane> planes;
-    std::vector<uint32_t> passed;  // nodes, the last first
-  };
-
   void Begin(const DoorwayGroup& firsts);
   // From the node `from`, or kNone.
   void Reach(const Doorway& door, std::vector<Point3> region, uint32_t from);
@@ -83,17 +78,25 @@ class BeamFlood {
   [[nodiscard]] bool IsOutdated(const Node& node) const;
   // The nearest node that is a dominator of both, or one of them; or kNone.
   [[nodiscard]] uint32_t CommonDominator(uint32_t a, uint32_t b) const;
-  void LookThrough(uint32_t number, Beam* beam) const;
   [[nodiscard]] bool IsFirst(const Doorway& door) const;
-  // Whether the beam reaches the doorway; its part is part_.
-  bool FindPart(const Beam& beam, const Doorway& next);
+  // Whether a line through the passed doorway, held by these planes of it, may
+  // pass the next one: all that is cheap to tell.
+  static bool CanPass(const Node& passed,
+                      std::span<const DoorPlane> planes,
+                      const Doorway& next);
+  // Finds planes_ and ahead_ of the beam through a node and its dominators.
+  void LookThrough(uint32_t number);
+  // Whether the planes leave some part of the doorway, which is part_ then.
+  bool FindPart(const Doorway& next);
 
   const RegionGraph* regions_;
   std::vector<uint32_t> node_of_;  // by doorway
   std::vector<Node> nodes_;
   std::deque<uint32_t> waiting_;  // nodes, first come first served
   uint64_t clock_ = 0;
-  std::vector<Point3> source_;  // corners of a hull of the first doorways
+  std::vector<Point3> source_;     // corners of a hull of the first doorways
+  std::vector<DoorPlane> planes_;  // what lines can reach lies beyond
+  std::vector<const Doorway*> ahead_;  // where they may go on to
   std::vector<Point3> part_, clipped_;
 };
 

@@ -73,18 +73,24 @@ void ClipBeyondInto(const std::vector<Point3>& polygon,
                     const DoorPlane& plane,
                     std::vector<Point3>& kept) {
   kept.clear();
-  const size_t n = polygon.size();
-  for (size_t i = 0; i < n; ++i) {
+  const auto beyond = [&](Point3 p) {
+    return plane.Beyond(p) + kStabToleranceMetres;
+  };
+  if (polygon.empty()) {
+    return;
+  }
+  double dp = beyond(polygon.front());
+  for (size_t i = 0; i < polygon.size(); ++i) {
     const Point3 p = polygon[i];
-    const Point3 q = polygon[(i + 1) % n];
-    const double dp = plane.Beyond(p) + kStabToleranceMetres;
-    const double dq = plane.Beyond(q) + kStabToleranceMetres;
+    const Point3 q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
+    const double dq = beyond(q);
     if (dp >= 0) {
       kept.push_back(p);
     }
     if ((dp < 0) != (dq < 0)) {
       kept.push_back(Lerp(p, q, dp / (dp - dq)));
     }
+    dp = dq;
   }
 }
 
