@@ -249,9 +249,10 @@ TEST(FurnaceRoom, EmptyRoomComesOutFlat) {
   ExpectFlat("0", "m2", "0.02");
 }
 
-// The error asked for is what the bounds take: at 0.05 the RMS was 0.013.
+// The errors asked for are what the bounds take: RMS of 0.011 (haar at 0.05 and
+// m2 at 0.035) miss them.
 TEST(SlowFurnaceRoom, NineChairsComeOutFlat) {
-  ExpectFlat("9", "haar", "0.025");
+  ExpectFlat("9", "haar", "0.035");
   ExpectFlat("9", "m2", "0.025");
 }
 
