@@ -26,8 +26,13 @@ struct InfoCommand {
   std::string store;
   uint64_t audit_rays = 0;
 
-  void Run();
+  void Run() const;
   void RunOnScene() const;
+  void RunOnStore() const;
+  // Audits if asked, and writes the report.
+  void Finish(const BlockStorage& storage,
+              Json& report,
+              MemoryBudget& budget) const;
 };
 
 // A store that goes away with its owner.
@@ -138,51 +143,12 @@ std::string AuditText(const AuditSummary& audit) {
       audit.sampled_pairs);
 }
 
-// The stages before the solve, and what they let expect of it.
-void InfoCommand::RunOnScene() const {
-  if (audit_rays > 0) {
-    throw UsageError("--audit: give a store, which holds the visible sets");
-  }
-  const SolveSettings settings = SettingsOf(store, scene);
-  LimitsInForce limits(common.limits);
-  TemporaryStore temporary;
-  BlockStorage& storage = temporary.Store();
-  SaveSettings(storage, settings);
-  SaveStage(storage, Stage::kCreated);
-  Progress progress(Progress::ChooseOutput(common.verbose));
-  PreparePipeline(storage, settings, common.limits, limits.Budget(), progress);
-  const SolveOptions options = SolveOptionsOf(settings);
-  const CostEstimate estimate =
-      EstimateCost(storage, options, common.limits.threads);
-  Json report =
-      SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
-  report["estimate"] = EstimateReport(estimate);
-  fmt::print("{}{}{}",
-             SummaryText(report),
-             NotesText(report),
-             EstimateText(estimate, options));
-  WriteReportIfAsked(common, report);
-}
-
-void InfoCommand::Run() {
-  ApplyVerbosity(common);
-  if (IsSceneName(store)) {
-    RunOnScene();
-    return;
-  }
-  LimitsInForce limits(common.limits);
-  const auto storage = OpenExistingStore(store, StoreAccess::kRead);
-  const SolveSettings settings = LoadSettings(*storage);
-  Json report =
-      SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
-  fmt::print("{}{}{}",
-             SummaryText(report),
-             NotesText(report),
-             OutlookText(report, store));
+void InfoCommand::Finish(const BlockStorage& storage,
+                         Json& report,
+                         MemoryBudget& budget) const {
   uint64_t missed = 0;
   if (audit_rays > 0) {
-    const AuditSummary audit =
-        RunAudit(*storage, common, audit_rays, limits.Budget());
+    const AuditSummary audit = RunAudit(storage, common, audit_rays, budget);
     AddAuditKeys(audit, report);
     fmt::print("{}", AuditText(audit));
     missed = audit.audit_missed;
@@ -193,6 +159,54 @@ void InfoCommand::Run() {
                 fmt::format("{} rays join cells that the visible sets keep "
                             "apart; please report this with the scene",
                             missed));
+  }
+}
+
+// The stages before the solve, and what they let expect of it.
+void InfoCommand::RunOnScene() const {
+  const SolveSettings settings = SettingsOf(store, scene);
+  LimitsInForce limits(common.limits);
+  TemporaryStore temporary;
+  BlockStorage& storage = temporary.Store();
+  SaveSettings(storage, settings);
+  SaveStage(storage, Stage::kCreated);
+  {
+    Progress progress(Progress::ChooseOutput(common.verbose));
+    PreparePipeline(
+        storage, settings, common.limits, limits.Budget(), progress);
+  }
+  const SolveOptions options = SolveOptionsOf(settings);
+  const CostEstimate estimate =
+      EstimateCost(storage, options, common.limits.threads);
+  Json report =
+      SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
+  report["estimate"] = EstimateReport(estimate);
+  fmt::print("{}{}{}",
+             SummaryText(report),
+             NotesText(report),
+             EstimateText(estimate, options));
+  Finish(storage, report, limits.Budget());
+}
+
+void InfoCommand::RunOnStore() const {
+  LimitsInForce limits(common.limits);
+  const auto storage = OpenExistingStore(store, StoreAccess::kRead);
+  const SolveSettings settings = LoadSettings(*storage);
+  Json report =
+      SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
+  fmt::print("{}{}{}",
+             SummaryText(report),
+             NotesText(report),
+             OutlookText(report, store));
+  Finish(*storage, report, limits.Budget());
+}
+
+void InfoCommand::Run() const {
+  ApplyVerbosity(common);
+  if (IsSceneName(store)) {
+    RunOnScene();
+  } else {
+    RunOnStore();
   }
 }
 
@@ -221,7 +235,7 @@ void AddInfoCommand(CLI::App& app) {
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade info office.enf --report office.json\n"
-             "  enfilade info office.obj --error 0.05");
+             "  enfilade info office.obj --error 0.05 --audit 1000000");
   command->callback([options] { options->Run(); });
 }
 

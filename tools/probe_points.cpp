@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <ostream>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -123,9 +124,9 @@ ProbeSummary ProbePoints(const BuildingView& view,
   const auto start = std::chrono::steady_clock::now();
   ProbeReader reader(points, name);
   Prober prober(view, options, budget);
-  out << reader.Header() << '\n';
+  const std::string header = reader.Header();
   bool more = true;
-  while (more) {
+  for (bool is_first = true; more; is_first = false) {
     std::vector<ProbeLine> lines;
     while (more && lines.size() < kBatchPoints) {
       auto line = reader.Next();
@@ -135,6 +136,9 @@ ProbeSummary ProbePoints(const BuildingView& view,
       }
     }
     const std::vector<Rgb> values = prober.Irradiance(lines);
+    if (is_first) {  // what is wrong with the points comes before any output
+      out << header << '\n';
+    }
     for (size_t i = 0; i < lines.size(); ++i) {
       const Rgb& h = values[i];
       out << lines[i].text

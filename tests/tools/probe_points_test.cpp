@@ -22,20 +22,26 @@ class ProbeTest : public testing::Test {
   }
 
   std::string Run(const std::string& csv) {
-    std::istringstream in(csv);
     std::ostringstream out;
+    RunInto(out, csv);
+    return out.str();
+  }
+
+  void RunInto(std::ostream& out, const std::string& csv) {
+    std::istringstream in(csv);
     MemoryBudget budget(64ULL << 20);
     summary_ =
         ProbePoints(building_.View(), in, "points.csv", out, options_, budget);
     EXPECT_EQ(budget.UsedBytes(), 0U);
-    return out.str();
   }
 
-  // The message of the InputError that the text gives.
+  // The message of the InputError that the text gives, before any output.
   std::string Refusal(const std::string& csv) {
+    std::ostringstream out;
     try {
-      Run(csv);
+      RunInto(out, csv);
     } catch (const InputError& e) {
+      EXPECT_EQ(out.str(), "");
       return e.what();
     }
     return "accepted";
