@@ -31,7 +31,7 @@ namespace enfilade::bench {
 namespace {
 
 constexpr uint64_t kMiB = 1 << 20;
-constexpr uint64_t kSeed = 22;
+constexpr uint64_t kStoreSeed = 22;
 // A solve writes cell after cell, each of about so many blocks.
 constexpr uint32_t kBlocksOfCell = 16;
 // Of the cells, after the first round.
@@ -91,7 +91,7 @@ void Shuffle(std::vector<T>& values, Random& random) {
 // The blocks of a round in the order they are put: all in the first; later the
 // cells in another order, and not every one.
 std::vector<uint32_t> KeysOfRound(const Blocks& blocks, uint64_t round) {
-  Random random(MixKey(kSeed, round));
+  Random random(MixKey(kStoreSeed, round));
   std::vector<uint32_t> cells((blocks.Count() + kBlocksOfCell - 1) /
                               kBlocksOfCell);
   std::iota(cells.begin(), cells.end(), 0U);
@@ -205,7 +205,7 @@ template <typename Open>
 Reading ReadTwice(const Blocks& blocks,
                   const std::filesystem::path& folder,
                   const Open& open) {
-  Random random(kSeed);
+  Random random(kStoreSeed);
   std::vector<uint32_t> keys(blocks.Count());
   std::iota(keys.begin(), keys.end(), 0U);
   const DiskTraffic before = TrafficSoFar();

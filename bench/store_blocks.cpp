@@ -20,7 +20,7 @@
 namespace enfilade::bench {
 namespace {
 
-constexpr uint64_t kSeed = 20;
+constexpr uint64_t kBlocksSeed = 20;
 constexpr size_t kPoolBytes = 8 << 20;
 
 // Frame sizes of the 5,405 blocks (762 MB) of a solved townhouse: 3,000 of
@@ -54,7 +54,7 @@ uint64_t FrameBytes(double share) {
 }  // namespace
 
 Blocks::Blocks(uint64_t bytes) : pool_(kPoolBytes) {
-  Random random(kSeed);
+  Random random(kBlocksSeed);
   for (size_t i = 0; i < kPoolBytes; i += sizeof(uint64_t)) {
     const uint64_t bits = random.NextBits();
     std::memcpy(&pool_[i], &bits, sizeof bits);
@@ -66,7 +66,7 @@ Blocks::Blocks(uint64_t bytes) : pool_(kPoolBytes) {
 
 std::span<const std::byte> Blocks::Content(uint32_t key,
                                            uint64_t version) const {
-  const uint64_t seed = MixKey(kSeed, version);
+  const uint64_t seed = MixKey(kBlocksSeed, version);
   Random random(MixKey(seed, uint64_t{key}));
   const double factor = 0.8 + 0.4 * random.Next();
   const auto size =

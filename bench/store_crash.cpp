@@ -21,7 +21,7 @@
 namespace enfilade::bench {
 namespace {
 
-constexpr uint64_t kSeed = 21;
+constexpr uint64_t kCrashSeed = 21;
 constexpr uint64_t kLiveBytes = 24 << 20;
 constexpr uint32_t kPutsPerCommit = 16;  // about 2 MiB
 constexpr uint32_t kLongestMilliseconds = 150;
@@ -29,7 +29,7 @@ constexpr uint32_t kLongestMilliseconds = 150;
 // The blocks that a transaction puts, some of them twice.
 std::array<uint32_t, kPutsPerCommit> KeysOf(uint64_t transaction,
                                             uint32_t count) {
-  Random random(MixKey(kSeed, transaction));
+  Random random(MixKey(kCrashSeed, transaction));
   std::array<uint32_t, kPutsPerCommit> keys{};
   std::generate(
       keys.begin(), keys.end(), [&] { return random.NextBelow(count); });
@@ -195,7 +195,7 @@ CrashOutcome KillWriters(LayoutKind kind,
   const WorkFolder folder(parent);
   const Blocks blocks(kLiveBytes);
   CreateLayout(kind, folder.Path());
-  Random random(kSeed);
+  Random random(kCrashSeed);
   Expected expected(blocks);
   CrashOutcome outcome;
   std::vector<double> open_seconds;

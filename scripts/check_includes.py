@@ -5,8 +5,8 @@
 
 Prints one line per violation, as FILE:LINE: what, and exits 1 if there is any.
 Also violations: oneTBB outside src/base/parallel.h, a project header in angle
-brackets or by a relative path, a header without #pragma once, and a cycle of
-includes.
+brackets or by a relative path, a source that is included, a header without
+#pragma once, and a cycle of includes.
 """
 
 import pathlib
@@ -58,6 +58,8 @@ def check_include(path, quoted, header):
         return f"<{header}> is ours and belongs in quotes" if is_ours else None
     if header.startswith(".") or "/" not in header:
         return f'"{header}" is not a path from the root'
+    if not header.endswith(".h"):
+        return f'"{header}" is no header'
     layer = layer_of(path)
     if first not in allowed_layers(layer):
         return f"{layer} must not include {header}"

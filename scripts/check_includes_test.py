@@ -70,6 +70,11 @@ class IncludeRule(unittest.TestCase):
             {"src/base/a.cpp": '#include "../scene/b.h"\n'}, "../scene/b.h"
         )
 
+    def test_included_source_is_named(self):
+        self.assert_one(
+            {"src/base/a.cpp": '#include "base/b.cpp"\n'}, "base/b.cpp"
+        )
+
     def test_header_without_guard_is_named(self):
         self.assert_one({"src/base/a.h": "int x;\n"}, "src/base/a.h:1:")
 

@@ -7,8 +7,6 @@
 namespace enfilade {
 namespace {
 
-// With less free budget than this, two shares of it are worth less than turns.
-constexpr uint64_t kTurnsBelowBytes = 192ULL << 20;
 constexpr uint64_t kMostWorkBytes = 256ULL << 20;
 
 // What is set aside for the outputs: little where they only stream.

@@ -11,6 +11,9 @@
 
 namespace enfilade {
 
+// With less free budget than this, two shares of it are worth less than turns.
+inline constexpr uint64_t kTurnsBelowBytes = 192ULL << 20;
+
 // How the tracer and the solution, each of which takes what memory it gets,
 // live beside each other.
 enum class Sharing {

@@ -14,9 +14,9 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kSeedDomain = 0x63616d6572610001ULL;
+constexpr uint64_t kCameraSeedDomain = 0x63616d6572610001ULL;
 constexpr size_t kCellSamples = 16;  // points that tell how well lit a cell is
-constexpr size_t kGroupPoints = 8192;  // evaluated together
+constexpr size_t kMostPending = 8192;  // evaluated together
 constexpr size_t kBestCells = 6;       // tried with test pictures
 constexpr int kTestWidth = 24;
 constexpr int kTestHeight = 14;
@@ -47,7 +47,7 @@ class LightSums {
 
   void Add(const Weighted& w) {
     pending_.push_back(w);
-    if (pending_.size() >= kGroupPoints) {
+    if (pending_.size() >= kMostPending) {
       Flush();
     }
   }
@@ -82,7 +82,7 @@ std::vector<CellId> BestLitCells(const BuildingView& view) {
     if (cell.patches.empty()) {
       continue;
     }
-    Random random(MixKey(kSeedDomain, c));
+    Random random(MixKey(kCameraSeedDomain, c));
     for (size_t k = 0; k < kCellSamples; ++k) {
       const size_t p =
           random.NextBelow(static_cast<uint32_t>(cell.patches.size()));

@@ -1,6 +1,7 @@
 #include "tools/child_process.h"
 
 #include "base/error.h"
+#include "solver/stopwatch.h"
 
 #include <chrono>
 #include <fstream>
@@ -59,8 +60,7 @@ ChildResult RunOwnProgram(const std::vector<std::string>& words,
   bool asked = false;
   int status = 0;
   while (waitpid(pid, &status, WNOHANG) == 0) {
-    const double seconds =
-        std::chrono::duration<double>(Clock::now() - begin).count();
+    const double seconds = SecondsSince(begin);
     result.timed_out = result.timed_out || seconds > most_seconds;
     if (!asked && (result.timed_out || StopRequested().load())) {
       kill(pid, SIGTERM);

@@ -7,15 +7,13 @@
 
 #include <memory>
 
+#include "tools/building_store.h"
 #include "tools/building_view.h"
 #include "tools/compare_fields.h"
 #include <fmt/format.h>
 
 namespace enfilade {
 namespace {
-
-// Below this much free budget the two solutions take turns in memory.
-constexpr uint64_t kTurnsBelowBytes = 192ULL << 20;
 
 // A solution that is opened for every call, or kept open on a share.
 class SolutionInTurn {

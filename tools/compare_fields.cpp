@@ -11,7 +11,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kSeedDomain = 0x636f6d7061726501ULL;
+constexpr uint64_t kCompareSeedDomain = 0x636f6d7061726501ULL;
 constexpr size_t kGroupPoints = 32768;  // evaluated together
 constexpr uint64_t kGroupBytes = 64;  // of two values and a weight, plus slack
 constexpr double kMostGrid = 32;      // sample points per patch and direction
@@ -19,8 +19,8 @@ constexpr double kMostGrid = 32;      // sample points per patch and direction
 class Comparison {
  public:
   Comparison(const BuildingView& building,
-             const RadiosityOf& a,
-             const RadiosityOf& b,
+             const RadiosityField& a,
+             const RadiosityField& b,
              const CompareOptions& options,
              MemoryBudget& budget)
       : building_(building),
@@ -73,7 +73,7 @@ class Comparison {
                                            area / options_.sample_area_m2);
     const auto grid = static_cast<uint32_t>(
         std::clamp(std::ceil(std::sqrt(wanted)), 1.0, kMostGrid));
-    Random random(MixKey(MixKey(kSeedDomain, cell.value), id.value));
+    Random random(MixKey(MixKey(kCompareSeedDomain, cell.value), id.value));
     Sample sample;
     sample.area = area / (grid * grid);
     if (patch.emits) {
@@ -132,8 +132,8 @@ class Comparison {
   }
 
   const BuildingView& building_;
-  const RadiosityOf& a_;
-  const RadiosityOf& b_;
+  const RadiosityField& a_;
+  const RadiosityField& b_;
   const CompareOptions& options_;
   MemoryCharge charge_;
   std::vector<PatchPoint> points_;
@@ -150,8 +150,8 @@ class Comparison {
 }  // namespace
 
 CompareSummary CompareFields(const BuildingView& building,
-                             const RadiosityOf& a,
-                             const RadiosityOf& b,
+                             const RadiosityField& a,
+                             const RadiosityField& b,
                              const CompareOptions& options,
                              MemoryBudget& budget) {
   return Comparison(building, a, b, options, budget).Run();

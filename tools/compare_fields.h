@@ -11,14 +11,14 @@
 
 namespace enfilade {
 
-using RadiosityOf =
+using RadiosityField =
     std::function<std::vector<Rgb>(std::span<const PatchPoint>)>;
 
 // The deviation of `a` from the reference `b` over the building's reflecting
 // sides. Throws InputError if b reflects no light.
 CompareSummary CompareFields(const BuildingView& building,
-                             const RadiosityOf& a,
-                             const RadiosityOf& b,
+                             const RadiosityField& a,
+                             const RadiosityField& b,
                              const CompareOptions& options,
                              MemoryBudget& budget);
 

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "solver/solution.h"
+#include "solver/stopwatch.h"
 
 #include <algorithm>
 #include <cctype>
@@ -161,9 +162,7 @@ ExportSummary Export(const BlockStorage& store,
   ExportSummary summary;
   (picture ? ExportPicture : ExportMesh)(
       building, extension, out, options, summary);
-  summary.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
-          .count();
+  summary.seconds = SecondsSince(start);
   return summary;
 }
 

@@ -12,10 +12,10 @@
 namespace enfilade {
 namespace {
 
-using Json = nlohmann::json;
+using SortedJson = nlohmann::json;
 
-constexpr uint64_t kVertexBytes = 6ULL * 4;  // position, colour
-constexpr uint64_t kMostBytes = std::numeric_limits<uint32_t>::max();
+constexpr uint64_t kGltfVertexBytes = 6ULL * 4;  // position, colour
+constexpr uint64_t kMostGlbBytes = std::numeric_limits<uint32_t>::max();
 
 // Numbers of the specification.
 constexpr int kFloat = 5126;
@@ -34,10 +34,10 @@ uint64_t Indices(const MeshCensus& census) {
 }
 
 uint64_t BinaryBytes(const MeshCensus& census) {
-  return kVertexBytes * census.vertices + 4 * Indices(census);
+  return kGltfVertexBytes * census.vertices + 4 * Indices(census);
 }
 
-Json Accessor(int view, uint64_t offset, int type, uint64_t count) {
+SortedJson Accessor(int view, uint64_t offset, int type, uint64_t count) {
   return {{"bufferView", view},
           {"byteOffset", offset},
           {"componentType", type},
@@ -45,55 +45,58 @@ Json Accessor(int view, uint64_t offset, int type, uint64_t count) {
           {"type", type == kUnsignedInt ? "SCALAR" : "VEC3"}};
 }
 
-Json Describe(const MeshCensus& census, bool z_up, const std::string& uri) {
+SortedJson Describe(const MeshCensus& census,
+                    bool z_up,
+                    const std::string& uri) {
   const auto corner = [](Point3 p) {
-    return Json::array({static_cast<float>(p.x),
-                        static_cast<float>(p.y),
-                        static_cast<float>(p.z)});
+    return SortedJson::array({static_cast<float>(p.x),
+                              static_cast<float>(p.y),
+                              static_cast<float>(p.z)});
   };
-  Json positions = Accessor(0, 0, kFloat, census.vertices);
+  SortedJson positions = Accessor(0, 0, kFloat, census.vertices);
   positions["min"] = corner(census.bounds.low);
   positions["max"] = corner(census.bounds.high);
-  Json buffer = {{"byteLength", BinaryBytes(census)}};
+  SortedJson buffer = {{"byteLength", BinaryBytes(census)}};
   if (!uri.empty()) {
     buffer["uri"] = uri;
   }
-  Json node = {{"mesh", 0}, {"name", "solution"}};
+  SortedJson node = {{"mesh", 0}, {"name", "solution"}};
   if (z_up) {
     node["matrix"] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
   }
-  const uint64_t vertex_bytes = kVertexBytes * census.vertices;
-  Json vertices = {{"buffer", 0},
-                   {"byteOffset", 0},
-                   {"byteLength", vertex_bytes},
-                   {"byteStride", kVertexBytes},
-                   {"target", kArrayBuffer}};
-  Json indices = {{"buffer", 0},
-                  {"byteOffset", vertex_bytes},
-                  {"byteLength", 4 * Indices(census)},
-                  {"target", kElementArrayBuffer}};
-  Json material = {{"name", "radiosity"},
-                   {"pbrMetallicRoughness", {{"metallicFactor", 0}}},
-                   {"extensions", {{"KHR_materials_unlit", Json::object()}}}};
-  Json primitive = {{"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}},
-                    {"indices", 2},
-                    {"material", 0},
-                    {"mode", 4}};
-  Json scene = {{"nodes", Json::array({0})}};
-  Json mesh = {{"primitives", Json::array({primitive})}};
+  const uint64_t vertex_bytes = kGltfVertexBytes * census.vertices;
+  SortedJson vertices = {{"buffer", 0},
+                         {"byteOffset", 0},
+                         {"byteLength", vertex_bytes},
+                         {"byteStride", kGltfVertexBytes},
+                         {"target", kArrayBuffer}};
+  SortedJson indices = {{"buffer", 0},
+                        {"byteOffset", vertex_bytes},
+                        {"byteLength", 4 * Indices(census)},
+                        {"target", kElementArrayBuffer}};
+  SortedJson material = {
+      {"name", "radiosity"},
+      {"pbrMetallicRoughness", {{"metallicFactor", 0}}},
+      {"extensions", {{"KHR_materials_unlit", SortedJson::object()}}}};
+  SortedJson primitive = {{"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}},
+                          {"indices", 2},
+                          {"material", 0},
+                          {"mode", 4}};
+  SortedJson scene = {{"nodes", SortedJson::array({0})}};
+  SortedJson mesh = {{"primitives", SortedJson::array({primitive})}};
   return {{"asset", {{"version", "2.0"}, {"generator", "Enfilade"}}},
-          {"extensionsUsed", Json::array({"KHR_materials_unlit"})},
+          {"extensionsUsed", SortedJson::array({"KHR_materials_unlit"})},
           {"scene", 0},
-          {"scenes", Json::array({scene})},
-          {"nodes", Json::array({node})},
-          {"meshes", Json::array({mesh})},
-          {"materials", Json::array({material})},
-          {"buffers", Json::array({buffer})},
-          {"bufferViews", Json::array({vertices, indices})},
+          {"scenes", SortedJson::array({scene})},
+          {"nodes", SortedJson::array({node})},
+          {"meshes", SortedJson::array({mesh})},
+          {"materials", SortedJson::array({material})},
+          {"buffers", SortedJson::array({buffer})},
+          {"bufferViews", SortedJson::array({vertices, indices})},
           {"accessors",
-           Json::array({positions,
-                        Accessor(0, 12, kFloat, census.vertices),
-                        Accessor(1, 0, kUnsignedInt, Indices(census))})}};
+           SortedJson::array({positions,
+                              Accessor(0, 12, kFloat, census.vertices),
+                              Accessor(1, 0, kUnsignedInt, Indices(census))})}};
 }
 
 void WriteBinary(const MeshSource& source,
@@ -103,7 +106,7 @@ void WriteBinary(const MeshSource& source,
                  uint64_t offset) {
   const ToneMap tone(census.meter.Key(), options.exposure_stops);
   SectionWriter vertices(file, offset);
-  SectionWriter indices(file, offset + kVertexBytes * census.vertices);
+  SectionWriter indices(file, offset + kGltfVertexBytes * census.vertices);
   MeshSink sink;
   sink.vertex = [&](const MeshVertex& vertex) {
     for (size_t k = 0; k < 3; ++k) {
@@ -131,7 +134,7 @@ void RequireFits(const MeshCensus& census) {
   if (census.faces == 0) {
     throw UsageError("the solution has no elements to export");
   }
-  if (BinaryBytes(census) + kHeadroom > kMostBytes) {
+  if (BinaryBytes(census) + kHeadroom > kMostGlbBytes) {
     throw UsageError(fmt::format(
         "the solution takes {} MiB as glTF, which can hold 4 GiB; export it as "
         ".ply or .vtu",

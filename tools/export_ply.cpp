@@ -10,7 +10,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kVertexBytes = 39;  // 3 floats, 3 bytes, 6 floats
+constexpr uint64_t kPlyVertexBytes = 39;  // 3 floats, 3 bytes, 6 floats
 
 std::string PlyHeader(const MeshCensus& census) {
   return fmt::format(
@@ -62,7 +62,7 @@ uint64_t WritePly(const MeshSource& source,
   const std::string header = PlyHeader(census);
   SectionWriter vertices(file, 0);
   vertices.PutText(header);
-  SectionWriter faces(file, header.size() + kVertexBytes * census.vertices);
+  SectionWriter faces(file, header.size() + kPlyVertexBytes * census.vertices);
   MeshSink sink;
   sink.vertex = [&](const MeshVertex& vertex) {
     PutVertex(vertices, vertex, tone);

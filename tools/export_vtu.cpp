@@ -19,7 +19,7 @@ struct Array {
 };
 
 // In the order of the sections in the file.
-enum Section : size_t {
+enum VtuSection : size_t {
   kPoints,
   kConnectivity,
   kOffsets,

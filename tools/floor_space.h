@@ -8,6 +8,9 @@
 
 namespace enfilade {
 
+// Places that are tried for a piece.
+inline constexpr int kPlaceAttempts = 40;
+
 // Places rectangles on the floor of one room without overlap: off the walls,
 // off each other, and off the metre before each door.
 class FloorSpace {

@@ -13,7 +13,6 @@ namespace enfilade {
 
 namespace {
 
-constexpr int kAttempts = 40;           // places tried per drawn piece
 constexpr uint32_t kDrawsPerPiece = 4;  // before the room counts as full
 constexpr double kUnderCeiling = 0.05;
 constexpr double kAtWallShare = 0.6;
@@ -44,7 +43,7 @@ class PiecePlacer {
 
   std::optional<PiecePlace> Place(const Piece& piece) {
     const bool at_wall = random_.Next() < kAtWallShare;
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPlaceAttempts; ++attempt) {
       PiecePlace place;
       place.degrees =
           at_wall ? 90 * random_.NextBelow(4) : random_.NextBelow(360);

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "solver/stopwatch.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
@@ -20,10 +21,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kSecondsBetweenRecords = 1.0;
-
-double SecondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 // One run of the stages. Keeps the run record up to date in the store, so that
 // every commit carries the time and the bytes that led to it.

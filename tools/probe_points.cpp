@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/random.h"
+#include "solver/stopwatch.h"
 
 #include <chrono>
 #include <cmath>
@@ -13,9 +14,10 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kSeedDomain = 0x70726f6265000001ULL;
+constexpr uint64_t kProbeSeedDomain = 0x70726f6265000001ULL;
 constexpr size_t kBatchPoints = 1024;
-constexpr uint64_t kPointBytes = 1024;  // of a point in all arrays of a batch
+constexpr uint64_t kProbePointBytes =
+    1024;  // of a point in all arrays of a batch
 constexpr double kOnPatchDistance = 1e-3;               // m
 constexpr double kOnPatchCosine = 0.99619469809174555;  // of 5 degrees
 
@@ -26,7 +28,7 @@ class Prober {
          MemoryBudget& budget)
       : view_(view),
         options_(options),
-        charge_(budget, kBatchPoints * kPointBytes, "a batch of points"),
+        charge_(budget, kBatchPoints * kProbePointBytes, "a batch of points"),
         tracer_(view, budget) {}
 
   // One value per line, in their order.
@@ -101,7 +103,7 @@ class Prober {
       }
     };
     const uint64_t key =
-        MixKey(MixKey(kSeedDomain, options_.seed), summary_.points);
+        MixKey(MixKey(kProbeSeedDomain, options_.seed), summary_.points);
     return tracer_.Irradiance(points, key, strata, GatherMode::kField, report);
   }
 
@@ -152,9 +154,7 @@ ProbeSummary ProbePoints(const BuildingView& view,
     }
   }
   ProbeSummary summary = prober.Summary();
-  summary.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
-          .count();
+  summary.seconds = SecondsSince(start);
   return summary;
 }
 

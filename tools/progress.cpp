@@ -1,5 +1,7 @@
 #include "tools/progress.h"
 
+#include "solver/stopwatch.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -16,11 +18,6 @@ constexpr double kLeastFractionToExtrapolate = 0.02;
 constexpr double kSecondsBeforeFirstLine = 1.0;
 constexpr double kSecondsBetweenLines = 0.2;
 constexpr double kSecondsBetweenLogLines = 10.0;
-
-double SecondsSince(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin)
-      .count();
-}
 
 size_t TerminalColumns() {
   winsize size{};

@@ -11,7 +11,6 @@ namespace enfilade {
 
 namespace {
 
-constexpr int kAttempts = 40;
 constexpr double kDeskHeight = 0.74;
 
 // A place for a piece `width` x `depth` whose rear is at -y of its frame, its
@@ -104,7 +103,7 @@ class RoomFurnisher {
   // Tries places at random, with the rear at a wall or anywhere.
   std::optional<Place> FindPlace(double width, double depth, bool at_wall) {
     const Rect& free = space_.Free();
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPlaceAttempts; ++attempt) {
       Place place;
       place.quarter_turns = static_cast<int>(random_.NextBelow(4));
       const bool sideways = place.quarter_turns % 2 != 0;

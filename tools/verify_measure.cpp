@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/random.h"
+#include "solver/stopwatch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -20,7 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // Keeps the samples apart from those of every other part of the program.
-constexpr uint64_t kSeedDomain = 0x7665726966790001ULL;
+constexpr uint64_t kVerifySeedDomain = 0x7665726966790001ULL;
 
 constexpr uint64_t kPointBytes = 512;  // of a point in all arrays of a round
 constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
@@ -81,8 +82,8 @@ class Measurement {
     if (points_.Area() <= 0) {
       throw InputError("no side of the scene reflects any light");
     }
-    tracer_.LearnEmitters(budget_,
-                          MixKey(MixKey(kSeedDomain, options_.seed), ~0ULL));
+    tracer_.LearnEmitters(
+        budget_, MixKey(MixKey(kVerifySeedDomain, options_.seed), ~0ULL));
     LookAtTheSolution();
     LearnWhereToLook();
     // All of one size: what a round has seen must not weigh those after it.
@@ -97,9 +98,7 @@ class Measurement {
   }
 
  private:
-  [[nodiscard]] double Seconds() const {
-    return std::chrono::duration<double>(Clock::now() - start_).count();
-  }
+  [[nodiscard]] double Seconds() const { return SecondsSince(start_); }
 
   void LookAtTheSolution() {
     density_.emplace(
@@ -167,7 +166,7 @@ class Measurement {
 
   PointDensity::Draw AddRound(ErrorEstimate& estimate, uint32_t count) {
     const uint64_t key =
-        MixKey(MixKey(kSeedDomain, options_.seed), round_key_++);
+        MixKey(MixKey(kVerifySeedDomain, options_.seed), round_key_++);
     PointDensity::Draw draw = density_->Choose(count, MixKey(key, 0));
     const std::vector<SidePoint> points = points_.At(draw.places);
     std::vector<Receiver> receivers;

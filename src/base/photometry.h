@@ -24,6 +24,10 @@ inline double MaxChannel(const Rgb& c) {
   return std::max({c[0], c[1], c[2]});
 }
 
+inline double MeanChannel(const Rgb& c) {
+  return (c[0] + c[1] + c[2]) / 3;
+}
+
 inline constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace enfilade

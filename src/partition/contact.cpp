@@ -20,10 +20,9 @@ namespace {
 constexpr double kInPlaneM = kMostLayers * kApartM + kCoincidentM;
 // Ends of segments nearer than this meet.
 constexpr double kMeetM = 1e-3;
-constexpr double kLeastFacing = 0.9994;
 // A part is covered if no more than this share of it is free.
 constexpr double kFreeShare = 0.02;
-constexpr uint64_t kBytesPerPatch = 300;
+constexpr uint64_t kContactBytesPerPatch = 300;
 // What is small is cut out of what is so many times as large by a frame at
 // this distance, relative to its size: its lines would cut all of it else.
 constexpr double kFramedFrom = 6;
@@ -288,7 +287,7 @@ ContactCounts CutAlongContacts(std::vector<Patch>& patches) {
 }
 
 uint64_t CutAlongContactsBytes(size_t patches) {
-  return patches * kBytesPerPatch;
+  return patches * kContactBytesPerPatch;
 }
 
 }  // namespace enfilade

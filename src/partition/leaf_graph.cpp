@@ -6,8 +6,6 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kChargeStepBytes = 1 << 20;
-
 // What CutIntoPatches makes of a polygon, at most.
 uint32_t CountPatches(const Polygon& polygon) {
   const auto n = static_cast<uint32_t>(polygon.size());
@@ -105,7 +103,7 @@ class Surveyor {
 };
 
 // A piece of a node's section on its way to the leaves.
-struct Piece {
+struct SectionPiece {
   LeafId leaf;
   Polygon polygon;
 };
@@ -113,7 +111,7 @@ struct Piece {
 void PushDown(const BspTree& tree,
               BspChild child,
               const Polygon& polygon,
-              std::vector<Piece>& pieces) {
+              std::vector<SectionPiece>& pieces) {
   if (child.IsLeaf()) {
     pieces.push_back({child.Leaf(), polygon});
     return;
@@ -179,12 +177,12 @@ void FindBordersOfNode(const BspTree& tree,
                        const CoverIndex& covers,
                        std::vector<LeafBorder>& borders) {
   const BspNode& node = tree.nodes[id.Index()];
-  std::vector<Piece> in_front;
+  std::vector<SectionPiece> in_front;
   PushDown(tree, node.front, section, in_front);
-  for (const Piece& piece : in_front) {
-    std::vector<Piece> behind;
+  for (const SectionPiece& piece : in_front) {
+    std::vector<SectionPiece> behind;
     PushDown(tree, node.back, piece.polygon, behind);
-    for (const Piece& common : behind) {
+    for (const SectionPiece& common : behind) {
       LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
       border.area_m2 = PolygonArea(common.polygon);
       border.open = Subtract(

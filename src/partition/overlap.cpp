@@ -16,16 +16,13 @@
 namespace enfilade {
 namespace {
 
-// Two patches face the same way: two degrees, beyond which the distances of
-// their corners decide anyway.
-constexpr double kLeastFacing = 0.9994;
 // Overlaps narrower than this, or smaller than that, are rounding.
 constexpr double kNarrowM = 1e-4;
 constexpr double kSmallM2 = 1e-7;
 // Parts smaller than this share of a patch do not count.
 constexpr double kSmallShare = 0.02;
 // Box, tree, rank and face area of a patch, and its share of pairs and pieces.
-constexpr uint64_t kBytesPerPatch = 300;
+constexpr uint64_t kOverlapBytesPerPatch = 300;
 
 bool LiesIn(const Polygon& polygon, const Plane& plane) {
   return Classify(polygon, plane, kCoincidentM) == PlaneSide::kOn;
@@ -302,7 +299,7 @@ OverlapCounts SeparateOverlaps(std::vector<Patch>& patches) {
 }
 
 uint64_t SeparateOverlapsBytes(size_t patches) {
-  return patches * kBytesPerPatch;
+  return patches * kOverlapBytesPerPatch;
 }
 
 }  // namespace enfilade

@@ -20,6 +20,10 @@ namespace enfilade {
 // them apart: they are cut by half of it at either end.
 inline constexpr double kCoincidentM = 2e-4;
 
+// Two patches face the same way: two degrees, beyond which the distances of
+// their corners decide anyway.
+inline constexpr double kLeastFacing = 0.9994;
+
 // How far before another surface one is put that lay in it, m, and how far the
 // last of a heap: deeper ones are one surface.
 inline constexpr double kApartM = 4e-4;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kHullExcess = 0.01;
 // More openings than this in one plane between two cells are not compared all
 // with all.
-constexpr size_t kMostCompared = 64;
+constexpr size_t kMostOpeningsCompared = 64;
 
 struct Opening2 {
   Polygon polygon;
@@ -21,7 +21,7 @@ struct Opening2 {
 
 bool JoinOne(const Vec3& normal, std::vector<Opening2>& openings) {
   for (size_t i = 0; i < openings.size(); ++i) {
-    const size_t end = std::min(openings.size(), i + kMostCompared);
+    const size_t end = std::min(openings.size(), i + kMostOpeningsCompared);
     for (size_t j = i + 1; j < end; ++j) {
       std::vector<Point3> points = openings[i].polygon;
       points.insert(

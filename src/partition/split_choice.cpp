@@ -21,7 +21,7 @@ constexpr double kLargeSlabM2 = 30.0;
 // Planes are examined in the order of their area, up to this many; as many of
 // the best as that are compared in full.
 constexpr size_t kMostPlanes = 128;
-constexpr size_t kMostCompared = 12;
+constexpr size_t kMostPlanesCompared = 12;
 // A region is not split into parts thinner than this.
 constexpr double kLeastThicknessM = 2 * kOnPlaneM;
 
@@ -64,7 +64,7 @@ class SplitChooser {
     if (candidates.empty()) {
       return std::nullopt;
     }
-    const size_t compared = std::min(candidates.size(), kMostCompared);
+    const size_t compared = std::min(candidates.size(), kMostPlanesCompared);
     for (size_t i = 0; i < compared; ++i) {
       candidates[i].score = Score(candidates[i]);
     }

@@ -15,7 +15,6 @@ constexpr double kLargestLuminaireM2 = 4.0;
 constexpr double kMostEmittingShare = 0.2;
 constexpr double kGroupOffsetM = 1e-3;
 constexpr double kGroupNormalStep = 1e-4;
-constexpr uint64_t kChargeStepBytes = 1 << 20;
 
 uint64_t BytesOf(const WallFace& face) {
   return sizeof(WallFace) + face.polygon.capacity() * sizeof(Point3) + 16;

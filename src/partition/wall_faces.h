@@ -11,6 +11,9 @@
 
 namespace enfilade {
 
+// Charges of what grows face by face leave at least so much room.
+inline constexpr uint64_t kChargeStepBytes = 1 << 20;
+
 struct WallFace {
   Polygon polygon;
   Plane plane;

@@ -27,14 +27,14 @@ Vec3 AreaVectorOf(std::span<const Point3> vertices, const VertexLoop& loop) {
 }
 
 // One side of one polygon, filed under its undirected edge.
-struct Side {
+struct PolygonSide {
   uint32_t low = 0, high = 0;
   uint32_t polygon = 0;
   bool forward = true;  // runs from low to high
 };
 
-std::vector<Side> SortedSides(const std::vector<VertexLoop>& polygons) {
-  std::vector<Side> sides;
+std::vector<PolygonSide> SortedSides(const std::vector<VertexLoop>& polygons) {
+  std::vector<PolygonSide> sides;
   for (uint32_t f = 0; f < polygons.size(); ++f) {
     const VertexLoop& loop = polygons[f];
     for (size_t i = 0; i < loop.size(); ++i) {
@@ -43,10 +43,12 @@ std::vector<Side> SortedSides(const std::vector<VertexLoop>& polygons) {
       sides.push_back({std::min(a, b), std::max(a, b), f, a < b});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.polygon) <
-           std::tie(b.low, b.high, b.polygon);
-  });
+  std::sort(sides.begin(),
+            sides.end(),
+            [](const PolygonSide& a, const PolygonSide& b) {
+              return std::tie(a.low, a.high, a.polygon) <
+                     std::tie(b.low, b.high, b.polygon);
+            });
   return sides;
 }
 
@@ -91,7 +93,7 @@ class RegionFinder {
 
   void FindNeighbours() {
     neighbours_.resize(polygons_.size());
-    const std::vector<Side> sides = SortedSides(polygons_);
+    const std::vector<PolygonSide> sides = SortedSides(polygons_);
     constexpr size_t kMostAtEdge = 8;  // more is a soup: don't pair them all
     for (size_t first = 0; first < sides.size();) {
       size_t last = first;
@@ -109,7 +111,7 @@ class RegionFinder {
     }
   }
 
-  void AddPair(const Side& a, const Side& b) {
+  void AddPair(const PolygonSide& a, const PolygonSide& b) {
     const bool agrees = a.forward != b.forward;
     if (a.polygon != b.polygon && (agrees || !oriented_)) {
       neighbours_[a.polygon].push_back({b.polygon, agrees});

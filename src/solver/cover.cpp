@@ -16,7 +16,7 @@ namespace {
 // A point is covered if this many random directions, cosine-weighted, are all
 // blocked within the reach, and so are as many others, and these again. In a
 // corner between two walls half of them are, below a cover all.
-constexpr int kDirections = 8;
+constexpr int kDirectionsPerTest = 8;
 // Points that a narrow view is left to, as in a bowl, pass a test now and then
 // and fail the next. There is no edge to be found where not this share of those
 // that pass two tests pass the third; fewer failures than these are chance.
@@ -33,7 +33,7 @@ constexpr size_t kMostPoints = 256;
 constexpr size_t kMostCandidates = 64;
 // A surface can only be covered below what stands on it or hangs before it, or
 // inside of it: within this distance of what is projected onto it.
-constexpr float kMargin = 0.05F;  // m
+constexpr float kCoverMargin = 0.05F;  // m
 // Receivers of a cell: as many, and so many for each of its patches.
 constexpr size_t kMostReceivers = 16384;
 constexpr size_t kMostReceiversPerPatch = 4;
@@ -123,8 +123,8 @@ class Candidates {
       a.Add(Dot(Cross(d, patch_->v), cross) / square);
       b.Add(Dot(Cross(patch_->u, d), cross) / square);
     }
-    const float wide_a = kMargin * Length(patch_->v) / area;
-    const float wide_b = kMargin * Length(patch_->u) / area;
+    const float wide_a = kCoverMargin * Length(patch_->v) / area;
+    const float wide_b = kCoverMargin * Length(patch_->u) / area;
     const Rect rect = {
         a.low - wide_a, a.high + wide_a, b.low - wide_b, b.high + wide_b};
     if (!IsClear(height) && rect.low_a < 1 && rect.high_a > 0 &&
@@ -354,7 +354,7 @@ class Search {
 
   // Drops the points from which one of the directions is free.
   void KeepCovered(Suspects* suspects, Random* random) {
-    for (int k = 0; k < kDirections && suspects->count > 0; ++k) {
+    for (int k = 0; k < kDirectionsPerTest && suspects->count > 0; ++k) {
       SegmentPacket packet;
       for (size_t i = 0; i < suspects->count; ++i) {
         const Vec3f from = suspects->points[i];

@@ -36,10 +36,6 @@ constexpr uint64_t kLeastResidualRays = 8 << 20;
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kLeastLocatingRays = 1 << 20;
 
-double MeanOf(const Rgb& channels) {
-  return (channels[0] + channels[1] + channels[2]) / 3;
-}
-
 }  // namespace
 
 Engine::Engine(BlockStorage& store,
@@ -105,12 +101,12 @@ void Engine::Start() {
     for (const Patch& p : LoadCellPatches(*store_, CellId(i)).patches) {
       const Material& m = scene_.materials.at(p.material.Index());
       if (p.emits) {
-        emitted += PatchArea(p) * MeanOf(m.exitance);
+        emitted += PatchArea(p) * MeanChannel(m.exitance);
         row.peak =
             std::max(row.peak, static_cast<float>(MaxChannel(m.exitance)));
       }
       row.area += p.reflects ? PatchArea(p) : 0;
-      reflecting += p.reflects ? PatchArea(p) * MeanOf(m.reflectance) : 0;
+      reflecting += p.reflects ? PatchArea(p) * MeanChannel(m.reflectance) : 0;
       ++patches;
     }
     area += row.area;

@@ -23,7 +23,7 @@ constexpr double kCheckedFrom = 5;
 // Where rays saw two rounds, that power is theirs, within these.
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
-constexpr double kMargin = 0.92;
+constexpr double kErrorMargin = 0.92;
 // No round is to leave less of the squared error: by more than that, tau is not
 // lowered either.
 constexpr double kLeastLeft = 0.15;
@@ -145,7 +145,7 @@ void TakeResidual(RayBounds rays, SolveState* state) {
 
 double WantedOfSquare(const SolveState& state) {
   const double seen = kErrorPerResidual * state.rounds.back().residual_error;
-  const double left = kMargin * state.error / std::max(seen, 1e-30);
+  const double left = kErrorMargin * state.error / std::max(seen, 1e-30);
   return std::max(left * left, kLeastLeft);
 }
 
@@ -188,7 +188,7 @@ double NextTau(const SolveState& state) {
       by_prediction ? kPredictionFactor * last.predicted_error : seen;
   // What one round may leave is left by care and tau together.
   const double wanted =
-      std::max(kMargin * state.error / std::max(estimated, 1e-30),
+      std::max(kErrorMargin * state.error / std::max(estimated, 1e-30),
                std::sqrt(kLeastLeft)) /
       LeftByCare(last);
   const double least = last.relit ? 1.0 / 4 : 1.0 / 12;

@@ -9,8 +9,6 @@
 namespace enfilade {
 namespace {
 
-constexpr float kInversePi = static_cast<float>(1 / kPi);
-
 // Points keep away from the rim by this much, m, but not by more than this
 // share of the element: where surfaces touch, a ray from their common edge
 // would start beyond what it should meet.

@@ -24,6 +24,8 @@
 
 namespace enfilade {
 
+inline constexpr float kInversePi = static_cast<float>(1 / kPi);
+
 struct Vec3f {
   float x = 0, y = 0, z = 0;
 };

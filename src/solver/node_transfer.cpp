@@ -10,8 +10,6 @@ namespace {
 
 using NodeRow = std::array<float, kMaxNodes>;
 
-constexpr float kInversePi = static_cast<float>(1 / kPi);
-
 // A point with a normal, at which irradiance is asked for.
 struct SurfacePoint {
   Vec3f at;
@@ -37,7 +35,7 @@ NodeRow PlainRow(const SurfacePoint& x, const NodeEnd& source) {
 }
 
 // The form factors of the cells of a flat basis.
-NodeRow CellRow(const SurfacePoint& x, const NodeEnd& source) {
+NodeRow FlatRow(const SurfacePoint& x, const NodeEnd& source) {
   NodeRow row{};
   for (size_t q = 0; q < source.count; ++q) {
     const ChildFrame& cell = source.basis->Cells()[q];
@@ -73,7 +71,7 @@ NodeRow ExactRow(const SurfacePoint& x, const NodeEnd& source) {
     return {};
   }
   return source.basis->Cells().empty() ? SpreadRow(x, source)
-                                       : CellRow(x, source);
+                                       : FlatRow(x, source);
 }
 
 }  // namespace

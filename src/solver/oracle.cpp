@@ -171,12 +171,12 @@ namespace {
 
 // The irradiance that the transfer brings to points of the receiver, and the
 // function of the receiver's basis that a link would make of it.
-class ReceivedLight {
+class LinkFit {
  public:
-  ReceivedLight(const TransferEnd& receiver,
-                const RadiantEnd& source,
-                const Basis& basis,
-                bool near)
+  LinkFit(const TransferEnd& receiver,
+          const RadiantEnd& source,
+          const Basis& basis,
+          bool near)
       : receiver_(&receiver),
         source_(&source),
         tests_(&TestsOf(basis.kind)),
@@ -282,7 +282,7 @@ class ReceivedLight {
 float MeanSquareResidual(const TransferEnd& r,
                          const RadiantEnd& s,
                          bool near,
-                         ReceivedLight* light) {
+                         LinkFit* light) {
   const size_t tests = TestPoints(r.patch->shape).size();
   float square = 0;
   for (size_t i = 0; i < tests; ++i) {
@@ -335,7 +335,7 @@ void JudgeErrors(const TransferEnd& r,
                  const Basis& basis,
                  Judgement* judgement) {
   Judgement& j = *judgement;
-  ReceivedLight light(r, s, basis, j.near);
+  LinkFit light(r, s, basis, j.near);
   light.NoteFormFactor(j.form_factor);
   if (basis.HasOwnNodes()) {
     light.SampleNodes(j.transfer);

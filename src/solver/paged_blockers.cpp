@@ -24,7 +24,7 @@ struct Part {
 };
 
 // The parameters at which a segment enters and leaves a box.
-struct Range {
+struct Passage {
   float begin = 0;
   float end = 1;
 
@@ -43,11 +43,11 @@ struct Range {
 };
 
 bool Meets(const SegmentPacket& p, uint32_t i, const Box& box) {
-  Range range;
-  range.Clip(p.from_x[i], p.to_x[i], box.low.x, box.high.x);
-  range.Clip(p.from_y[i], p.to_y[i], box.low.y, box.high.y);
-  range.Clip(p.from_z[i], p.to_z[i], box.low.z, box.high.z);
-  return range.begin <= range.end;
+  Passage passage;
+  passage.Clip(p.from_x[i], p.to_x[i], box.low.x, box.high.x);
+  passage.Clip(p.from_y[i], p.to_y[i], box.low.y, box.high.y);
+  passage.Clip(p.from_z[i], p.to_z[i], box.low.z, box.high.z);
+  return passage.begin <= passage.end;
 }
 
 }  // namespace

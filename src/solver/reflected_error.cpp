@@ -49,7 +49,7 @@ double LongestEdge(const Box3& bounds, const std::array<size_t, 3>& boxes) {
   return longest;
 }
 
-Eigen::Index Index(size_t i) {
+Eigen::Index EigenIndex(size_t i) {
   return static_cast<Eigen::Index>(i);
 }
 
@@ -132,7 +132,7 @@ Eigen::MatrixXd ReflectedError::Residuals(size_t channel) const {
   for (size_t k = 0; k < kMostGroups; ++k) {
     const Group& group = groups_[k];
     for (size_t part = 0; part < kParts && group.weight > 0; ++part) {
-      residuals(Index(k), Index(part)) =
+      residuals(EigenIndex(k), EigenIndex(part)) =
           kParts * group.residual[part][channel] / group.weight;
     }
   }
@@ -147,9 +147,9 @@ Eigen::MatrixXd ReflectedError::Spread(const Eigen::MatrixXd& residuals,
   for (size_t k = 0; k < kMostGroups; ++k) {
     const Group& group = groups_[k];
     for (size_t l = 0; l < kMostGroups && group.weight > 0; ++l) {
-      reflected(Index(k), Index(l)) = group.reflectance[channel] /
-                                      group.weight *
-                                      seen_[k * kMostGroups + l] / group.weight;
+      reflected(EigenIndex(k), EigenIndex(l)) =
+          group.reflectance[channel] / group.weight *
+          seen_[k * kMostGroups + l] / group.weight;
     }
   }
   const Eigen::MatrixXd left =
@@ -167,8 +167,8 @@ ErrorIntegral ReflectedError::Integral() const {
     const Eigen::MatrixXd s = Spread(r, c);
     for (size_t k = 0; k < kMostGroups; ++k) {
       const double share = groups_[k].weight / kRgbChannels;
-      const Eigen::VectorXd rs = r.row(Index(k));
-      const Eigen::VectorXd ss = s.row(Index(k));
+      const Eigen::VectorXd rs = r.row(EigenIndex(k));
+      const Eigen::VectorXd ss = s.row(EigenIndex(k));
       // Products of different parts only, whose noise is independent.
       added +=
           share * (OfDifferentParts(ss, ss) + 2 * OfDifferentParts(rs, ss));

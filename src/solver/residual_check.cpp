@@ -36,7 +36,7 @@ constexpr uint32_t kSamples = kDirections + kLampSamples;
 constexpr uint32_t kHalves = 2;
 constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
 // An interval of this half-width, relative, is narrow.
-constexpr double kNarrow = 0.06;
+constexpr double kNarrowInterval = 0.06;
 constexpr double kDeviations = 1.96;
 // Of solutions that are constant on their elements: error over what rays see of
 // it, less 1, per share of the light that a bounce leaves:
@@ -59,7 +59,8 @@ constexpr uint64_t kTracedBytes =
 constexpr uint64_t kPointBytes =
     uint64_t{kHalves} * kDirections *
         (sizeof(PatchPoint) + sizeof(Rgb) + sizeof(size_t) + sizeof(uint32_t)) +
-    sizeof(Probe) + ProbeChooser::kWorkBytesPerProbe + sizeof(ProbeSight);
+    sizeof(ResidualProbe) + ProbeChooser::kWorkBytesPerProbe +
+    sizeof(ProbeSight);
 constexpr uint64_t kMostBatchBytes = 48ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
 
@@ -188,7 +189,7 @@ class ResidualMeter {
         batch.probes.size() * (1 + size_t{kHalves} * kDirections);
     batch.points.reserve(most);
     batch.owners.reserve(most);
-    for (const Probe& probe : batch.probes) {
+    for (const ResidualProbe& probe : batch.probes) {
       batch.points.push_back(probe.on);
     }
     RayPart part;
@@ -219,7 +220,7 @@ class ResidualMeter {
                 size_t i,
                 size_t first_ray,
                 RayPart* part) const {
-    const Probe& probe = batch.probes[i];
+    const ResidualProbe& probe = batch.probes[i];
     const LampChoice lamps = LampsOf(batch, probe);
     Random random(MixKey(probe.key, 1));
     for (uint32_t half = 0; half < kHalves; ++half) {
@@ -247,7 +248,7 @@ class ResidualMeter {
 
   // A ray to a point of a lamp, and the light that it brings if nothing is in
   // its way.
-  void AimAtLamp(const Probe& probe,
+  void AimAtLamp(const ResidualProbe& probe,
                  const LampChoice& lamps,
                  const std::array<double, 3>& at,
                  TraceRay* ray,
@@ -283,7 +284,7 @@ class ResidualMeter {
   }
 
   [[nodiscard]] LampChoice LampsOf(const Batch& batch,
-                                   const Probe& probe) const {
+                                   const ResidualProbe& probe) const {
     return {lamps_, batch.visible[probe.visible], probe.origin, probe.normal};
   }
 
@@ -302,7 +303,7 @@ class ResidualMeter {
   // Takes from the rays of a probe what they say by themselves, and notes where
   // the solution is to be looked up.
   void AddSight(const RayPart& part, size_t i, Batch* batch) {
-    const Probe& probe = batch->probes[i];
+    const ResidualProbe& probe = batch->probes[i];
     ProbeSight& sight = batch->sights[i];
     const double near = reflected_.NarrowBelow(probe.on.cell);
     const bool is_narrow = IsNarrow(part, i, near);
@@ -363,7 +364,7 @@ class ResidualMeter {
   }
 
   // `solved`: the solution's radiosity at the probe.
-  void AddResidual(const Probe& probe,
+  void AddResidual(const ResidualProbe& probe,
                    const ProbeSight& sight,
                    const Rgb& solved) {
     const Material& material =
@@ -423,7 +424,7 @@ class ResidualMeter {
       return rays_ >= options_.locating_rays;
     }
     return e.high < options_.decide_at ||
-           e.high - e.low < 2 * kNarrow * e.value;
+           e.high - e.low < 2 * kNarrowInterval * e.value;
   }
 
   ResidualOptions options_;

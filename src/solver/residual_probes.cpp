@@ -102,7 +102,7 @@ ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
   std::vector<Place> places;  // of the probes of one cell
   std::optional<CellId> cell;
   for (uint32_t i = 0; i < strata.count; ++i) {
-    Probe& probe = batch.probes[i];
+    ResidualProbe& probe = batch.probes[i];
     probe.key = MixKey(key, strata.first + i);
     Random random(probe.key);
     const double at =
@@ -135,7 +135,7 @@ void ProbeChooser::SetOnLeaves(CellId cell,
   }
   std::vector<PatchId> patches;
   for (const Place& place : places) {
-    Probe& probe = batch->probes[place.probe];
+    ResidualProbe& probe = batch->probes[place.probe];
     probe.visible = static_cast<uint32_t>(batch->visible.size() - 1);
     probe.patch = stored.patches[place.patch.Index()];
     probe.normal = PatchNormal(probe.patch);
@@ -176,7 +176,7 @@ void ProbeChooser::SetOnLeaves(CellId cell,
   ENFILADE_CHECK(next == places.end(), "a probe lies on no leaf");
 }
 
-void ProbeChooser::SetOnLeaf(const LeafMean& leaf, Probe* probe) const {
+void ProbeChooser::SetOnLeaf(const LeafMean& leaf, ResidualProbe* probe) const {
   Random random(MixKey(probe->key, 2));
   const double s = random.Next();
   const auto [a, b] = UniformOn(probe->patch, s, random.Next());

@@ -22,7 +22,7 @@
 
 namespace enfilade {
 
-struct Probe {
+struct ResidualProbe {
   PatchPoint on;
   Patch patch;
   Vec3 normal;
@@ -33,7 +33,7 @@ struct Probe {
 };
 
 struct ProbeBatch {
-  std::vector<Probe> probes;
+  std::vector<ResidualProbe> probes;
   std::vector<std::vector<CellId>> visible;  // sets of cells
 };
 
@@ -95,7 +95,7 @@ class ProbeChooser {
   void SetOnLeaves(CellId cell,
                    std::span<const Place> places,
                    ProbeBatch* batch) const;
-  void SetOnLeaf(const LeafMean& leaf, Probe* probe) const;
+  void SetOnLeaf(const LeafMean& leaf, ResidualProbe* probe) const;
 
   const BlockStorage* store_;
   const Solution* solution_;

@@ -1,4 +1,4 @@
-// Adds the seconds of a scope to a counter.
+// Seconds of the steady clock: since a moment, and of a scope.
 
 #pragma once
 
@@ -6,16 +6,18 @@
 
 namespace enfilade {
 
+inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+// Adds the seconds of a scope to a counter.
 class Stopwatch {
  public:
   explicit Stopwatch(double* seconds)
       : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
 
-  ~Stopwatch() {
-    *seconds_ +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_)
-            .count();
-  }
+  ~Stopwatch() { *seconds_ += SecondsSince(start_); }
 
   Stopwatch(const Stopwatch&) = delete;
   Stopwatch& operator=(const Stopwatch&) = delete;

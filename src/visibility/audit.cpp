@@ -19,9 +19,9 @@
 namespace enfilade {
 namespace {
 
-constexpr size_t kLeastBatch = 4096;
-constexpr size_t kMostBatch = 1U << 18;
-constexpr size_t kRaysPerTask = 1024;
+constexpr size_t kLeastAuditBatch = 4096;
+constexpr size_t kMostAuditBatch = 1U << 18;
+constexpr size_t kAuditRaysPerTask = 1024;
 constexpr size_t kMostMissedKept = 10;
 
 // Rays start this far from the edges of their patch, so that those shifted
@@ -144,8 +144,9 @@ class Auditor {
                                 summary_.conservative_pairs * kBytesPerPair,
                                 "the pairs that the audit finds");
     constexpr size_t kBytesPerRay = sizeof(TraceRay) + sizeof(TraceHit);
-    batch_ = std::clamp(
-        budget.FreeBytes() / 8 / kBytesPerRay, kLeastBatch, kMostBatch);
+    batch_ = std::clamp(budget.FreeBytes() / 8 / kBytesPerRay,
+                        kLeastAuditBatch,
+                        kMostAuditBatch);
     ray_charge_ = MemoryCharge(budget, batch_ * kBytesPerRay, "audit rays");
     rays_.reserve(batch_);
     hits_.reserve(batch_);
@@ -188,10 +189,10 @@ class Auditor {
       const size_t count =
           std::min<uint64_t>(share.rays - done, batch_ - first);
       rays_.resize(first + count);
-      const size_t tasks = (count + kRaysPerTask - 1) / kRaysPerTask;
+      const size_t tasks = (count + kAuditRaysPerTask - 1) / kAuditRaysPerTask;
       ParallelFor(tasks, [&](size_t task) {
-        const size_t end = std::min(count, (task + 1) * kRaysPerTask);
-        for (size_t i = task * kRaysPerTask; i < end; ++i) {
+        const size_t end = std::min(count, (task + 1) * kAuditRaysPerTask);
+        for (size_t i = task * kAuditRaysPerTask; i < end; ++i) {
           rays_[first + i] = sampler.Draw(done + i);
         }
       });

@@ -23,7 +23,6 @@ constexpr size_t kMostNodes = 30'000;
 constexpr uint32_t kMostGrowths = 16;
 // Dominators that a beam is held to, at most.
 constexpr size_t kMostPassed = 8;
-constexpr double kLeastEdgeMetres = 1e-7;
 // A plane holds the source behind it up to rounding.
 constexpr double kBehindMetres = 1e-9;
 // and rises at least so steeply over the doorway: a plane along the doorway

@@ -7,7 +7,6 @@ namespace {
 
 // Thinner portals count as slivers: their normal is lost in rounding.
 constexpr double kSliverMetres = 1e-6;
-constexpr double kLeastEdgeMetres = 1e-7;
 // Doorways of one plane: a line passes at most one of them.
 constexpr double kLeastAheadMetres = 1e-6;
 

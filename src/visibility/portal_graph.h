@@ -16,6 +16,9 @@ namespace enfilade {
 // All tests lean to the visible side by this much.
 constexpr double kStabToleranceMetres = 1e-4;
 
+// Shorter edges of doorways say nothing of their direction.
+inline constexpr double kLeastEdgeMetres = 1e-7;
+
 // Points x with normal . x >= offset lie beyond.
 struct DoorPlane {
   Vec3 normal;  // of length 1

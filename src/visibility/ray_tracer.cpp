@@ -138,7 +138,9 @@ void KeepBacks(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-// A chunk in memory.
+}  // namespace
+
+// A chunk in memory. RayTracer::Impl holds it and is known elsewhere by name.
 struct LoadedChunk {
   Point3 origin;
   std::unique_ptr<EmbreeScene> scene;
@@ -149,6 +151,8 @@ struct LoadedChunk {
     return scene->Bytes() + charge.Bytes();
   }
 };
+
+namespace {
 
 // Merges a chunk's hit, `start` being the ray's distance to where the query
 // began.

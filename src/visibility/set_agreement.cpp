@@ -12,7 +12,7 @@ namespace {
 constexpr uint64_t kMostCachedBytes = 8 << 20;
 // Cells whose agreements are sought together: the sets of those that they see
 // are read once for all of them.
-constexpr size_t kCellsPerBatch = 32;
+constexpr size_t kCellsAgreedAtOnce = 32;
 // Kinds of scratch blocks, by their second number.
 constexpr uint32_t kSeenBlock = 0;
 constexpr uint32_t kAgreedBlock = 1;
@@ -118,8 +118,8 @@ std::shared_ptr<const std::vector<CellId>> SetAgreement::AgreedBy(CellId cell) {
 
 void SetAgreement::Agree() {
   const size_t count = partition_->cells.size();
-  for (size_t first = 0; first < count; first += kCellsPerBatch) {
-    AgreeBatch(first, std::min(count, first + kCellsPerBatch));
+  for (size_t first = 0; first < count; first += kCellsAgreedAtOnce) {
+    AgreeBatch(first, std::min(count, first + kCellsAgreedAtOnce));
   }
 }
 

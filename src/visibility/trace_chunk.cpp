@@ -34,7 +34,7 @@ double OnGrid(double x) {
   return std::round(x / kGridMetres) * kGridMetres;
 }
 
-LocalPoint Local(Point3 p, Point3 origin) {
+LocalPoint LocalOnGrid(Point3 p, Point3 origin) {
   return {static_cast<float>(OnGrid(p.x) - origin.x),
           static_cast<float>(OnGrid(p.y) - origin.y),
           static_cast<float>(OnGrid(p.z) - origin.z)};
@@ -56,7 +56,7 @@ TraceChunk MakeChunk(std::span<const PendingPatch> patches, const Box3& box) {
     const auto corners = Corners(p.patch);
     LocalQuad quad;
     std::transform(corners.begin(), corners.end(), quad.begin(), [&](Point3 q) {
-      return Local(q, chunk.origin);
+      return LocalOnGrid(q, chunk.origin);
     });
     if (p.patch.shape == PatchShape::kTriangle) {
       chunk.triangles.push_back({quad[0], quad[1], quad[3]});

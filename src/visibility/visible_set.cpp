@@ -16,7 +16,7 @@ namespace enfilade {
 namespace {
 
 constexpr const char* kSummaryMeta = "visibility";
-constexpr size_t kCellsPerBatch = 8;
+constexpr size_t kCellsExploredAtOnce = 8;
 
 // Without regions in the store every cell is one.
 RegionGraph RegionGraphOf(const Partition& partition,
@@ -41,8 +41,9 @@ uint64_t ExploreAll(const Partition& partition,
   const PortalGraph graph(partition.cells.size(), partition.portals);
   const size_t count = partition.cells.size();
   uint64_t spent = 0;
-  for (size_t first = 0; first < count; first += kCellsPerBatch) {
-    std::vector<Exploration> batch(std::min(kCellsPerBatch, count - first));
+  for (size_t first = 0; first < count; first += kCellsExploredAtOnce) {
+    std::vector<Exploration> batch(
+        std::min(kCellsExploredAtOnce, count - first));
     ParallelFor(batch.size(), [&](size_t i) {
       batch[i] = ExploreFrom(CellId(first + i),
                              partition,

@@ -16,12 +16,12 @@ namespace enfilade {
 namespace {
 
 using testing::Built;
+using testing::kUp;
 using testing::SceneBuilder;
 
 constexpr FaceId kFloorFace{0U};
 constexpr Vec3 kEast{1, 0, 0};
 constexpr Vec3 kNorth{0, 1, 0};
-constexpr Vec3 kUp{0, 0, 1};
 
 Patch Rectangle(FaceId face, Point3 origin, Vec3 u, Vec3 v) {
   Patch p;

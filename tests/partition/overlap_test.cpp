@@ -17,6 +17,7 @@ namespace enfilade {
 namespace {
 
 using testing::Built;
+using testing::kUp;
 using testing::SceneBuilder;
 
 Patch Rectangle(uint32_t face, Point3 origin, Vec3 u, Vec3 v) {
@@ -80,8 +81,6 @@ std::vector<const Patch*> Covering(const std::vector<Patch>& patches,
   }
   return found;
 }
-
-constexpr Vec3 kUp{0, 0, 1};
 
 // How far a patch was put out of the plane z = 0.
 double Height(const Patch& patch) {

@@ -9,12 +9,14 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/partition/test_scenes.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
 
-constexpr Vec3 kUp{0, 0, 1};
+using testing::kUp;
+
 constexpr size_t kMany = 1000;
 
 const Polygon kFloor{{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}};

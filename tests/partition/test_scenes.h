@@ -15,6 +15,8 @@
 
 namespace enfilade::testing {
 
+inline constexpr Vec3 kUp{0, 0, 1};
+
 // Collects faces; grey is material 0, one-sided grey is material 1, and
 // material 2 emits.
 class SceneBuilder {

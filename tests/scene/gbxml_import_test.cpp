@@ -73,7 +73,7 @@ std::string WallWithDoor(const std::vector<std::string>& spaces) {
           "</Opening>");
 }
 
-class GbxmlImport : public testing::Test {
+class GbxmlImport : public ::testing::Test {
  protected:
   Imported Import(const std::string& text,
                   const std::string& overrides = "{}",

@@ -15,7 +15,7 @@ constexpr const char* kLamp =
     "mtllib m.mtl\n"
     "v 0 0 3\nv 0 1 3\nv 1 1 3\nv 1 0 3\n"
     "o lamp\nusemtl lamp\nf 1 2 3 4\n";
-constexpr const char* kMtl =
+constexpr const char* kSceneMtl =
     "newmtl lamp\nKd 0 0 0\nKe 10 20 30\nnewmtl paint\nKd 0.8 0.8 0.8\n";
 
 // A triangle and a quadrilateral above it, of two materials, one of which has
@@ -29,10 +29,10 @@ constexpr const char* kPiece =
 constexpr const char* kPieceMtl =
     "newmtl paint\nKd 0.1 0.2 0.3\nnewmtl cloth\nKd 0.4 0.4 0.4\n";
 
-class Instances : public testing::Test {
+class Instances : public ::testing::Test {
  protected:
   Instances() {
-    temp_.Write("m.mtl", kMtl);
+    temp_.Write("m.mtl", kSceneMtl);
     temp_.Write("p/piece.obj", kPiece);
     temp_.Write("p/piece.mtl", kPieceMtl);
   }

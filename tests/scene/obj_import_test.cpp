@@ -19,7 +19,7 @@ std::string Scene(const std::string& rest) {
          rest;
 }
 
-class ObjImport : public testing::Test {
+class ObjImport : public ::testing::Test {
  protected:
   ObjImport() { temp_.Write("m.mtl", kMtl); }
 

@@ -9,7 +9,7 @@
 namespace enfilade {
 namespace {
 
-constexpr double kTolerance = 1e-9;
+constexpr double kCutTolerance = 1e-9;
 
 double TotalArea(const std::vector<Polygon2>& pieces) {
   double area = 0;
@@ -95,7 +95,7 @@ bool Overlap(const Polygon2& a, const Polygon2& b) {
 }
 
 TEST(PolygonCut, RectangleStaysOnePiece) {
-  const auto pieces = CutRegion(Rectangle(1, 2, 4, 3), kTolerance);
+  const auto pieces = CutRegion(Rectangle(1, 2, 4, 3), kCutTolerance);
   ASSERT_EQ(pieces.size(), 1U);
   EXPECT_EQ(SignedArea(pieces[0]), 3.0);
 }
@@ -104,7 +104,7 @@ TEST(PolygonCut, WallWithADoorOnItsLowerEdgeIsThreeRectangles) {
   std::vector<Edge2> edges = Rectangle(0, 0, 5, 3);
   AppendEdges(
       Polygon2{{2, 0}, {3, 0}, {3, 2}, {2, 2}}, /*reversed=*/true, edges);
-  const auto pieces = CutRegion(edges, kTolerance);
+  const auto pieces = CutRegion(edges, kCutTolerance);
   EXPECT_EQ(pieces.size(), 3U);
   EXPECT_NEAR(TotalArea(pieces), 13, 1e-12);
 }
@@ -113,35 +113,35 @@ TEST(PolygonCut, HoleThatReachesBeyondItsWallIsClipped) {
   std::vector<Edge2> edges = Rectangle(0, 0, 5, 3);
   AppendEdges(
       Polygon2{{2, -1}, {3, -1}, {3, 2}, {2, 2}}, /*reversed=*/true, edges);
-  EXPECT_NEAR(TotalArea(CutRegion(edges, kTolerance)), 13, 1e-12);
+  EXPECT_NEAR(TotalArea(CutRegion(edges, kCutTolerance)), 13, 1e-12);
 }
 
 TEST(PolygonCut, ThresholdTwoIsTheIntersection) {
   std::vector<Edge2> edges = Rectangle(0, 0, 3, 3);
   AppendEdges(Polygon2{{2, -1}, {5, 2}, {2, 5}}, false, edges);
   // The triangle has all of the square's strip from x = 2 to x = 3.
-  EXPECT_NEAR(TotalArea(CutRegion(edges, kTolerance, 2)), 3, 1e-12);
+  EXPECT_NEAR(TotalArea(CutRegion(edges, kCutTolerance, 2)), 3, 1e-12);
 }
 
 TEST(PolygonCut, GableIsCutWithoutLoss) {
   std::vector<Edge2> edges;
   AppendEdges(Polygon2{{0, 0}, {4, 0}, {4, 2}, {2, 4}, {0, 2}}, false, edges);
   AppendEdges(Polygon2{{1, 1}, {2, 1}, {2, 2.5}, {1, 2.5}}, true, edges);
-  EXPECT_NEAR(TotalArea(CutRegion(edges, kTolerance)), 12 - 1.5, 1e-12);
+  EXPECT_NEAR(TotalArea(CutRegion(edges, kCutTolerance)), 12 - 1.5, 1e-12);
 }
 
 TEST(PolygonCut, RandomRegionsAreCoveredExactlyAndWithoutOverlap) {
   for (uint64_t seed = 0; seed < 40; ++seed) {
     const RandomCells cells(seed);
     const double angle = seed % 2 == 0 ? 0.0 : 0.37;
-    const auto pieces = CutRegion(cells.Border(angle), kTolerance);
+    const auto pieces = CutRegion(cells.Border(angle), kCutTolerance);
     EXPECT_NEAR(TotalArea(pieces), cells.area, 1e-9 * cells.area)
         << "seed " << seed;
     if (angle == 0.0) {
       EXPECT_LT(static_cast<double>(pieces.size()), cells.area);
     }
     for (size_t i = 0; i < pieces.size(); ++i) {
-      EXPECT_TRUE(IsConvex(pieces[i], kTolerance)) << "seed " << seed;
+      EXPECT_TRUE(IsConvex(pieces[i], kCutTolerance)) << "seed " << seed;
       for (size_t j = 0; j < i; ++j) {
         ASSERT_FALSE(Overlap(pieces[i], pieces[j])) << "seed " << seed;
       }
@@ -157,10 +157,10 @@ TEST(PlaneFrame, PointsOfAxisParallelPlanesComeBackExactly) {
 }
 
 TEST(PatchCost, CountsPatches) {
-  EXPECT_EQ(PatchCost(Polygon2{{0, 0}, {1, 0}, {0, 1}}, kTolerance), 1U);
-  EXPECT_EQ(PatchCost(Polygon2{{0, 0}, {1, 0}, {2, 1}, {1, 1}}, kTolerance),
+  EXPECT_EQ(PatchCost(Polygon2{{0, 0}, {1, 0}, {0, 1}}, kCutTolerance), 1U);
+  EXPECT_EQ(PatchCost(Polygon2{{0, 0}, {1, 0}, {2, 1}, {1, 1}}, kCutTolerance),
             1U);
-  EXPECT_EQ(PatchCost(Polygon2{{0, 0}, {3, 0}, {2, 1}, {1, 1}}, kTolerance),
+  EXPECT_EQ(PatchCost(Polygon2{{0, 0}, {3, 0}, {2, 1}, {1, 1}}, kCutTolerance),
             2U);
 }
 

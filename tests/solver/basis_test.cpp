@@ -20,7 +20,7 @@ namespace {
 
 using Function = std::function<double(UnitPoint)>;
 
-constexpr double kRounding = 1e-12;
+constexpr double kDoubleRounding = 1e-12;
 
 UnitPoint Mapped(const ChildFrame& frame, UnitPoint p) {
   return {frame.a + frame.scale * p.a, frame.b + frame.scale * p.b};
@@ -52,7 +52,7 @@ Function Monomial(size_t i, size_t j) {
 
 using ShapeAndKind = std::tuple<PatchShape, BasisKind>;
 
-class ShapeBasisTest : public testing::TestWithParam<ShapeAndKind> {
+class ShapeBasisTest : public ::testing::TestWithParam<ShapeAndKind> {
  protected:
   ShapeBasisTest()
       : shape_(std::get<0>(GetParam())),
@@ -147,7 +147,7 @@ TEST_P(ShapeBasisTest, PolynomialsAreReproduced) {
     const auto coefficients = Sample(f);
     for (int k = 0; k < 10; ++k) {
       const UnitPoint p = RandomPoint(shape_, &random);
-      EXPECT_NEAR(ValueAt(coefficients, p), f(p), kRounding);
+      EXPECT_NEAR(ValueAt(coefficients, p), f(p), kDoubleRounding);
     }
   }
 }
@@ -161,10 +161,10 @@ TEST_P(ShapeBasisTest, ThereAreAsManyFunctionsAsTheSpaceHas) {
     const auto row = basis_.CoefficientsOf(basis_, i);
     trace += row[i];
     for (size_t g = 0; IsProper() && g < Count(); ++g) {
-      EXPECT_NEAR(row[g], g == i ? 1 : 0, kRounding);
+      EXPECT_NEAR(row[g], g == i ? 1 : 0, kDoubleRounding);
     }
   }
-  EXPECT_NEAR(trace, static_cast<double>(Monomials().size()), kRounding);
+  EXPECT_NEAR(trace, static_cast<double>(Monomials().size()), kDoubleRounding);
 }
 
 TEST_P(ShapeBasisTest, ValuesAtNodesAreOrthogonalCoordinates) {
@@ -178,7 +178,7 @@ TEST_P(ShapeBasisTest, ValuesAtNodesAreOrthogonalCoordinates) {
     for (size_t g = 0; g < Count(); ++g) {
       const double product = MeanOf(
           shape_, [&](UnitPoint p) { return basis_.Evaluate(p)[g] * f(p); });
-      EXPECT_NEAR(product, basis_.Weight(g) * coefficients[g], kRounding);
+      EXPECT_NEAR(product, basis_.Weight(g) * coefficients[g], kDoubleRounding);
     }
   }
 }
@@ -192,11 +192,11 @@ TEST_P(ShapeBasisTest, WeightsGiveTheMean) {
     area += basis_.Weight(g);
     EXPECT_GT(basis_.Weight(g), 0);
   }
-  EXPECT_NEAR(area, 1, kRounding);
+  EXPECT_NEAR(area, 1, kDoubleRounding);
   EXPECT_NEAR(
       mean,
       MeanOf(shape_, [&](UnitPoint p) { return ValueAt(coefficients, p); }),
-      kRounding);
+      kDoubleRounding);
 }
 
 TEST_P(ShapeBasisTest, PushIsTheTwoScaleRelation) {
@@ -210,7 +210,7 @@ TEST_P(ShapeBasisTest, PushIsTheTwoScaleRelation) {
       const UnitPoint p = RandomPoint(shape_, &random);
       EXPECT_NEAR(ValueAt(child, p),
                   ValueAt(parent, Mapped(FrameOfChild(shape_, c), p)),
-                  kRounding);
+                  kDoubleRounding);
     }
   }
 }
@@ -223,7 +223,7 @@ TEST_P(ShapeBasisTest, PushOfAPolynomialHasItsCoefficients) {
       const auto expected =
           Sample([&](UnitPoint p) { return f(Mapped(frame, p)); });
       for (size_t q = 0; q < Count(); ++q) {
-        EXPECT_NEAR(pushed[q], expected[q], kRounding);
+        EXPECT_NEAR(pushed[q], expected[q], kDoubleRounding);
       }
     }
   }
@@ -240,10 +240,10 @@ TEST_P(ShapeBasisTest, PullAfterPushIsTheIdentity) {
   Random random(4);
   for (int k = 0; k < 10; ++k) {
     const UnitPoint p = RandomPoint(shape_, &random);
-    EXPECT_NEAR(ValueAt(pulled, p), ValueAt(parent, p), kRounding);
+    EXPECT_NEAR(ValueAt(pulled, p), ValueAt(parent, p), kDoubleRounding);
   }
   for (size_t g = 0; IsProper() && g < Count(); ++g) {
-    EXPECT_NEAR(pulled[g], parent[g], kRounding);
+    EXPECT_NEAR(pulled[g], parent[g], kDoubleRounding);
   }
 }
 
@@ -264,7 +264,7 @@ TEST_P(ShapeBasisTest, WhatPullLeavesHasVanishingMoments) {
         return (ValueAt(children[c], p) - ValueAt(parent, at)) * f(at);
       });
     }
-    EXPECT_NEAR(moment, 0, kRounding);
+    EXPECT_NEAR(moment, 0, kDoubleRounding);
   }
 }
 
@@ -332,15 +332,15 @@ TEST_P(ShapeBasisTest, EverySampleStandsForAsMuchArea) {
 INSTANTIATE_TEST_SUITE_P(
     AllBases,
     ShapeBasisTest,
-    testing::Combine(testing::Values(PatchShape::kParallelogram,
-                                     PatchShape::kTriangle),
-                     testing::Values(BasisKind{1, false},
-                                     BasisKind{2, false},
-                                     BasisKind{3, false},
-                                     BasisKind{4, false},
-                                     BasisKind{2, true},
-                                     BasisKind{3, true})),
-    [](const testing::TestParamInfo<ShapeAndKind>& test) {
+    ::testing::Combine(::testing::Values(PatchShape::kParallelogram,
+                                         PatchShape::kTriangle),
+                       ::testing::Values(BasisKind{1, false},
+                                         BasisKind{2, false},
+                                         BasisKind{3, false},
+                                         BasisKind{4, false},
+                                         BasisKind{2, true},
+                                         BasisKind{3, true})),
+    [](const ::testing::TestParamInfo<ShapeAndKind>& test) {
       const BasisKind kind = std::get<1>(test.param);
       const bool triangle = std::get<0>(test.param) == PatchShape::kTriangle;
       return (kind.flat ? "F" : "M") + std::to_string(kind.order) +
@@ -363,7 +363,7 @@ void ExpectTensorProduct(const ShapeBasis& basis,
     for (size_t g = 0; g < k * k; ++g) {
       EXPECT_NEAR(basis.Push(child, q, g),
                   push[q % k][g % k] * push[q / k][g / k],
-                  kRounding);
+                  kDoubleRounding);
       // They print pulls to six digits.
       EXPECT_NEAR(basis.Pull(child, q, g),
                   pull[q % k][g % k] * pull[q / k][g / k],
@@ -419,7 +419,7 @@ TEST(RuleOfOrder, IsExactForProductsOfTwoBasisFunctions) {
           for (size_t q = 0; q < rule.nodes.size(); ++q) {
             sum += rule.weights[q] * Monomial(i, j)(rule.nodes[q]);
           }
-          EXPECT_NEAR(sum, Moment(shape, i, j), kRounding)
+          EXPECT_NEAR(sum, Moment(shape, i, j), kDoubleRounding)
               << order << " " << i << " " << j;
         }
       }

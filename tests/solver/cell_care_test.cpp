@@ -100,7 +100,7 @@ TEST(CellCare, IsRaisedWhereTheErrorIsAndStays) {
 // ------------------------------------------------------- errors by patch
 
 // Two cells, of two patches and of one.
-class ProbedPatches : public testing::Test {
+class ProbedPatches : public ::testing::Test {
  protected:
   static constexpr std::array<uint32_t, 2> kFirst = {0, 2};
 

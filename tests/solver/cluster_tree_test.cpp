@@ -14,6 +14,7 @@ namespace enfilade {
 namespace {
 
 using test::GeometryOf;
+using test::kFloatRounding;
 using test::RandomPatches;
 using test::RandomPointOn;
 
@@ -192,9 +193,6 @@ Seen SampleTransfers(
   return seen;
 }
 
-// Sums of a few floats of this size in the dot products and the formula.
-constexpr double kRounding = 1e-5;
-
 // Compares all pairs of nodes of two trees; returns how many were `behind`.
 size_t ExpectBoundsHold(Side r, Side s) {
   size_t behind = 0;
@@ -204,18 +202,18 @@ size_t ExpectBoundsHold(Side r, Side s) {
       const Seen seen = SampleTransfers(r, receiver, s, source, 40);
       if (bound.behind) {
         EXPECT_EQ(seen.kernel, 0);
-        EXPECT_LE(seen.form_factor, kRounding);
+        EXPECT_LE(seen.form_factor, kFloatRounding);
         ++behind;
         continue;
       }
       EXPECT_LE(seen.kernel,
-                static_cast<double>(bound.per_area) * (1 + kRounding));
+                static_cast<double>(bound.per_area) * (1 + kFloatRounding));
       EXPECT_LE(seen.form_factor,
-                static_cast<double>(bound.form_factor) + kRounding);
+                static_cast<double>(bound.form_factor) + kFloatRounding);
       EXPECT_LE(seen.form_factor,
                 static_cast<double>(bound.per_area * source.largest_area) *
-                        (1 + kRounding) +
-                    kRounding);
+                        (1 + kFloatRounding) +
+                    kFloatRounding);
     }
   }
   return behind;

@@ -18,8 +18,8 @@ using test::Append;
 using test::BoxPatches;
 using test::GeometryOf;
 
-constexpr double kRoom = 4;  // m, the edge of the floor; patch 0
-constexpr Box3 kRoomBox = {{0, 0, 0}, {kRoom, kRoom, 3}};
+constexpr double kRoomEdge = 4;  // m, the edge of the floor; patch 0
+constexpr Box3 kRoomBox = {{0, 0, 0}, {kRoomEdge, kRoomEdge, 3}};
 
 // A cell with the covers found on it.
 class CoveredCell {
@@ -86,20 +86,20 @@ std::vector<Patch> RoomWithPlinth() {
 // The part of a leaf of the floor that the plinth covers.
 double CoveredShare(ElementFrame leaf) {
   const auto overlap = [&](double from, double low, double high) {
-    const double width = kRoom * static_cast<double>(leaf.scale);
+    const double width = kRoomEdge * static_cast<double>(leaf.scale);
     return std::max(0.0, std::min(from + width, high) - std::max(from, low)) /
            width;
   };
-  return overlap(kRoom * static_cast<double>(leaf.a),
+  return overlap(kRoomEdge * static_cast<double>(leaf.a),
                  kPlinth.low.x,
                  kPlinth.high.x) *
-         overlap(kRoom * static_cast<double>(leaf.b),
+         overlap(kRoomEdge * static_cast<double>(leaf.b),
                  kPlinth.low.y,
                  kPlinth.high.y);
 }
 
 double LeafArea(ElementFrame leaf) {
-  return kRoom * kRoom * static_cast<double>(leaf.scale * leaf.scale);
+  return kRoomEdge * kRoomEdge * static_cast<double>(leaf.scale * leaf.scale);
 }
 
 TEST(Cover, BareRoomHasNone) {
@@ -118,7 +118,7 @@ TEST(Cover, BareRoomIsLookedAtInStripsAlongItsEdgesOnly) {
   // six walls, of at most 4 m. At least half of all directions are free there,
   // so a point takes 2 rays on the average, with a variance of 2 at most; 5
   // standard deviations on top.
-  const double points = 6 * 4 * kRoom * 0.05 / 8e-4;
+  const double points = 6 * 4 * kRoomEdge * 0.05 / 8e-4;
   EXPECT_GT(cell.Found().rays, 0U);
   EXPECT_LE(static_cast<double>(cell.Found().rays),
             2 * points + 5 * std::sqrt(2 * points));
@@ -175,11 +175,12 @@ TEST(Cover, EveryFootIsFound) {
                     std::min(from + width, low + kFoot) - std::max(from, low));
   };
   for (const ElementFrame leaf : leaves) {
-    const double width = kRoom * static_cast<double>(leaf.scale);
+    const double width = kRoomEdge * static_cast<double>(leaf.scale);
     double covered = 0;
     for (const Point3 low : feet) {
-      covered += overlap(kRoom * static_cast<double>(leaf.a), width, low.x) *
-                 overlap(kRoom * static_cast<double>(leaf.b), width, low.y);
+      covered +=
+          overlap(kRoomEdge * static_cast<double>(leaf.a), width, low.x) *
+          overlap(kRoomEdge * static_cast<double>(leaf.b), width, low.y);
     }
     // Not split, a foot is an error of 4 tau. Where an element's is 3 tau, 7 of
     // 32 points or more are covered on the average; to be taken for tau, none
@@ -283,9 +284,10 @@ TEST(Cover, ANarrowViewIsNoEdge) {
   const CoveredCell closed(patches, 1e-3);
   const auto inside = [](const CoveredCell& cell) {
     return std::ranges::count_if(cell.Leaves(0), [](ElementFrame leaf) {
-      const float low = std::min(leaf.a, leaf.b) * static_cast<float>(kRoom);
-      const float high =
-          (std::max(leaf.a, leaf.b) + leaf.scale) * static_cast<float>(kRoom);
+      const float low =
+          std::min(leaf.a, leaf.b) * static_cast<float>(kRoomEdge);
+      const float high = (std::max(leaf.a, leaf.b) + leaf.scale) *
+                         static_cast<float>(kRoomEdge);
       return low > 1.02F && high < 1.28F;
     });
   };

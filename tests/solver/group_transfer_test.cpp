@@ -21,21 +21,21 @@ using test::Bulb;
 using test::GeometryOf;
 using test::Rectangle;
 
-constexpr double kRadius = 0.1;
-constexpr double kHeight = 1;
+constexpr double kBulbRadius = 0.1;
+constexpr double kBulbHeight = 1;
 
 // A small square floor below a bulb, and what stands between.
 class Scene {
  public:
   explicit Scene(double floor_side,
                  const std::vector<Patch>& blockers = {},
-                 double height = kHeight)
+                 double height = kBulbHeight)
       : patches_{Rectangle({-0.5 * floor_side, -0.5 * floor_side, 0},
                            {floor_side, 0, 0},
                            {0, floor_side, 0})} {
     // Bulbs are lamps where little of a cell emits.
     patches_.push_back(Rectangle({-5, -5, 9}, {0, 9, 0}, {9, 0, 0}));
-    Append(patches_, Bulb({0, 0, height}, kRadius, 6));
+    Append(patches_, Bulb({0, 0, height}, kBulbRadius, 6));
     Append(patches_, blockers);
     geometry_ = GeometryOf(patches_);
     groups_ = SourceGroups(geometry_);
@@ -94,7 +94,7 @@ class Scene {
 // its facets, cos^2 (pi / 12) smaller.
 TEST(GroupTransfer, OfABallIsTheSquareOfItsSine) {
   const Scene scene(1e-3);
-  const double ball = kRadius * kRadius / (kHeight * kHeight);
+  const double ball = kBulbRadius * kBulbRadius / (kBulbHeight * kBulbHeight);
   const double facets = std::pow(std::cos(kPi / 12), 2);
   const GroupTransfer transfer = scene.Transfer();
   const auto seen = static_cast<double>(transfer.FormFactor());
@@ -207,7 +207,8 @@ TEST(GroupRays, LookForNoPeakFarAway) {
 
 // A plate close below half of the bulb hides that half from all of the floor.
 TEST(GroupRays, KnowAShadowOfTheGroup) {
-  Scene scene(0.05, {Rectangle({0, -1, kHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
+  Scene scene(0.05,
+              {Rectangle({0, -1, kBulbHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
   const GroupSight sight = scene.Look(1);
   EXPECT_NEAR(sight.fraction, 0.5, 0.1);
   EXPECT_GT(sight.by_source, 10 * sight.by_receiver);
@@ -227,7 +228,8 @@ TEST(GroupRays, KnowAShadowOnTheReceiver) {
 
 // Over many looks the share is that of the area that is seen.
 TEST(GroupRays, AreUnbiased) {
-  Scene scene(0.05, {Rectangle({0, -1, kHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
+  Scene scene(0.05,
+              {Rectangle({0, -1, kBulbHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
   double sum = 0;
   double square = 0;
   constexpr int kLooks = 300;

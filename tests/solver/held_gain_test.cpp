@@ -12,11 +12,11 @@ namespace enfilade {
 namespace {
 
 using test::GeometryOf;
+using test::kFloatRounding;
 using test::RandomPatches;
 
-constexpr double kReflectance = 0.9;
+constexpr double kWhiteReflectance = 0.9;
 constexpr HoldLevel kAllLevels[] = {0, 1, 2, kFirmHold, kFirmHold + 2};
-constexpr float kRounding = 1e-5F;
 
 float MostReflected(HoldLevel level) {
   const float all[] = {1e30F, 1.5F, 1.2F, 0.95F, 0.95F * 0.7F, 0.95F * 0.49F};
@@ -27,7 +27,7 @@ class HeldGain : public ::testing::TestWithParam<size_t> {
  protected:
   HeldGain()
       : basis_(GetParam()),
-        patches_(GeometryOf(RandomPatches(44, 3, 3, 1), kReflectance)),
+        patches_(GeometryOf(RandomPatches(44, 3, 3, 1), kWhiteReflectance)),
         tree_({&basis_, kRgbChannels}, patches_),
         gain_(tree_.Shape().NodeStride()) {
     gain_.GrowTo(tree_.Size());
@@ -51,14 +51,14 @@ TEST_P(HeldGain, NoProductExceedsThatOfItsLevel) {
       SetGain(ElementId(i), gain);
     }
     for (const HoldLevel level : kAllLevels) {
-      const float claimed = static_cast<float>(kReflectance) * gain;
+      const float claimed = static_cast<float>(kWhiteReflectance) * gain;
       const CoefficientArray shares = HeldShares(tree_, gain_, patches_, level);
       ASSERT_EQ(shares.Size(), level == 0 ? 0 : tree_.Size());
       for (size_t i = 0; i < shares.Size(); ++i) {
         for (const float share : shares[ElementId(i)]) {
           EXPECT_NEAR(share * claimed,
                       std::min(claimed, MostReflected(level)),
-                      kRounding * claimed);
+                      kFloatRounding * claimed);
         }
       }
     }
@@ -75,7 +75,7 @@ TEST_P(HeldGain, OfALeafIsTheSumOverItsAncestors) {
   const CoefficientArray shares = HeldShares(tree_, gain_, patches_, kFirmHold);
   const size_t nodes = basis_.On(patches_[0].shape).NodeCount();
   for (size_t q = 0; q < nodes; ++q) {
-    EXPECT_NEAR(shares[leaf][q], 0.95 / (0.9 * 1.8), kRounding);
+    EXPECT_NEAR(shares[leaf][q], 0.95 / (0.9 * 1.8), kFloatRounding);
   }
   for (const float share : shares[ElementId(1U)]) {
     EXPECT_EQ(share, 1) << "a root without children claims 0.54";
@@ -90,7 +90,7 @@ TEST_P(HeldGain, NodesAreHeldOneByOne) {
   const CoefficientArray shares = HeldShares(tree_, gain_, patches_, kFirmHold);
   const auto own = shares[ElementId(0U)];
   for (size_t q = 0; q < own.size(); ++q) {
-    EXPECT_NEAR(own[q], q == 0 ? 0.95 / (0.9 * 2) : 1, kRounding);
+    EXPECT_NEAR(own[q], q == 0 ? 0.95 / (0.9 * 2) : 1, kFloatRounding);
   }
 }
 

@@ -16,8 +16,7 @@
 namespace enfilade {
 namespace {
 
-// Single precision of a few hundred terms.
-constexpr double kRounding = 1e-5;
+using test::kFloatRounding;
 
 Patch PatchOf(Point3 origin, Vec3 u, Vec3 v) {
   Patch patch;
@@ -87,7 +86,7 @@ TEST(FlatletTransfer, BringsWhatTheCentersOfBoxesSee) {
             PointToPolygon({x, y, 0}, patches[0].normal, corners.View()));
       }
     }
-    EXPECT_NEAR(mean, seen / static_cast<double>(order * order), kRounding)
+    EXPECT_NEAR(mean, seen / static_cast<double>(order * order), kFloatRounding)
         << order;
   }
 }
@@ -140,7 +139,7 @@ TEST(FormFactorEstimate, IsNowhereZeroWhereLightMayPass) {
   }
 }
 
-class Oracles : public testing::Test {
+class Oracles : public ::testing::Test {
  protected:
   // The error of a link with a source of that radiosity everywhere.
   static LinkError Of(OracleKind kind,

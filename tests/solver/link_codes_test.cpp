@@ -37,7 +37,7 @@ double RowSum(const Kernel& kernel, size_t g) {
 }
 
 // 4 or 8 bits each.
-class KernelCode : public testing::TestWithParam<int> {
+class KernelCode : public ::testing::TestWithParam<int> {
  protected:
   static Kernel Restored(const Kernel& kernel) {
     if (GetParam() == 4) {
@@ -55,8 +55,8 @@ class KernelCode : public testing::TestWithParam<int> {
 
 INSTANTIATE_TEST_SUITE_P(Bits,
                          KernelCode,
-                         testing::Values(4, 8),
-                         testing::PrintToStringParamName());
+                         ::testing::Values(4, 8),
+                         ::testing::PrintToStringParamName());
 
 TEST_P(KernelCode, KeepsZeros) {
   for (int n = 0; n < 1000; ++n) {

@@ -16,7 +16,9 @@ namespace enfilade {
 
 namespace {
 
-class NodeTransfer : public testing::TestWithParam<BasisKind> {
+using test::kFloatRounding;
+
+class NodeTransfer : public ::testing::TestWithParam<BasisKind> {
  protected:
   NodeTransfer() : basis_(GetParam()) {}
 
@@ -46,9 +48,6 @@ class NodeTransfer : public testing::TestWithParam<BasisKind> {
   Basis basis_;
 };
 
-// Single precision of a few hundred terms.
-constexpr double kRounding = 1e-5;
-
 TEST_P(NodeTransfer, RowsOfNearTransfersAreTheExactFormFactors) {
   // Of a receiver that is not larger, close by.
   const auto patches = test::GeometryOf(test::RandomPatches(7, 40, 0.7, 1));
@@ -67,7 +66,7 @@ TEST_P(NodeTransfer, RowsOfNearTransfersAreTheExactFormFactors) {
           receiver.At(g), receiver.end.patch->normal, corners.View());
       EXPECT_NEAR(RowSum(kernel, g),
                   behind ? 0.0 : static_cast<double>(exact),
-                  kRounding);
+                  kFloatRounding);
     }
   }
 }
@@ -84,7 +83,7 @@ TEST_P(NodeTransfer, FarTransfersAreReciprocal) {
       for (size_t q = 0; q < b.count; ++q) {
         EXPECT_NEAR(a.end.area * a.weight[g] * to_a[g * kMaxNodes + q],
                     b.end.area * b.weight[q] * to_b[q * kMaxNodes + g],
-                    kRounding);
+                    kFloatRounding);
       }
     }
   }
@@ -155,7 +154,7 @@ TEST_P(NodeTransfer, EveryBitIsItsShareOfAnEvenKernel) {
     const SampleMap& on_s = basis_.SamplesOn(s.basis->Shape());
     NodeKernel all = even;
     MaskNodeKernel(AllPairs(r.end, s.end), on_r, on_s, &all);
-    EXPECT_NEAR(MeanOf(all, r), 1, kRounding);
+    EXPECT_NEAR(MeanOf(all, r), 1, kFloatRounding);
     for (size_t g = 0; g < r.end.node_count; ++g) {
       for (size_t q = 0; q < s.end.node_count; ++q) {
         NodeKernel one = even;
@@ -166,7 +165,7 @@ TEST_P(NodeTransfer, EveryBitIsItsShareOfAnEvenKernel) {
         EXPECT_NEAR(
             MeanOf(one, r),
             1.0 / static_cast<double>(r.end.node_count * s.end.node_count),
-            kRounding);
+            kFloatRounding);
       }
     }
   }
@@ -174,10 +173,10 @@ TEST_P(NodeTransfer, EveryBitIsItsShareOfAnEvenKernel) {
 
 INSTANTIATE_TEST_SUITE_P(Bases,
                          NodeTransfer,
-                         testing::Values(BasisKind{3, false},
-                                         BasisKind{4, false},
-                                         BasisKind{2, true},
-                                         BasisKind{3, true}));
+                         ::testing::Values(BasisKind{3, false},
+                                           BasisKind{4, false},
+                                           BasisKind{2, true},
+                                           BasisKind{3, true}));
 
 TEST(FlatTransfer, CoefficientsAreTheFormFactorsOfCells) {
   // Of the ends' own cells, as if each were a constant element (W, 2.4.3).

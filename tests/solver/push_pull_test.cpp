@@ -11,15 +11,16 @@ namespace enfilade {
 namespace {
 
 using test::GeometryOf;
+using test::kFloatRounding;
 using test::RandomPatches;
 
 constexpr size_t kChannels = kRgbChannels;
-constexpr std::array<float, kChannels> kReflectance = {0.2F, 0.5F, 0.8F};
+constexpr std::array<float, kChannels> kReflectances = {0.2F, 0.5F, 0.8F};
 constexpr std::array<float, kChannels> kExitance = {3, 1, 0.5F};
 
 SurfaceTable Surfaces() {
   SurfaceTable table;
-  table.reflectance.assign(kReflectance.begin(), kReflectance.end());
+  table.reflectance.assign(kReflectances.begin(), kReflectances.end());
   table.exitance.assign(kExitance.begin(), kExitance.end());
   return table;
 }
@@ -88,13 +89,10 @@ class PushPullTest : public ::testing::TestWithParam<size_t> {
   CoefficientArray gathered_;
 };
 
-// Float rounding of sums of a few values of this size.
-constexpr double kRounding = 1e-5;
-
 TEST_P(PushPullTest, DarkElementsHaveTheirEmission) {
   const CoefficientArray b = EmittedRadiosity(tree_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
-    EXPECT_NEAR(b[e][at], Emitted(e, c), kRounding);
+    EXPECT_NEAR(b[e][at], Emitted(e, c), kFloatRounding);
   });
 }
 
@@ -117,7 +115,7 @@ TEST_P(PushPullTest, ConstantIrradianceOfTheRootIsReflectedEverywhere) {
   const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     const float h = 2 + static_cast<float>(c);
-    EXPECT_NEAR(b[e][at], Emitted(e, c) + kReflectance[c] * h, kRounding);
+    EXPECT_NEAR(b[e][at], Emitted(e, c) + kReflectances[c] * h, kFloatRounding);
   });
 }
 
@@ -132,8 +130,8 @@ TEST_P(PushPullTest, IrradianceOfAPointIsTheSumOverItsElements) {
       const double level = -std::log2(std::abs(element.frame.scale));
       EXPECT_NEAR(b[e][at],
                   static_cast<double>(Emitted(e, c)) +
-                      static_cast<double>(kReflectance[c]) * (level + 1),
-                  kRounding);
+                      static_cast<double>(kReflectances[c]) * (level + 1),
+                  kFloatRounding);
     }
   });
 }
@@ -172,8 +170,9 @@ TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
                      basis.Evaluate(at_parent)[g];
       }
     }
-    EXPECT_NEAR(
-        static_cast<double>(b[e][at]) * basis.Weight(g), projected, kRounding);
+    EXPECT_NEAR(static_cast<double>(b[e][at]) * basis.Weight(g),
+                projected,
+                kFloatRounding);
   });
 }
 
@@ -188,7 +187,7 @@ TEST_P(PushPullTest, SumOverLeavesIsTheIntegralOverTheRoots) {
     }
   });
   const LeafSums sums = SumOverLeaves(tree_, patches_, b);
-  EXPECT_NEAR(sums.value / roots, 1, kRounding);
+  EXPECT_NEAR(sums.value / roots, 1, kFloatRounding);
   if (GetParam() == 1) {  // higher orders may swing below zero
     EXPECT_NEAR(sums.absolute, sums.value, 1e-9 * roots);
   }
@@ -220,8 +219,8 @@ TEST_P(PushPullTest, WhatTheBasisHoldsAtTheRootIsReproducedOnTheLeaves) {
               static_cast<double>(f.b) + static_cast<double>(f.scale) * node.b);
     EXPECT_NEAR(b[e][at],
                 static_cast<double>(Emitted(e, c)) +
-                    static_cast<double>(kReflectance[c]) * h,
-                2 * kRounding);
+                    static_cast<double>(kReflectances[c]) * h,
+                2 * kFloatRounding);
   });
 }
 
@@ -232,7 +231,7 @@ TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
   }
   const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
-    EXPECT_NEAR(b[e][at], Emitted(e, c), kRounding);
+    EXPECT_NEAR(b[e][at], Emitted(e, c), kFloatRounding);
   });
 }
 
@@ -257,7 +256,7 @@ TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
       const double reflected = static_cast<double>(all[e][at]) - emitted;
       EXPECT_NEAR(some[e][at],
                   emitted + static_cast<double>(kept[e][q]) * reflected,
-                  kRounding);
+                  kFloatRounding);
     }
   });
 }
@@ -276,7 +275,7 @@ TEST_P(PushPullTest, MeanReflectedIsWhatIsBeyondEmission) {
     EXPECT_NEAR(
         MeanReflected(patches_[i], b[ElementId(i)], tree_.Shape(), Surfaces()),
         2,
-        kRounding);
+        kFloatRounding);
   }
 }
 
@@ -285,7 +284,7 @@ TEST_P(PushPullTest, EmittedFluxIsAreaTimesExitance) {
   for (const PatchGeometry& p : patches_) {
     flux += p.emits ? static_cast<double>(p.area) * (3 + 1 + 0.5) / 3 : 0;
   }
-  EXPECT_NEAR(EmittedFlux(patches_, Surfaces()) / flux, 1, kRounding);
+  EXPECT_NEAR(EmittedFlux(patches_, Surfaces()) / flux, 1, kFloatRounding);
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, PushPullTest, ::testing::Values(1, 2, 3, 4));

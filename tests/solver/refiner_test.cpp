@@ -26,6 +26,7 @@ namespace {
 using test::Append;
 using test::BoxPatches;
 using test::GeometryOf;
+using test::kRoom;
 
 constexpr double kReflectance = 0.5;
 
@@ -135,10 +136,8 @@ std::vector<Patch> Tiled(const Patch& whole, int n) {
 
 // ----------------------------------------------------------- sampled links
 
-constexpr Point3 kOrigin{0, 0, 0};
-
 Patch Floor() {
-  return test::Rectangle(kOrigin, {1, 0, 0}, {0, 1, 0});
+  return test::Rectangle(Point3{}, {1, 0, 0}, {0, 1, 0});
 }
 
 Patch Ceiling(double height) {
@@ -207,7 +206,7 @@ TEST(WeakLinks, AreUnbiasedCloseUp) {
 
 TEST(WeakLinks, AreUnbiasedAroundACorner) {
   // scenes/perpendicular.md; the tiles along the common edge touch.
-  const Patch wall = test::Rectangle(kOrigin, {0, 1, 0}, {0, 0, 1});
+  const Patch wall = test::Rectangle(Point3{}, {0, 1, 0}, {0, 0, 1});
   ExpectUnbiased(SampledFormFactor(Tiled(wall, 20), {}, 30000), 0.200044);
 }
 
@@ -365,8 +364,6 @@ TEST(WeakLinks, BringNothingFromBehind) {
 }
 
 // -------------------------------------------------------------- fine links
-
-constexpr Box3 kRoom = {{0, 0, 0}, {4, 5, 3}};
 
 // The mean over a patch of what its points gain.
 double MeanGainOf(BrightCell& cell, uint32_t patch) {

@@ -13,9 +13,9 @@
 namespace enfilade {
 namespace {
 
-constexpr double kArea = 6;     // m2, of all surfaces
-constexpr uint32_t kCells = 4;  // which see each other alike
-constexpr int kProbes = 192;    // as many of each cell in each part
+constexpr double kSurfaceArea = 6;  // m2, of all surfaces
+constexpr uint32_t kCells = 4;      // which see each other alike
+constexpr int kProbes = 192;        // as many of each cell in each part
 
 std::vector<CellInfo> Cells(size_t count) {
   std::vector<CellInfo> cells(count);
@@ -42,9 +42,9 @@ class ErrorOfCells {
       const auto cell = static_cast<uint32_t>(i / 16) % kCells;
       const double r = residual(cell);
       const size_t group = GroupOf(cell);
-      error_.AddProbe({group, kArea, {r, r, r}, reflectance_});
+      error_.AddProbe({group, kSurfaceArea, {r, r, r}, reflectance_});
       for (uint32_t to = 0; to < kCells; ++to) {
-        error_.AddRay(group, GroupOf(to), kArea * share(cell, to));
+        error_.AddRay(group, GroupOf(to), kSurfaceArea * share(cell, to));
       }
     }
     return error_.Integral();
@@ -71,7 +71,8 @@ TEST(ReflectedError, GrowsInAClosedRoomAsLightDoes) {
     const ErrorIntegral added = ErrorOfCells(rho).Measure(
         kProbes, [=](uint32_t) { return r; }, Alike);
     const double whole = r / (1 - rho);
-    EXPECT_NEAR(added.value, kArea * (whole * whole - r * r), 1e-9) << rho;
+    EXPECT_NEAR(added.value, kSurfaceArea * (whole * whole - r * r), 1e-9)
+        << rho;
     EXPECT_NEAR(added.deviation, 0, 1e-6) << "all parts agree";
   }
 }
@@ -82,7 +83,7 @@ TEST(ReflectedError, IsLessWhereLightEscapes) {
   const ErrorIntegral added = ErrorOfCells(0.8).Measure(
       kProbes, [](uint32_t) { return 1.0; }, half);
   const double whole = 1 / (1 - 0.4);
-  EXPECT_NEAR(added.value, kArea * (whole * whole - 1), 1e-9);
+  EXPECT_NEAR(added.value, kSurfaceArea * (whole * whole - 1), 1e-9);
 }
 
 // Two sides that see only each other, one too bright and one too dark by as
@@ -94,7 +95,7 @@ TEST(ReflectedError, OfOppositeSignsShrinks) {
   const ErrorIntegral added = ErrorOfCells(0.5).Measure(
       kProbes, [](uint32_t cell) { return cell % 2 == 0 ? 1.0 : -1.0; }, other);
   const double whole = 1 / 1.5;
-  EXPECT_NEAR(added.value, kArea * (whole * whole - 1), 1e-9);
+  EXPECT_NEAR(added.value, kSurfaceArea * (whole * whole - 1), 1e-9);
 }
 
 // Residuals of no mean have no light to reflect, however much they scatter: the
@@ -116,7 +117,7 @@ TEST(ReflectedError, IsNotFooledByScatter) {
   const double mean = sum / kRuns;
   const double deviation = std::sqrt((squares / kRuns - mean * mean) / kRuns);
   EXPECT_LE(std::abs(mean), 4 * deviation);
-  EXPECT_LE(4 * deviation, 0.5 * kArea) << "which would say nothing";
+  EXPECT_LE(4 * deviation, 0.5 * kSurfaceArea) << "which would say nothing";
 }
 
 // In a white room all error is one number, the mean: the deviation says how far
@@ -132,7 +133,7 @@ TEST(ReflectedError, KnowsHowSureItIs) {
     const ErrorIntegral added = ErrorOfCells(0.9).Measure(
         kProbes, [&](uint32_t) { return kMean + random.Next() - 0.5; }, Alike);
     // Of e = 10 r; what r itself is is not part of it.
-    const double expected = kArea * (100 - 1) * kMean * kMean;
+    const double expected = kSurfaceArea * (100 - 1) * kMean * kMean;
     off += std::abs(added.value - expected) > 2 * added.deviation ? 1 : 0;
   }
   EXPECT_LE(off, kRuns / 10);
@@ -156,12 +157,12 @@ TEST(ReflectedError, WhatIsNarrowIsItsOwn) {
     const bool in_slot = i / 16 % 10 == 0;
     const size_t group = in_slot ? slot : room;
     const double r = in_slot ? kResidual : 0.0;
-    error.AddProbe({group, kArea, {r, r, r}, {kRho, kRho, kRho}});
-    error.AddRay(group, group, in_slot ? kArea : 0.5 * kArea);
+    error.AddProbe({group, kSurfaceArea, {r, r, r}, {kRho, kRho, kRho}});
+    error.AddRay(group, group, in_slot ? kSurfaceArea : 0.5 * kSurfaceArea);
   }
   const double whole = kResidual / (1 - kRho);
   EXPECT_NEAR(error.Integral().value,
-              kArea / 10 * (whole * whole - kResidual * kResidual),
+              kSurfaceArea / 10 * (whole * whole - kResidual * kResidual),
               1e-9);
 }
 

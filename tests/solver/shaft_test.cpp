@@ -27,9 +27,9 @@ using test::RandomPointOn;
 constexpr float kSteep = 1.0F / 25;
 
 // Blockers, as rays and as shafts see them.
-class Scenery {
+class BlockerModel {
  public:
-  explicit Scenery(const std::vector<Patch>& patches)
+  explicit BlockerModel(const std::vector<Patch>& patches)
       : budget_(1ULL << 30),
         device_(budget_, Point3{}),
         geometry_(GeometryOf(patches)),
@@ -94,7 +94,7 @@ struct Tally {
 
 // Elements of the given ends against the blockers: no proof may be
 // contradicted.
-Tally ExpectNoContradiction(const Scenery& scenery,
+Tally ExpectNoContradiction(const BlockerModel& scenery,
                             const std::vector<PatchGeometry>& ends,
                             int pairs,
                             uint64_t seed) {
@@ -119,7 +119,7 @@ Tally ExpectNoContradiction(const Scenery& scenery,
 
 TEST(Shaft, ProofsHoldBetweenTheBlockersThemselves) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
-    const Scenery scenery(RandomPatches(seed, 60, 4, 0.5));
+    const BlockerModel scenery(RandomPatches(seed, 60, 4, 0.5));
     const Tally tally =
         ExpectNoContradiction(scenery, scenery.Patches(), 2000, seed);
     EXPECT_GT(tally.proofs, 100);
@@ -129,7 +129,7 @@ TEST(Shaft, ProofsHoldBetweenTheBlockersThemselves) {
 
 TEST(Shaft, ProofsHoldBetweenOthersThroughTheBlockers) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
-    const Scenery scenery(RandomPatches(100 + seed, 200, 4, 0.3));
+    const BlockerModel scenery(RandomPatches(100 + seed, 200, 4, 0.3));
     const auto ends = GeometryOf(RandomPatches(200 + seed, 100, 4, 0.3));
     const Tally tally = ExpectNoContradiction(scenery, ends, 2000, seed);
     EXPECT_GT(tally.proofs, 100);
@@ -154,7 +154,7 @@ std::vector<Patch> RoomWithBoxes(uint64_t seed) {
 
 TEST(Shaft, ProofsHoldInFurnishedRooms) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
-    const Scenery scenery(RoomWithBoxes(seed));
+    const BlockerModel scenery(RoomWithBoxes(seed));
     const Tally tally =
         ExpectNoContradiction(scenery, scenery.Patches(), 2000, seed);
     EXPECT_GT(tally.proofs, 100);
@@ -163,7 +163,7 @@ TEST(Shaft, ProofsHoldInFurnishedRooms) {
 }
 
 TEST(Shaft, EveryShaftInABareRoomIsEmpty) {
-  const Scenery room(BoxPatches({{0, 0, 0}, {4, 5, 3}}, true));
+  const BlockerModel room(BoxPatches(test::kRoom, true));
   for (const PatchGeometry& r : room.Patches()) {
     for (const PatchGeometry& s : room.Patches()) {
       EXPECT_TRUE(room.Proves(r, {}, s, {}));
@@ -172,7 +172,7 @@ TEST(Shaft, EveryShaftInABareRoomIsEmpty) {
 }
 
 TEST(Shaft, NothingBlocksWithoutBlockers) {
-  const Scenery nothing({});
+  const BlockerModel nothing({});
   const auto ends = GeometryOf(RandomPatches(3, 2, 2, 1));
   EXPECT_TRUE(nothing.Proves(ends[0], {}, ends[1], {}));
 }
@@ -182,7 +182,8 @@ TEST(Shaft, WhatStandsBetweenOrBesideIsToldApart) {
       GeometryOf({test::Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
                   test::Rectangle({0, 0, 2}, {0, 1, 0}, {1, 0, 0})});
   const auto proves = [&](Point3 corner) {
-    const Scenery blocker({test::Rectangle(corner, {0.2, 0, 0}, {0, 0.2, 0})});
+    const BlockerModel blocker(
+        {test::Rectangle(corner, {0.2, 0, 0}, {0, 0.2, 0})});
     return blocker.Proves(ends[0], {}, ends[1], {});
   };
   EXPECT_FALSE(proves({0.4, 0.4, 1}));
@@ -194,7 +195,7 @@ TEST(Shaft, WhatStandsBetweenOrBesideIsToldApart) {
 TEST(Shaft, PartsOfAWallSeePastABoxThatHidesTheRest) {
   std::vector<Patch> patches = BoxPatches({{0, 0, 0}, {4, 4, 3}}, true);
   Append(patches, BoxPatches({{1, 1, 1}, {1.5, 1.5, 2}}, false));
-  const Scenery room(patches);
+  const BlockerModel room(patches);
   const PatchGeometry& floor = room.Patches()[0];
   const PatchGeometry& ceiling = room.Patches()[1];
   EXPECT_FALSE(room.Proves(floor, {}, ceiling, {}));

@@ -18,8 +18,7 @@ using test::Append;
 using test::BoxPatches;
 using test::Bulb;
 using test::GeometryOf;
-
-constexpr Box3 kRoom = {{0, 0, 0}, {4, 5, 3}};
+using test::kRoom;
 
 std::vector<PatchGeometry> RoomWith(const std::vector<Patch>& lamps) {
   std::vector<Patch> patches = BoxPatches(kRoom, true);

@@ -10,6 +10,11 @@
 
 namespace enfilade::test {
 
+// Single precision of sums of a few hundred values about 1.
+inline constexpr double kFloatRounding = 1e-5;
+
+inline constexpr Box3 kRoom{{0, 0, 0}, {4, 5, 3}};
+
 inline Vec3 RandomDirection(Random& random) {
   const double z = 2 * random.Next() - 1;
   const double phi = 2 * kPi * random.Next();

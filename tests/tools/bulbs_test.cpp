@@ -15,17 +15,17 @@ namespace {
 
 using nlohmann::json;
 
-struct Case {
+struct BulbCase {
   std::string basis;
   double error = 0;
   // Half of what patch by patch takes: docs/decisions/source-groups.md.
   uint64_t most_links = 0;
 
   // For test names.
-  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.basis; }
+  friend void PrintTo(const BulbCase& c, std::ostream* out) { *out << c.basis; }
 };
 
-class Bulbs : public ::testing::TestWithParam<Case> {};
+class Bulbs : public ::testing::TestWithParam<BulbCase> {};
 
 TEST_P(Bulbs, AreSolvedAsAsked) {
   const TemporaryFolder folder;
@@ -56,8 +56,8 @@ TEST_P(Bulbs, AreSolvedAsAsked) {
 
 INSTANTIATE_TEST_SUITE_P(Bases,
                          Bulbs,
-                         ::testing::Values(Case{"haar", 0.1, 113'000},
-                                           Case{"m2", 0.05, 40'000}));
+                         ::testing::Values(BulbCase{"haar", 0.1, 113'000},
+                                           BulbCase{"m2", 0.05, 40'000}));
 
 }  // namespace
 }  // namespace enfilade

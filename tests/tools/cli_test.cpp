@@ -13,10 +13,6 @@ namespace {
 using ::testing::TestWithParam;
 using ::testing::Values;
 
-bool Contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 // One line, "enfilade: error: ...".
 void ExpectOneErrorLine(const ProgramResult& result) {
   EXPECT_EQ(result.err.rfind("enfilade: error: ", 0), 0U) << result.err;

@@ -12,7 +12,7 @@ namespace {
 
 // A room of 4 x 3 x 2 m, all walls of reflectance 1/2 and exitance 1, so that
 // the field 2 reflects 1 everywhere.
-class CompareTest : public testing::Test {
+class CompareTest : public ::testing::Test {
  protected:
   CompareTest() {
     building_.AddRoom({4, 3, 2},
@@ -21,8 +21,8 @@ class CompareTest : public testing::Test {
 
   CompareSummary Against2(const FakeBuilding::Field& field) {
     building_.SetRadiosity(field);
-    const RadiosityOf a = building_.View().radiosity;
-    const RadiosityOf b = [](std::span<const PatchPoint> points) {
+    const RadiosityField a = building_.View().radiosity;
+    const RadiosityField b = [](std::span<const PatchPoint> points) {
       return std::vector<Rgb>(points.size(), Rgb{2, 2, 2});
     };
     CompareSummary s = CompareFields(building_.View(), a, b, options_, budget_);
@@ -90,7 +90,7 @@ TEST_F(CompareTest, ASmoothErrorIsIntegratedToOnePercent) {
 }
 
 TEST_F(CompareTest, ADarkReferenceIsRefused) {
-  const RadiosityOf dark = [](std::span<const PatchPoint> points) {
+  const RadiosityField dark = [](std::span<const PatchPoint> points) {
     return std::vector<Rgb>(points.size(), Rgb{1, 1, 1});
   };
   EXPECT_THROW(CompareFields(building_.View(), dark, dark, options_, budget_),

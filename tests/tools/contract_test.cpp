@@ -13,14 +13,14 @@ namespace {
 
 using nlohmann::json;
 
-constexpr uint64_t kCapBytes = 64 << 20;
+constexpr uint64_t kChairsCapBytes = 64 << 20;
 
 // Runs a verb under the cap; expects it to succeed within the cap.
 void RunUnderCap(std::vector<std::string> words) {
   words.insert(words.end(), {"--memory", "64M"});
   const ProgramResult result = RunProgram(words);
   ASSERT_EQ(result.exit_code, 0) << words[0] << ": " << result.err;
-  EXPECT_LE(result.peak_rss_bytes, kCapBytes) << words[0];
+  EXPECT_LE(result.peak_rss_bytes, kChairsCapBytes) << words[0];
 }
 
 TEST(SlowContract, ThirtySixChairsMeetErrorAndCap) {

@@ -16,7 +16,7 @@
 namespace enfilade {
 
 // Two cells: a unit square with radiosity rising along x, and a triangle.
-class ExportFixture : public testing::Test {
+class ExportFixture : public ::testing::Test {
  protected:
   ExportFixture() {
     LeafElement quad;

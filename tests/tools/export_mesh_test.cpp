@@ -53,15 +53,15 @@ TEST_F(ExportMeshTest, GlbIsWellFormed) {
   EXPECT_EQ(At<uint32_t>(glb, 8), glb.size());
   const auto json_bytes = At<uint32_t>(glb, 12);
   EXPECT_EQ(json_bytes % 4, 0U);
-  const auto json = nlohmann::json::parse(glb.substr(20, json_bytes));
+  const auto gltf = nlohmann::json::parse(glb.substr(20, json_bytes));
   const size_t binary = 20 + json_bytes + 8;
   EXPECT_EQ(At<uint32_t>(glb, 20 + json_bytes), glb.size() - binary);
-  EXPECT_EQ(json["buffers"][0]["byteLength"], glb.size() - binary);
-  EXPECT_EQ(json["accessors"][0]["count"], 7);
-  EXPECT_EQ(json["accessors"][0]["max"], (std::vector<double>{2, 3, 5}));
-  EXPECT_EQ(json["accessors"][2]["count"], 9);
+  EXPECT_EQ(gltf["buffers"][0]["byteLength"], glb.size() - binary);
+  EXPECT_EQ(gltf["accessors"][0]["count"], 7);
+  EXPECT_EQ(gltf["accessors"][0]["max"], (std::vector<double>{2, 3, 5}));
+  EXPECT_EQ(gltf["accessors"][2]["count"], 9);
   const size_t indices =
-      binary + json["bufferViews"][1]["byteOffset"].get<size_t>();
+      binary + gltf["bufferViews"][1]["byteOffset"].get<size_t>();
   std::vector<uint32_t> got;
   for (size_t i = 0; i < 9; ++i) {
     got.push_back(At<uint32_t>(glb, indices + 4 * i));
@@ -82,13 +82,13 @@ TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
       nlohmann::json::parse(Content("y.gltf"))["nodes"][0].contains("matrix"));
   options.z_up = true;
   WriteGltf(Leaves(), Census(), options, Path("z.gltf"));
-  const auto json = nlohmann::json::parse(Content("z.gltf"));
-  const std::vector<double> m = json["nodes"][0]["matrix"];
+  const auto gltf = nlohmann::json::parse(Content("z.gltf"));
+  const std::vector<double> m = gltf["nodes"][0]["matrix"];
   // Column-major: Z goes to Y, Y to -Z.
   EXPECT_EQ(m[9], 1);
   EXPECT_EQ(m[6], -1);
-  EXPECT_EQ(json["buffers"][0]["uri"], "z.bin");
-  EXPECT_EQ(json["buffers"][0]["byteLength"], Content("z.bin").size());
+  EXPECT_EQ(gltf["buffers"][0]["uri"], "z.bin");
+  EXPECT_EQ(gltf["buffers"][0]["byteLength"], Content("z.bin").size());
 }
 
 TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tests/budgets.h"
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/camera_choice.h"
@@ -12,8 +13,6 @@
 
 namespace enfilade {
 namespace {
-
-constexpr uint64_t kBudget = 64ULL << 20;
 
 // A room of 6 x 4 x 3 m seen from inside, whose radiosity is 1 + x.
 class PictureTest : public ExportFixture {
@@ -35,7 +34,7 @@ class PictureTest : public ExportFixture {
   }
 
   FakeBuilding building_;
-  MemoryBudget budget_{kBudget};
+  MemoryBudget budget_{kModest};
 };
 
 TEST_F(PictureTest, PerspectiveHitsWhereItLooks) {

@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 // A point of a patch, its share of the patch's area, and what the solution has.
-struct Sample {
+struct GridSample {
   Point3 at;
   Vec3 normal;
   double area = 0;       // m2
@@ -47,11 +47,11 @@ std::vector<PatchPoint> GridOn(const Patch& patch, CellId cell, size_t index) {
   return points;
 }
 
-std::vector<Sample> SamplesOf(const std::string& store_path) {
+std::vector<GridSample> GridSamplesOf(const std::string& store_path) {
   const auto store = OpenStore(store_path, StoreAccess::kRead);
   MemoryBudget budget(1ULL << 30);
   const Solution solution(*store, budget);
-  std::vector<Sample> samples;
+  std::vector<GridSample> samples;
   for (size_t c = 0; c < solution.CellCount(); ++c) {
     const CellPatches cell = LoadCellPatches(*store, CellId(c));
     for (size_t i = 0; i < cell.patches.size(); ++i) {
@@ -71,7 +71,7 @@ std::vector<Sample> SamplesOf(const std::string& store_path) {
   return samples;
 }
 
-class HigherOrders : public testing::TestWithParam<const char*> {
+class HigherOrders : public ::testing::TestWithParam<const char*> {
  protected:
   [[nodiscard]] std::string Store() const { return folder_ / "a.enf"; }
 
@@ -101,7 +101,7 @@ class HigherOrders : public testing::TestWithParam<const char*> {
     double square = 0;
     double exact = 0;
     double area = 0;
-    for (const Sample& s : SamplesOf(Store())) {
+    for (const GridSample& s : GridSamplesOf(Store())) {
       if (std::abs(s.at.z) < 1e-6 && s.normal.z > 0.5) {
         const double b0 =
             0.5 * static_cast<double>(PointToPolygon(
@@ -119,7 +119,7 @@ class HigherOrders : public testing::TestWithParam<const char*> {
   [[nodiscard]] double ErrorOfFurnace() const {
     double square = 0;
     double area = 0;
-    for (const Sample& s : SamplesOf(Store())) {
+    for (const GridSample& s : GridSamplesOf(Store())) {
       if (s.emits) {
         square += s.area * (s.radiosity / 2 - 1) * (s.radiosity / 2 - 1);
         area += s.area;
@@ -232,8 +232,8 @@ TEST_P(HigherOrders, StoresAreResumedProbedVerifiedAndExported) {
 
 INSTANTIATE_TEST_SUITE_P(Bases,
                          HigherOrders,
-                         testing::Values("m3", "m4", "f2", "f3"),
-                         [](const testing::TestParamInfo<const char*>& test) {
+                         ::testing::Values("m3", "m4", "f2", "f3"),
+                         [](const ::testing::TestParamInfo<const char*>& test) {
                            return std::string(test.param);
                          });
 

@@ -10,7 +10,7 @@
 namespace enfilade {
 namespace {
 
-class InfoOfScene : public testing::Test {
+class InfoOfScene : public ::testing::Test {
  protected:
   InfoOfScene() { WriteRoomScene(dir_ / "room.obj", 3); }
 

@@ -15,14 +15,13 @@
 #include <memory>
 #include <string>
 
+#include "tests/budgets.h"
 #include "tests/tools/run_program.h"
 #include "tools/scene_floorplan.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
-
-constexpr uint64_t kRoomy = uint64_t{1} << 30;
 
 SolveOptions Coarse() {
   SolveOptions options;
@@ -32,7 +31,7 @@ SolveOptions Coarse() {
 }
 
 // A floor of a few rooms, ready to be solved.
-class LeastMemoryOfFloor : public testing::Test {
+class LeastMemoryOfFloor : public ::testing::Test {
  protected:
   LeastMemoryOfFloor() : store_(CreateStoreInMemory()) {
     ObjWriter writer(dir_ / "floor.obj");

@@ -15,6 +15,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/budgets.h"
 #include "tests/tools/run_program.h"
 #include "tools/scene_floorplan.h"
 #include <gtest/gtest.h>
@@ -22,9 +23,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kRoomy = uint64_t{1} << 30;
-
-class PagedFloor : public testing::Test {
+class PagedFloor : public ::testing::Test {
  protected:
   PagedFloor() : store_(CreateStoreInMemory()) {
     ObjWriter writer(dir_ / "floor.obj");

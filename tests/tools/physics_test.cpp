@@ -206,15 +206,15 @@ TEST(Squares, AtARightAngleMatchTheClosedForm) {
 
 // ------------------------------------------------------------------ furnace
 
-struct Furnace {
+struct FurnaceError {
   double rms = 0;      // of B (1 - rho) / E - 1, by area
   double mean = 0;     // of the same
   double largest = 0;  // deviation of the mean of a patch
 };
 
 // E = 1 and rho everywhere, so B = 1 / (1 - rho) on every emitting side.
-Furnace MeasureFurnace(const std::vector<Sample>& samples, double rho) {
-  Furnace f;
+FurnaceError MeasureFurnace(const std::vector<Sample>& samples, double rho) {
+  FurnaceError f;
   double area = 0;
   std::map<std::pair<CellId, PatchId>, std::pair<double, double>> patches;
   for (const Sample& s : samples) {
@@ -238,7 +238,7 @@ Furnace MeasureFurnace(const std::vector<Sample>& samples, double rho) {
 void ExpectFlat(const std::string& chairs,
                 const std::string& basis,
                 const std::string& error) {
-  const Furnace f =
+  const FurnaceError f =
       MeasureFurnace(Solve({"furnace", "--count", chairs}, basis, error), 0.5);
   EXPECT_LE(f.rms, 0.01) << basis << " at " << error;
   EXPECT_LE(f.largest, 0.05) << basis << " at " << error;
@@ -274,7 +274,7 @@ TEST(FurnaceRoom, WallsWrittenTwiceCountOnce) {
            "f 2 6 8 4\n";
   }
   WriteFile(folder / "a.obj", obj);
-  const Furnace f = MeasureFurnace(SolveIn(folder, "m2", "0.02"), 0.6);
+  const FurnaceError f = MeasureFurnace(SolveIn(folder, "m2", "0.02"), 0.6);
   EXPECT_LE(f.rms, 0.01);
   EXPECT_LE(std::abs(f.mean), 0.01);
 }
@@ -282,7 +282,7 @@ TEST(FurnaceRoom, WallsWrittenTwiceCountOnce) {
 // Light is reflected twenty times, and with it whatever is wrong with the sums
 // of the links: none of it may be on one side.
 TEST(SlowFurnaceRoom, WhiteRoomIsAsBrightAsItShouldBe) {
-  const Furnace f = MeasureFurnace(
+  const FurnaceError f = MeasureFurnace(
       Solve({"furnace", "--count", "4", "--reflectance", "0.95"}, "m2", "0.05"),
       0.95);
   EXPECT_LE(f.rms, 0.05);

@@ -15,10 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-bool Contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 constexpr uint64_t kMiB = 1 << 20;
 
 // A solved room with boxes, in a folder of its own.

@@ -12,7 +12,7 @@ namespace {
 
 // A room of reflectance 1/2 and exitance 1, whose radiosity is 2 everywhere;
 // the stored irradiance is 7, to tell it from what gathering gives.
-class ProbeTest : public testing::Test {
+class ProbeTest : public ::testing::Test {
  protected:
   ProbeTest() {
     building_.AddRoom({4, 3, 2},

@@ -23,13 +23,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/budgets.h"
 #include "tests/tools/run_program.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
-
-constexpr uint64_t kRoomy = uint64_t{1} << 30;
 
 class SolvedScene {
  public:
@@ -220,7 +219,8 @@ TEST(ResidualProbes, StandForTheWholeArea) {
   constexpr uint32_t kProbes = 1 << 14;
   double area = 0;
   double lit = 0;
-  for (const Probe& p : chooser.Choose(5, {0, kProbes, kProbes}).probes) {
+  for (const ResidualProbe& p :
+       chooser.Choose(5, {0, kProbes, kProbes}).probes) {
     area += p.weight / kProbes;
     EXPECT_GE(p.on.a, 0);
     EXPECT_LE(p.on.a, 1);

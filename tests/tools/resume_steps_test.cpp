@@ -16,14 +16,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/budgets.h"
 #include "tests/temporary_folder.h"
 #include "tests/tools/run_program.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
-
-constexpr uint64_t kRoomy = uint64_t{1} << 30;
 
 // Some rooms with doorways, so that light goes to and fro between cells.
 class ResumeSteps : public ::testing::TestWithParam<int> {

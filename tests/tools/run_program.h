@@ -47,6 +47,11 @@ ProgramResult SolveScene(const std::filesystem::path& folder,
                          const std::string& name,
                          const std::vector<std::string>& more);
 
+// Whether what it printed has this part.
+inline bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 // The content of a file; empty if there is none.
 std::string ReadFile(const std::filesystem::path& path);
 void WriteFile(const std::filesystem::path& path, const std::string& text);

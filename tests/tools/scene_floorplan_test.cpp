@@ -45,11 +45,6 @@ std::vector<ReadPolygon> ShellOf(const ReadScene& scene) {
   return shell;
 }
 
-// storey1_wing2_office12_desk3 -> storey1_wing2_office12
-std::string RoomOf(const std::string& object) {
-  return object.substr(0, object.rfind('_'));
-}
-
 // Rooms, their plan and how often each kind of object stands in them.
 std::map<std::string, Rect> Floors(const ReadScene& scene,
                                    const std::string& kind) {

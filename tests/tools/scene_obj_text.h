@@ -30,6 +30,12 @@ struct ReadScene {
 
 ReadScene ReadObj(const std::filesystem::path& obj);
 
+// The room that an object of a floorplan stands in:
+// storey1_wing2_office12_desk3 -> storey1_wing2_office12
+inline std::string RoomOf(const std::string& object) {
+  return object.substr(0, object.rfind('_'));
+}
+
 // Runs a generator and reads its scene back.
 template <typename Options>
 ReadScene Generate(void (*write)(const Options&, ObjWriter&),

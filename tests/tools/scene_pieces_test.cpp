@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
+#include "tests/tools/scene_obj_text.h"
 #include "tools/piece_furnisher.h"
 #include "tools/piece_library.h"
 #include "tools/scene_layout.h"
@@ -127,10 +128,6 @@ std::map<std::string, std::pair<PlanSpace, double>> RoomsOf(
     }
   });
   return rooms;
-}
-
-std::string RoomOf(const std::string& object) {
-  return object.substr(0, object.rfind('_'));
 }
 
 TEST_F(Pieces, AreCopiedUprightInMetresWithTheirRearAtMinusY) {

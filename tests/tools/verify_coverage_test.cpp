@@ -12,12 +12,12 @@
 namespace enfilade {
 namespace {
 
-constexpr int kSeeds = 300;
+constexpr int kManySeeds = 300;
 
 // 92 % of 300. With the nominal 95 %, fewer have a probability of 0.6 %.
-constexpr int kLeastCovered = 276;
+constexpr int kLeastCoveredOfMany = 276;
 
-constexpr int kGrid = 128;
+constexpr int kFloorGrid = 128;
 constexpr double kSize = 4;  // of the floor, in metres
 
 // A floor, grey, with a wide dim lamp 2 m above it and a small lamp a hundred
@@ -57,13 +57,14 @@ struct Planted {
 double ExactError(const Planted& planted, const std::vector<double>& exact) {
   double squares = 0;
   double mean = 0;
-  for (int i = 0; i < kGrid * kGrid; ++i) {
-    const Point3 x{
-        (i % kGrid + .5) * kSize / kGrid, (i / kGrid + .5) * kSize / kGrid, 0};
+  for (int i = 0; i < kFloorGrid * kFloorGrid; ++i) {
+    const Point3 x{(i % kFloorGrid + .5) * kSize / kFloorGrid,
+                   (i / kFloorGrid + .5) * kSize / kFloorGrid,
+                   0};
     const double b = exact[static_cast<size_t>(i)];
     const double d = b * planted.At(x);
-    squares += d * d / (kGrid * kGrid);
-    mean += b / (kGrid * kGrid);
+    squares += d * d / (kFloorGrid * kFloorGrid);
+    mean += b / (kFloorGrid * kFloorGrid);
   }
   return std::sqrt(squares) / mean;
 }
@@ -79,15 +80,15 @@ TEST(VerifyCoverageTest, PlantedErrorsUnderUnevenLampsAreCovered) {
                {0, 0, .2},
                building.AddMaterial({}, {100, 100, 100}));
   std::vector<double> exact;
-  for (int i = 0; i < kGrid * kGrid; ++i) {
-    exact.push_back(Exact({(i % kGrid + .5) * kSize / kGrid,
-                           (i / kGrid + .5) * kSize / kGrid,
+  for (int i = 0; i < kFloorGrid * kFloorGrid; ++i) {
+    exact.push_back(Exact({(i % kFloorGrid + .5) * kSize / kFloorGrid,
+                           (i / kFloorGrid + .5) * kSize / kFloorGrid,
                            0}));
   }
   int covered = 0;
   int above = 0;  // truth above the upper end
   double width = 0;
-  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (uint64_t seed = 1; seed <= kManySeeds; ++seed) {
     const Planted planted(seed);
     building.SetRadiosity([&](const Patch&, Point3 x) {
       const double b = Exact(x) * (1 + planted.At(x));
@@ -102,10 +103,10 @@ TEST(VerifyCoverageTest, PlantedErrorsUnderUnevenLampsAreCovered) {
     const double truth = ExactError(planted, exact);
     covered += s.error_low <= truth && truth <= s.error_high ? 1 : 0;
     above += truth > s.error_high ? 1 : 0;
-    width += (s.error_high - s.error_low) / 2 / truth / kSeeds;
+    width += (s.error_high - s.error_low) / 2 / truth / kManySeeds;
   }
-  EXPECT_GE(covered, kLeastCovered);
-  EXPECT_LE(above, kSeeds - kLeastCovered);
+  EXPECT_GE(covered, kLeastCoveredOfMany);
+  EXPECT_LE(above, kManySeeds - kLeastCoveredOfMany);
   // Not by being wide.
   EXPECT_LE(width, .35);
 }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify_estimate.h"
 #include <gtest/gtest.h>
@@ -12,7 +13,6 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kBudget = 64ULL << 20;
 constexpr int kSeeds = 40;
 
 // Of 40 intervals that hold the truth with probability 0.95 each, fewer than
@@ -44,7 +44,7 @@ class UnderALamp {
   }
 
   [[nodiscard]] VerifySummary Measure(const VerifyOptions& options) const {
-    MemoryBudget budget(kBudget);
+    MemoryBudget budget(kModest);
     return MeasureError(building_.View(), options, budget);
   }
 
@@ -132,7 +132,7 @@ TEST(VerifyTest, FurnaceIsMeasuredAgainstItsClosedForm) {
     const double b = x.x < 2 ? 2 + .05 * std::sqrt(2.0) : 2;
     return Rgb{b, b, b};
   });
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   VerifyOptions options;
   options.points_per_round = 1024;
   const VerifySummary s = MeasureError(building.View(), options, budget);
@@ -184,7 +184,7 @@ TEST(VerifyTest, ASceneWithoutLightIsRefused) {
   FakeBuilding building;
   building.AddRoom({1, 1, 1}, building.AddMaterial({.5, .5, .5}, {}));
   building.SetRadiosity([](const Patch&, Point3) { return Rgb{}; });
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   EXPECT_THROW(MeasureError(building.View(), VerifyOptions{}, budget),
                InputError);
 }
@@ -192,14 +192,14 @@ TEST(VerifyTest, ASceneWithoutLightIsRefused) {
 TEST(VerifyTest, ABlackSceneIsRefused) {
   FakeBuilding building;
   building.AddRoom({1, 1, 1}, building.AddMaterial({}, {1, 1, 1}));
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   EXPECT_THROW(MeasureError(building.View(), VerifyOptions{}, budget),
                InputError);
 }
 
 TEST(VerifyTest, NothingIsLeftChargedAfterwards) {
   const UnderALamp scene([](Point3) { return 0; });
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   FakeBuilding building;
   building.AddRoom({1, 1, 1}, building.AddMaterial({.5, .5, .5}, {1, 1, 1}));
   building.SetRadiosity([](const Patch&, Point3) { return Rgb{2, 2, 2}; });

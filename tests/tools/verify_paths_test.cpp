@@ -4,13 +4,12 @@
 
 #include <cmath>
 
+#include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
-
-constexpr uint64_t kBudget = 64ULL << 20;
 
 // Mean and standard error of the first channel over independent repeats.
 struct Repeated {
@@ -70,7 +69,7 @@ class LampScene {
 
  private:
   FakeBuilding building_;
-  MemoryBudget budget_{kBudget};
+  MemoryBudget budget_{kModest};
   std::vector<Point3> lamp_;
 };
 
@@ -93,7 +92,7 @@ TEST(PathTracerTest, LampDoesNotEmitFromItsBack) {
   FakeBuilding building;
   const MaterialId light = building.AddMaterial({}, {1, 1, 1});
   building.Add({0, 0, 1}, {1, 0, 0}, {0, 1, 0}, light);
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   PathTracer tracer(building.View(), budget);
   const Receiver receiver{{.5, .5, 0}, {0, 0, 1}};
   const auto h =
@@ -107,7 +106,7 @@ TEST(PathTracerTest, BlockerShadowsTheLampWholly) {
   const MaterialId black = building.AddMaterial({}, {});
   building.Add({0, 0, 1}, {0, 1, 0}, {1, 0, 0}, light);
   building.Add({-9, -9, .5}, {20, 0, 0}, {0, 20, 0}, black);
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   PathTracer tracer(building.View(), budget);
   const Receiver receiver{{.5, .5, 0}, {0, 0, 1}};
   const auto h =
@@ -119,7 +118,7 @@ TEST(PathTracerTest, FurnaceGivesItsClosedFormInEveryChannel) {
   FakeBuilding building;
   const Rgb rho{.3, .5, .8};
   building.AddRoom({4, 3, 2}, building.AddMaterial(rho, {1, 2, 3}));
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   PathTracer tracer(building.View(), budget);
   const std::vector<Receiver> receivers(64, {{1, 1, 0}, {0, 0, 1}});
   const auto h = tracer.Irradiance(receivers, 7, 16, GatherMode::kPaths, {});
@@ -141,7 +140,7 @@ TEST(PathTracerTest, GatheringAConstantFieldInAClosedRoomGivesTheField) {
   FakeBuilding building;
   building.AddRoom({4, 3, 2}, building.AddMaterial({.5, .5, .5}, {1, 1, 1}));
   building.SetRadiosity([](const Patch&, Point3) { return Rgb{2, 2, 2}; });
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   PathTracer tracer(building.View(), budget);
   ExpectWithin(Repeat(tracer, {{1, 1, 1}, {0, .6, .8}}, 8, GatherMode::kField),
                2);
@@ -150,7 +149,7 @@ TEST(PathTracerTest, GatheringAConstantFieldInAClosedRoomGivesTheField) {
 TEST(PathTracerTest, ResultDoesNotDependOnTheBatch) {
   FakeBuilding building;
   building.AddRoom({4, 3, 2}, building.AddMaterial({.5, .6, .7}, {1, 2, 3}));
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const std::vector<Receiver> receivers(5, {{1, 1, 0}, {0, 0, 1}});
   PathTracer tracer(building.View(), budget);
   const auto at_once =
@@ -164,7 +163,7 @@ TEST(PathTracerTest, ResultDoesNotDependOnTheBatch) {
 TEST(PathTracerTest, ReceiversHaveTheirOwnNumbersOfPaths) {
   FakeBuilding building;
   building.AddRoom({4, 3, 2}, building.AddMaterial({.5, .6, .7}, {1, 2, 3}));
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const std::vector<Receiver> receivers(4, {{1, 1, 0}, {0, 0, 1}});
   PathTracer tracer(building.View(), budget);
   tracer.SetBatchPaths(10);
@@ -194,11 +193,11 @@ TEST(PathTracerTest, ManyLampsGiveTheClosedForm) {
   }
   // Room in the tree for all, for some and for none.
   for (const uint64_t budget_bytes : {64ULL << 20, 100000ULL, 3000ULL}) {
-    MemoryBudget emitter_budget(kBudget);
+    MemoryBudget emitter_budget(kModest);
     const EmitterTree tree(building.View(), emitter_budget, budget_bytes / 12);
     EXPECT_EQ(tree.Emitters().size(),
               std::min<size_t>(100, budget_bytes / 12 / 300));
-    MemoryBudget budget(kBudget);
+    MemoryBudget budget(kModest);
     PathTracer tracer(building.View(), budget, budget_bytes / 12);
     ExpectWithin(Repeat(tracer, {x, {0, 0, 1}}, 24), exact);
   }
@@ -216,7 +215,7 @@ TEST(EmitterTreeTest, ProbabilitiesAgreeWithChoosing) {
   for (int i = 0; i < 37; ++i) {
     building.Add(Point3{} + vec() * 10, vec(), vec(), light);
   }
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(building.View(), budget, 1 << 20);
   for (int k = 0; k < 50; ++k) {
     const Point3 x = Point3{} + vec() * 8;
@@ -254,7 +253,7 @@ TEST(EmitterTreeTest, EveryEmitterThatCanContributeHasAChance) {
   for (int i = 0; i < 50; ++i) {
     building.Add(Point3{} + vec() * 10, vec(), vec(), light);
   }
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(building.View(), budget, 1 << 20);
   int seen = 0;
   for (int k = 0; k < 2000; ++k) {

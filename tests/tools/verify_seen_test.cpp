@@ -4,6 +4,7 @@
 
 #include <tuple>
 
+#include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify_paths.h"
 #include <gtest/gtest.h>
@@ -11,7 +12,6 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kBudget = 64ULL << 20;
 constexpr uint64_t kMostBytes = 16ULL << 20;
 
 // Two rooms of one cell each, 4 m wide, with an opaque slab between them; each
@@ -43,7 +43,7 @@ class TwoRooms {
 
 TEST(SeenEmittersTest, ChoicesGoToTheLampsOfTheRoom) {
   const TwoRooms rooms;
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(rooms.View(), budget, 1 << 20);
   SeenEmitters seen(tree);
   EXPECT_GT(seen.Learn(rooms.View(), budget, kMostBytes, 1), 0U);
@@ -81,7 +81,7 @@ TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
     building.Add(origin, v, u, grey);
   }
   building.Add({2.03, 2.03, .09}, {0, .04, 0}, {.04, 0, 0}, bulb);
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(building.View(), budget, 1 << 20);
   SeenEmitters seen(tree);
   seen.Learn(building.View(), budget, kMostBytes, 1);
@@ -137,7 +137,7 @@ class BulbRoom {
 
 TEST(EmitterTreeTest, FacetsOfBulbsAreLampsAndPanelsAreNot) {
   const BulbRoom room;
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(room.View(), budget, 1 << 20);
   ASSERT_EQ(tree.Emitters().size(), 52U);
   uint32_t next = 0;
@@ -157,7 +157,7 @@ TEST(EmitterTreeTest, FacetsOfBulbsAreLampsAndPanelsAreNot) {
 // An estimator weighed with the densities is right only if each is the
 // probability of being chosen.
 void ExpectDensitiesOfChoices(const BuildingView& view) {
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(view, budget, 1 << 20);
   SeenEmitters seen(tree);
   seen.Learn(view, budget, kMostBytes, 1);
@@ -208,7 +208,7 @@ TEST(SeenEmittersTest, DensitiesAgreeWithChoosingAmongBulbs) {
 // The same light with and without the lists, and less noise with them.
 TEST(SeenEmittersTest, LearningKeepsTheMeanAndLowersTheNoise) {
   const TwoRooms rooms;
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   PathTracer plain(rooms.View(), budget);
   PathTracer learned(rooms.View(), budget);
   learned.LearnEmitters(budget, 1);
@@ -236,7 +236,7 @@ TEST(SeenEmittersTest, LearningKeepsTheMeanAndLowersTheNoise) {
 // Cells are searched in larger groups where there is more memory.
 TEST(SeenEmittersTest, TheListsDoNotDependOnTheMemory) {
   const TwoRooms rooms;
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(rooms.View(), budget, 1 << 20);
   SeenEmitters much(tree);
   SeenEmitters little(tree);
@@ -257,7 +257,7 @@ TEST(SeenEmittersTest, TheListsDoNotDependOnTheMemory) {
 
 TEST(SeenEmittersTest, WithoutMemoryTheTreeChooses) {
   const TwoRooms rooms;
-  MemoryBudget budget(kBudget);
+  MemoryBudget budget(kModest);
   const EmitterTree tree(rooms.View(), budget, 1 << 20);
   SeenEmitters seen(tree);
   EXPECT_EQ(seen.Learn(rooms.View(), budget, 1000, 1), 0U);

@@ -5,6 +5,7 @@
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
+#include "tests/budgets.h"
 #include "tests/visibility/map_storage.h"
 #include "tests/visibility/test_rooms.h"
 #include <gtest/gtest.h>
@@ -14,8 +15,6 @@ namespace {
 
 using test::MapStorage;
 using test::Rectangle;
-
-constexpr uint64_t kMuch = 1ULL << 30;
 
 // Rooms of 2 x 2 x 2 m in a row along x, the walls between them 0.1 m thick
 // and solid but for a door in the middle of y, from floor to ceiling.
@@ -77,7 +76,7 @@ void BuildRow(int rooms, Row& row) {
            {{x, 0.8, 0}, {x, 1.2, 0}, {x, 1.2, 2}, {x, 0.8, 2}}});
     }
   }
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   BuildTraceChunks(row.store, budget);
 }
 
@@ -93,7 +92,7 @@ TEST(Audit, FindsAllPairsOfAnEnfiladeAndNoneMissing) {
   Row row;
   BuildRow(4, row);
   BuildVisibleSets(row.partition, {}, row.store);
-  const AuditSummary found = AuditOf(row.store, 200000, kMuch);
+  const AuditSummary found = AuditOf(row.store, 200000, kRoomy);
   EXPECT_EQ(found.audit_rays, 200000U);
   EXPECT_EQ(found.audit_missed, 0U);
   EXPECT_EQ(found.conservative_pairs, 16U);
@@ -107,7 +106,7 @@ TEST(Audit, ReportsPairsThatTheSetsLack) {
   BuildRow(4, row);
   row.partition.portals.pop_back();
   BuildVisibleSets(row.partition, {}, row.store);
-  const AuditSummary found = AuditOf(row.store, 200000, kMuch);
+  const AuditSummary found = AuditOf(row.store, 200000, kRoomy);
   EXPECT_EQ(found.conservative_pairs, 10U);
   EXPECT_GT(found.audit_missed, 1000U);
   ASSERT_EQ(found.first_missed.size(), 10U);
@@ -126,10 +125,10 @@ uint64_t LeaksAtPanel(bool emits) {
   room.patches.push_back(Rectangle({0.5, 0.5, 1.8}, {0, 1, 0}, {1, 0, 0}));
   room.patches.back().emits = emits;
   row.store.Put({BlockKind::kCellPatches, 0}, EncodeCellPatches(room));
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   BuildTraceChunks(row.store, budget);
   BuildVisibleSets(row.partition, {}, row.store);
-  return AuditOf(row.store, 50000, kMuch).audit_leaks;
+  return AuditOf(row.store, 50000, kRoomy).audit_leaks;
 }
 
 TEST(Audit, TheBackOfALuminaireIsNoLeak) {
@@ -141,7 +140,7 @@ TEST(Audit, IsTheSameWhateverTheBudgetAndTheThreads) {
   Row row;
   BuildRow(5, row);
   BuildVisibleSets(row.partition, {}, row.store);
-  const AuditSummary much = AuditOf(row.store, 50000, kMuch);
+  const AuditSummary much = AuditOf(row.store, 50000, kRoomy);
   const ThreadLimit one(1);
   const AuditSummary little = AuditOf(row.store, 50000, 12 << 20);
   EXPECT_EQ(much.sampled_pairs, little.sampled_pairs);

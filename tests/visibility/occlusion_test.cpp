@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 
+#include "tests/budgets.h"
 #include "tests/visibility/test_rooms.h"
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -13,9 +14,8 @@ namespace {
 
 using test::Append;
 using test::BoxPatches;
+using test::RandomPoint;
 using test::Rectangle;
-
-constexpr uint64_t kMuch = 1ULL << 30;
 
 void SetSegment(SegmentPacket& packet, Point3 from, Point3 to) {
   const uint32_t i = packet.count++;
@@ -34,10 +34,6 @@ bool Blocked(const CellBlockers& blockers, Point3 from, Point3 to) {
   return Occluded(all, packet) == 1;
 }
 
-Point3 RandomPoint(Random& random, double size) {
-  return {random.Next() * size, random.Next() * size, random.Next() * size};
-}
-
 // A 10 m room with small boxes strewn in it.
 CellPatches Furnished(int boxes, uint64_t seed) {
   CellPatches cell;
@@ -53,7 +49,7 @@ CellPatches Furnished(int boxes, uint64_t seed) {
 }
 
 TEST(Occlusion, WallBlocksWhatCrossesItAndNothingElse) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   CellPatches cell;
   cell.patches = {Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})};
@@ -65,7 +61,7 @@ TEST(Occlusion, WallBlocksWhatCrossesItAndNothingElse) {
 }
 
 TEST(Occlusion, TriangleBlocksOnlyItsHalfOfTheParallelogram) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   CellPatches cell;
   cell.patches = {test::Triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})};
@@ -75,7 +71,7 @@ TEST(Occlusion, TriangleBlocksOnlyItsHalfOfTheParallelogram) {
 }
 
 TEST(Occlusion, TwinIsNoSecondBlocker) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   CellPatches one;
   one.patches = {Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})};
@@ -86,7 +82,7 @@ TEST(Occlusion, TwinIsNoSecondBlocker) {
 }
 
 TEST(Occlusion, EmptyCellBlocksNothing) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   const auto empty = device.Build({});
   EXPECT_FALSE(Blocked(*empty, {0, 0, 0}, {1, 1, 1}));
@@ -95,7 +91,7 @@ TEST(Occlusion, EmptyCellBlocksNothing) {
 // Segments between points of the walls of an empty room, near edges too: the
 // walls must not block those that leave them steeper than 1 in 20.
 TEST(Occlusion, WallsDoNotBlockSegmentsBetweenTheirOwnPoints) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const Point3 origin{500, 300, 0};
   const OcclusionDevice device(budget, origin);
   CellPatches room;
@@ -123,7 +119,7 @@ TEST(Occlusion, WallsDoNotBlockSegmentsBetweenTheirOwnPoints) {
 }
 
 TEST(Occlusion, ContactShadowOneMillimetreAboveTheFloorIsSeen) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   CellPatches cell;
   cell.patches = {Rectangle({0, 0, 0}, {4, 0, 0}, {0, 4, 0}),
@@ -137,7 +133,7 @@ TEST(Occlusion, ContactShadowOneMillimetreAboveTheFloorIsSeen) {
 // 16 segments against all cells give the bits that one segment at a time
 // against one cell gives.
 TEST(Occlusion, PacketOverCellsEqualsSegmentsOneByOne) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   const auto first = device.Build(Furnished(20, 2));
   const auto second = device.Build(Furnished(20, 3));
@@ -165,7 +161,7 @@ TEST(Occlusion, PacketOverCellsEqualsSegmentsOneByOne) {
 }
 
 TEST(Occlusion, TracedRaysCountsSegments) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   const auto cell = device.Build(Furnished(1, 5));
   const uint64_t before = TracedRays();
@@ -174,7 +170,7 @@ TEST(Occlusion, TracedRaysCountsSegments) {
 }
 
 TEST(Occlusion, BuildChargesTheBudgetAndReleasesIt) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   const uint64_t before = budget.UsedBytes();
   auto cell = device.Build(Furnished(500, 6));
@@ -190,7 +186,7 @@ TEST(Occlusion, BuildChargesTheBudgetAndReleasesIt) {
 TEST(Occlusion, BlockersTakeNoMoreThanForeseenAndNotFarLess) {
   for (const int boxes : {1, 10, 100, 1000, 5000}) {
     const CellPatches cell = Furnished(boxes, 9);
-    MemoryBudget budget(kMuch);
+    MemoryBudget budget(kRoomy);
     const OcclusionDevice device(budget, {});
     const uint64_t before = budget.UsedBytes();
     const auto built = device.Build(cell);
@@ -221,7 +217,7 @@ TEST(Occlusion, BuildThatDoesNotFitThrowsAndLeavesTheDeviceUsable) {
 // the test then.
 TEST(Occlusion, PacketsEndWithinTheAlarm) {
   alarm(60);
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   const auto cell = device.Build(Furnished(2000, 9));
   const std::array<const CellBlockers*, 1> all = {cell.get()};

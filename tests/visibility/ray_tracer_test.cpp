@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "tests/budgets.h"
 #include "tests/visibility/map_storage.h"
 #include "tests/visibility/test_rooms.h"
 #include <gtest/gtest.h>
@@ -15,9 +16,8 @@ namespace {
 using test::Append;
 using test::BoxPatches;
 using test::MapStorage;
+using test::RandomPoint;
 using test::Rectangle;
-
-constexpr uint64_t kMuch = 1ULL << 30;
 
 void PutCell(MapStorage& store, uint32_t id, std::vector<Patch> patches) {
   CellPatches cell;
@@ -30,7 +30,7 @@ void PutCell(MapStorage& store, uint32_t id, std::vector<Patch> patches) {
 }
 
 TraceHit TraceOne(const MapStorage& store, const TraceRay& ray) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   RayTracer tracer(store, budget);
   TraceHit hit;
   tracer.Trace({&ray, 1}, {&hit, 1});
@@ -38,12 +38,8 @@ TraceHit TraceOne(const MapStorage& store, const TraceRay& ray) {
 }
 
 void Chunk(MapStorage& store) {
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   BuildTraceChunks(store, budget);
-}
-
-Point3 RandomPoint(Random& random, double size) {
-  return {random.Next() * size, random.Next() * size, random.Next() * size};
 }
 
 // Boxes strewn over a cube, all of one size, in 27 cells.
@@ -159,7 +155,7 @@ TEST(RayTracer, OfTwoSidesOfAWallTheOneThatFacesTheRayIsHit) {
            Rectangle(corner + u * 0.37, v, u * 0.63)});
   Chunk(store);
   const Vec3 n = Normalize(Cross(u, v));
-  MemoryBudget budget(kMuch);
+  MemoryBudget budget(kRoomy);
   RayTracer tracer(store, budget);
   int wrong = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -214,7 +210,7 @@ TEST(RayTracer, ClosestHitEqualsBruteForceOverAllPatches) {
     Append(patches, LoadCellPatches(store, CellId(c)).patches);
   }
   const std::vector<TraceRay> rays = CityRays(400);
-  const std::vector<TraceHit> hits = TraceAll(store, rays, kMuch);
+  const std::vector<TraceHit> hits = TraceAll(store, rays, kRoomy);
   int hit_count = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
     const double nearest = NearestByBruteForce(patches, rays[i]);
@@ -233,7 +229,7 @@ TEST(RayTracer, SameBitsWhateverTheBudgetAndTheThreads) {
   const MapStorage store = City(1000);
   EXPECT_GT(store.Count(BlockKind::kTrace), 15U);
   const std::vector<TraceRay> rays = CityRays(20000);
-  const std::vector<TraceHit> all = TraceAll(store, rays, kMuch);
+  const std::vector<TraceHit> all = TraceAll(store, rays, kRoomy);
   const std::vector<TraceHit> few = TraceAll(store, rays, 16 << 20);
   const ThreadLimit one(1);
   const std::vector<TraceHit> serial = TraceAll(store, rays, 24 << 20);
@@ -252,7 +248,7 @@ TEST(RayTracer, SmallBudgetIsKeptAndLargeBudgetLoadsEachChunkOnce) {
   tracer.Trace(rays, hits);
   EXPECT_LE(little.PeakBytes(), little.LimitBytes());
 
-  MemoryBudget much(kMuch);
+  MemoryBudget much(kRoomy);
   RayTracer at_once(store, much);
   const uint64_t before = store.Gets();
   at_once.Trace(rays, hits);
@@ -283,7 +279,7 @@ TEST(RayTracer, ClosedRoomHardlyLeaks) {
     rays[i] = {{103, 55, 4}, RandomPoint(random, 2) - Point3{1, 1, 1}};
   }
   int leaks = 0;
-  for (const TraceHit& hit : TraceAll(store, rays, kMuch)) {
+  for (const TraceHit& hit : TraceAll(store, rays, kRoomy)) {
     leaks += hit.hit ? 0 : 1;
   }
   EXPECT_LE(leaks, 5);

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/random.h"
 #include "base/vec.h"
 #include "partition/patch.h"
 
@@ -47,6 +48,11 @@ inline std::vector<Patch> BoxPatches(const Box3& box, bool inward) {
 
 inline void Append(std::vector<Patch>& to, const std::vector<Patch>& from) {
   to.insert(to.end(), from.begin(), from.end());
+}
+
+// In a cube with a corner in the origin.
+inline Point3 RandomPoint(Random& random, double size) {
+  return {random.Next() * size, random.Next() * size, random.Next() * size};
 }
 
 // Both sides of a patch, the second one marked as twin.

@@ -324,7 +324,7 @@ TEST(VisibleSet, CellSeesItselfThroughAnotherOnlyAroundACorner) {
 
 constexpr int kWalks = 1000000;
 
-class Mazes : public testing::TestWithParam<bool> {};
+class Mazes : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Mazes, NoSampledRayFindsAPairThatTheSetsLack) {
   const bool turned = GetParam();
@@ -357,7 +357,7 @@ TEST_P(Mazes, SpentBudgetIsConservativeAndReported) {
   EXPECT_GE(PairCount(few_steps), PairCount(all_steps));
 }
 
-INSTANTIATE_TEST_SUITE_P(AxisParallelAndTurned, Mazes, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(AxisParallelAndTurned, Mazes, ::testing::Bool());
 
 TEST(VisibleSet, IsSymmetricAndEveryCellSeesItself) {
   const Maze maze = RandomMaze(11, {6, 6, 2});

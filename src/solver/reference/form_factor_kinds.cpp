@@ -12,7 +12,6 @@
 namespace enfilade {
 namespace {
 
-constexpr float kInversePi = static_cast<float>(1 / kPi);
 constexpr float kSwitchEstimate = 0.01F;
 
 constexpr std::array<std::pair<const char*, FormFactorKind>, 6> kKinds = {{

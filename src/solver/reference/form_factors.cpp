@@ -6,7 +6,7 @@ namespace {
 constexpr uint64_t kMonteCarloStream = 0x3c4a7;
 // Of one row: its rays, what they meet, and the panels by their places.
 constexpr uint64_t kIndexBytesPerPanel = 128;
-constexpr uint64_t kTracedBytes =
+constexpr uint64_t kTracedRowBytes =
     3 * kHemicubePixels * kHemicubePixels *
         (sizeof(PanelRay) + sizeof(TraceRay) + sizeof(TraceHit)) +
     kMostPanels * (kIndexBytesPerPanel + sizeof(float));
@@ -23,7 +23,7 @@ FormFactors::FormFactors(const ReferenceScene& scene,
                          MemoryBudget& budget)
     : scene_(scene), options_(options) {
   if (options.AreTraced()) {
-    charge_ = MemoryCharge(budget, kTracedBytes, "the rays of a panel");
+    charge_ = MemoryCharge(budget, kTracedRowBytes, "the rays of a panel");
     tracer_ = std::make_unique<RayTracer>(store, budget);
   }
 }

@@ -10,8 +10,6 @@
 namespace enfilade {
 namespace {
 
-constexpr float kInversePi = static_cast<float>(1 / kPi);
-
 float HeightOver(const TransferEnd& plane, Vec3f p) {
   return Dot(p - plane.center, plane.patch->normal);
 }

@@ -6,8 +6,6 @@
 namespace enfilade {
 namespace {
 
-constexpr float kInversePi = static_cast<float>(1 / kPi);
-
 // Right-handed, z the normal.
 struct Axes {
   Vec3f x, y, z;

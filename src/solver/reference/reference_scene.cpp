@@ -20,7 +20,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint32_t kRays = 16;            // per pair of panels
+constexpr uint32_t kRaysPerPair = 16;     // of panels
 constexpr uint32_t kEnclosureRays = 256;  // per panel
 constexpr uint64_t kEnclosureStream = 0xe5cab;
 constexpr uint64_t kCenterStream = 0xce47e;
@@ -318,10 +318,10 @@ float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
   }
   Random random(FoldInto(KeyOf(i), j));
   SegmentPacket packet;
-  for (uint32_t ray = 0; ray < kRays; ++ray) {
+  for (uint32_t ray = 0; ray < kRaysPerPair; ++ray) {
     const size_t stratum = ray < i.end.node_count * j.end.node_count
                                ? ray
-                               : random.NextBelow(kRays);
+                               : random.NextBelow(kRaysPerPair);
     const size_t g = stratum % i.end.node_count;
     const size_t q = stratum / i.end.node_count % j.end.node_count;
     if (const auto pair = RandomPair(i.end, g, j.end, q, &random)) {
@@ -331,7 +331,7 @@ float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
   const uint32_t lanes = (1U << packet.count) - 1;
   const auto seen = static_cast<uint32_t>(
       std::popcount(~Occluded(blockers_, packet) & lanes));
-  return static_cast<float>(seen) / static_cast<float>(kRays);
+  return static_cast<float>(seen) / static_cast<float>(kRaysPerPair);
 }
 
 float ReferenceScene::ShareSeenFromCenter(const Panel& i,
@@ -339,7 +339,7 @@ float ReferenceScene::ShareSeenFromCenter(const Panel& i,
   const Vec3f x = i.end.center;
   Random random(MixKey(FoldInto(KeyOf(i), j), kCenterStream));
   SegmentPacket packet;
-  for (uint32_t ray = 0; ray < kRays; ++ray) {
+  for (uint32_t ray = 0; ray < kRaysPerPair; ++ray) {
     const Vec3f y = PointNearNode(j.end, ray % j.end.node_count, &random);
     if (Dot(y - x, i.end.patch->normal) > 0) {
       AddSegment({x, y}, &packet);
@@ -358,15 +358,15 @@ bool ReferenceScene::IsEnclosed(const Panel& panel) const {
   Random random(MixKey(KeyOf(panel), kEnclosureStream));
   const CosineDirections directions(*panel.end.patch);
   int escaped = 0;
-  for (uint32_t done = 0; done < kEnclosureRays; done += kRays) {
+  for (uint32_t done = 0; done < kEnclosureRays; done += kRaysPerPair) {
     SegmentPacket packet;
-    for (uint32_t ray = 0; ray < kRays; ++ray) {
+    for (uint32_t ray = 0; ray < kRaysPerPair; ++ray) {
       const Vec3f x = RandomPoint(panel.end, &random);
       const Vec3f d = directions.Draw(&random);
       AddSegment({x, x + d * reach_}, &packet);
     }
-    escaped +=
-        static_cast<int>(kRays) - std::popcount(Occluded(blockers_, packet));
+    escaped += static_cast<int>(kRaysPerPair) -
+               std::popcount(Occluded(blockers_, packet));
   }
   return escaped <= 1;
 }

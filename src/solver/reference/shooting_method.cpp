@@ -18,10 +18,6 @@ constexpr uint64_t kMostShots = 2'000'000;
 constexpr size_t kMostDepth = 7;  // of receivers below their first size
 constexpr uint64_t kBytesPerReceiver = 256;
 
-double MeanOf(const Rgb& value) {
-  return (value[0] + value[1] + value[2]) / 3;
-}
-
 double MeanAbsolute(const Rgb& value) {
   return (std::abs(value[0]) + std::abs(value[1]) + std::abs(value[2])) / 3;
 }
@@ -411,7 +407,7 @@ std::vector<double> Shooting::CornerDeviations() const {
     for (size_t c = 0; c < sum.size(); ++c) {
       variance[c] = std::max(0.0, square[c] - sum[c] * sum[c]);
     }
-    deviations[e] = std::sqrt(MeanOf(variance));
+    deviations[e] = std::sqrt(MeanChannel(variance));
   }
   return deviations;
 }

@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+"""Names that a source declares for itself and never uses.
+
+    scripts/check_unused.py [ROOT]
+
+Prints one line per name, as FILE:LINE: what, and exits 1 if there is any. Seen
+are using-declarations, aliases and constants at the scope of a file and private
+members of classes in .cpp files: what clang sees only in a file that it is given
+itself, and not in one that a unity build includes (scripts/lint).
+"""
+
+import collections
+import pathlib
+import re
+import sys
+
+FOLDERS = ("src", "tools", "tests", "bench")
+COMMENT = re.compile(r"//.*")
+NAME = re.compile(r"\b[A-Za-z_]\w*")
+DECLARED = [
+    (re.compile(r"using [\w:]+::(\w+);"), "using-declaration"),
+    (re.compile(r"using (\w+) ="), "alias"),
+    (re.compile(r"namespace (\w+) ="), "alias"),
+    (re.compile(r"(?:static |inline )*const(?:expr)? .*?(k[A-Z]\w*)\b"),
+     "constant"),
+    (re.compile(r" +(?!return |delete |throw )[\w:][\w:<>,*& ]*[ >*&]"
+                r"(\w+_)(?: =.*|\{.*|\[.*)?;"),
+     "member"),
+]
+
+
+def unused_in(text):
+    """Yields (line number, name, kind) of each name that occurs just once."""
+    lines = [COMMENT.sub("", line) for line in text.splitlines()]
+    uses = collections.Counter(
+        name for line in lines for name in NAME.findall(line))
+    for number, line in enumerate(lines, 1):
+        for pattern, kind in DECLARED:
+            match = pattern.match(line)
+            if match and uses[match.group(1)] == 1:
+                yield number, match.group(1), kind
+
+
+def main():
+    default = pathlib.Path(__file__).resolve().parent.parent
+    root = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default
+    found = False
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*.cpp")):
+            for number, name, kind in unused_in(path.read_text("utf-8")):
+                print(f"{path.relative_to(root)}:{number}: "
+                      f"{kind} {name} is not used")
+                found = True
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
