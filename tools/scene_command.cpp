@@ -1,21 +1,18 @@
 #include "tools/scene_command.h"
 
-#include "base/error.h"
-
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <string>
 
 #include "tools/obj_writer.h"
+#include "tools/report.h"
 #include "tools/scene_chairs.h"
 #include "tools/scene_floorplan.h"
 #include "tools/scene_simple.h"
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 namespace enfilade {
 
@@ -25,16 +22,6 @@ struct Output {
   std::filesystem::path scene;
   std::filesystem::path report;  // empty: none
 };
-
-void WriteReport(const std::filesystem::path& path,
-                 const nlohmann::ordered_json& report) {
-  std::ofstream file(path);
-  file << report.dump(2) << '\n';
-  file.close();
-  if (!file) {
-    throw DiskError(path.string() + ": the report cannot be written");
-  }
-}
 
 // Runs `write` on a writer of output.scene and says what it wrote.
 template <typename Options>
