@@ -9,7 +9,7 @@ namespace enfilade {
 // More than any scene of a test takes.
 inline constexpr uint64_t kRoomy = uint64_t{1} << 30;
 
-// The least that the program may be given, about.
+// Enough for a building that a test puts together by hand.
 inline constexpr uint64_t kModest = 64ULL << 20;
 
 }  // namespace enfilade

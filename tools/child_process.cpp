@@ -1,7 +1,7 @@
 #include "tools/child_process.h"
 
 #include "base/error.h"
-#include "solver/stopwatch.h"
+#include "base/stopwatch.h"
 
 #include <chrono>
 #include <fstream>

@@ -1,8 +1,8 @@
 #include "tools/export.h"
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "solver/solution.h"
-#include "solver/stopwatch.h"
 
 #include <algorithm>
 #include <cctype>

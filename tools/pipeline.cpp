@@ -1,8 +1,8 @@
 #include "tools/pipeline.h"
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "partition/partition.h"
-#include "solver/stopwatch.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 

@@ -2,7 +2,7 @@
 
 #include "base/error.h"
 #include "base/random.h"
-#include "solver/stopwatch.h"
+#include "base/stopwatch.h"
 
 #include <chrono>
 #include <cmath>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr uint64_t kProbeSeedDomain = 0x70726f6265000001ULL;
 constexpr size_t kBatchPoints = 1024;
-constexpr uint64_t kProbePointBytes =
-    1024;  // of a point in all arrays of a batch
+// Of a point in all arrays of a batch.
+constexpr uint64_t kProbePointBytes = 1024;
 constexpr double kOnPatchDistance = 1e-3;               // m
 constexpr double kOnPatchCosine = 0.99619469809174555;  // of 5 degrees
 

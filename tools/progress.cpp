@@ -1,6 +1,6 @@
 #include "tools/progress.h"
 
-#include "solver/stopwatch.h"
+#include "base/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>

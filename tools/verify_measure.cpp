@@ -2,7 +2,7 @@
 
 #include "base/error.h"
 #include "base/random.h"
-#include "solver/stopwatch.h"
+#include "base/stopwatch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -76,7 +76,7 @@ class Measurement {
             options.points_per_round * kPointBytes + LightBinBytes(equal_bins_),
             "the points of a round"),
         tracer_(view, budget),
-        least_points_(std::min(kLeastPoints, options.points_per_round)) {}
+        counted_points_(std::min(kLeastPoints, options.points_per_round)) {}
 
   VerifySummary Run() {
     if (points_.Area() <= 0) {
@@ -87,10 +87,10 @@ class Measurement {
     LookAtTheSolution();
     LearnWhereToLook();
     // All of one size: what a round has seen must not weigh those after it.
-    least_points_ = PointsFor(most_paths_, options_.points_per_round);
+    counted_points_ = PointsFor(most_paths_, options_.points_per_round);
     while (!Done()) {
       const double start = Seconds();
-      Learn(AddRound(estimate_, least_points_));
+      Learn(AddRound(estimate_, counted_points_));
       ++rounds_;
       round_seconds_ = Seconds() - start;
     }
@@ -139,9 +139,9 @@ class Measurement {
       }
       times.Add(paths * points, Seconds() - start);
       // A little more tells the time of paths from that of reading.
-      most_paths_ =
-          std::max(times.MostPaths(kMostOfTime * options_.max_seconds),
-                   times.KnowsPaths() ? 0 : kAFewMore * paths * least_points_);
+      most_paths_ = std::max(
+          times.MostPaths(kMostOfTime * options_.max_seconds),
+          times.KnowsPaths() ? 0 : kAFewMore * paths * counted_points_);
       Learn(draw);
       // The first pilot has points where light is, not where it is worth it.
       settled = ++pilots > 1 && density_->MeanPaths() <= kPilotGrowth * paths;
@@ -151,7 +151,7 @@ class Measurement {
   // Each round is unbiased, whatever those before it have taught.
   void Learn(const PointDensity::Draw& draw) {
     density_->Learn(draw, values_);
-    density_->LimitPaths(most_paths_ / least_points_);
+    density_->LimitPaths(most_paths_ / counted_points_);
   }
 
   // Of a round with so many paths and points at most: where points want many
@@ -160,7 +160,7 @@ class Measurement {
     most = std::min(most, options_.points_per_round);
     return static_cast<uint32_t>(
         std::clamp(paths / density_->MeanPaths(),
-                   static_cast<double>(std::min(least_points_, most)),
+                   static_cast<double>(std::min(counted_points_, most)),
                    static_cast<double>(most)));
   }
 
@@ -279,9 +279,10 @@ class Measurement {
   std::optional<PointDensity> density_;
   ErrorEstimate estimate_;
   std::vector<PilotValue> values_;  // at the points of the last round
-  // Of a round: paths per estimate, and the points they must be enough for.
+  // Of a round: paths per estimate.
   double most_paths_ = std::numeric_limits<double>::infinity();
-  uint32_t least_points_ = 0;
+  // Of a counted round; the fewest, until pilots have told the time of paths.
+  uint32_t counted_points_;
   uint32_t rounds_ = 0;
   uint64_t round_key_ = 0;
   uint64_t paths_ = 0;

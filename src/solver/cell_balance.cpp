@@ -1,8 +1,8 @@
 #include "solver/cell_balance.h"
 
+#include "base/stopwatch.h"
 #include "solver/gather.h"
 #include "solver/held_gain.h"
-#include "solver/stopwatch.h"
 
 #include <algorithm>
 

@@ -2,12 +2,12 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "solver/cell_balance.h"
 #include "solver/cover.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
 #include "solver/residual_check.h"
-#include "solver/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,10 +2,10 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "solver/cells_between.h"
 #include "solver/engine.h"
 #include "solver/gather.h"
-#include "solver/stopwatch.h"
 
 #include <algorithm>
 

@@ -216,7 +216,7 @@ VisibleSet DecodeVisibleSet(const Bytes& bytes) {
     }
     VisibleCell visible{source, {}};
     for (size_t i = 0; i < sources.size(); ++i) {
-      if ((bits[i / 8] >> (i % 8) & 1U) != 0) {
+      if ((bits[i / 8] >> (i % 8) & 1) != 0) {
         visible.between.push_back(sources[i]);
       }
     }

@@ -1,12 +1,12 @@
 #include "solver/reference/hierarchical_solve.h"
 
+#include "base/stopwatch.h"
 #include "solver/reference/hierarchical_method.h"
 #include "solver/reference/hierarchical_options.h"
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/reference_scene.h"
 #include "solver/reference/reference_store.h"
 #include "solver/solve_state.h"
-#include "solver/stopwatch.h"
 
 #include <string>
 

@@ -1,6 +1,7 @@
 #include "solver/reference/reference_solve.h"
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "partition/partition.h"
 #include "solver/reference/form_factors.h"
 #include "solver/reference/matrix_method.h"
@@ -8,7 +9,6 @@
 #include "solver/reference/reference_store.h"
 #include "solver/reference/shooting_method.h"
 #include "solver/solve_state.h"
-#include "solver/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Tests of check_unused.py: every kind of unused name is seen, and no other."""
+
+import pathlib
+import sys
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import check_unused  # noqa: E402
+
+
+class UnusedNames(unittest.TestCase):
+    def assert_kinds(self, text, kinds):
+        found = [kind for _, _, kind in check_unused.unused_in(text)]
+        self.assertEqual(found, kinds, text)
+
+    def test_each_kind_is_seen(self):
+        for text, kind in (
+            ("using std::vector;\n", "using-declaration"),
+            ("using Clock = std::chrono::steady_clock;\n", "alias"),
+            ("namespace fs = std::filesystem;\n", "alias"),
+            ("constexpr double kMost = 3;\n", "constant"),
+            ("inline constexpr std::array<int, 2> kPair = {1, 2};\n",
+             "constant"),
+            ("class A {\n  int size_ = 0;\n};\n", "member"),
+            ("class A {\n  const B* owner_;\n};\n", "member"),
+        ):
+            self.assert_kinds(text, [kind])
+
+    def test_used_names_are_not(self):
+        for text in (
+            "using std::vector;\nvector<int> v;\n",
+            "constexpr double kMost = 3;\ndouble x = kMost;\n",
+            "class A {\n  int Size() { return size_; }\n  int size_ = 0;\n};\n",
+        ):
+            self.assert_kinds(text, [])
+
+    def test_a_comment_is_no_use(self):
+        self.assert_kinds("// kMost\nconstexpr int kMost = 3;\n", ["constant"])
+
+    def test_the_line_is_told(self):
+        found = list(check_unused.unused_in("\n\nconstexpr int kMost = 3;\n"))
+        self.assertEqual(found, [(3, "kMost", "constant")])
+
+
+if __name__ == "__main__":
+    unittest.main()
