@@ -112,6 +112,14 @@ class MemoryCharge {
     bytes_ = 0;
   }
 
+  // Of what has become smaller: releases the rest.
+  void ShrinkTo(uint64_t bytes) {
+    if (bytes < bytes_) {
+      budget_->Release(bytes_ - bytes);
+      bytes_ = bytes;
+    }
+  }
+
   [[nodiscard]] uint64_t Bytes() const { return bytes_; }
 
  private:

@@ -199,6 +199,12 @@ void FindBordersOfNode(const BspTree& tree,
 
 }  // namespace
 
+void FaceSurvey::DropCovers() {
+  covers = {};
+  charge.ShrinkTo(patches.capacity() * sizeof(uint32_t) +
+                  area_m2.capacity() * sizeof(float));
+}
+
 FaceSurvey SurveyFaces(const BlockStorage& store,
                        const BspTree& tree,
                        MemoryBudget& budget) {

@@ -21,6 +21,9 @@ struct FaceSurvey {
   // Indexed by LeafId: their area, m2.
   std::vector<float> area_m2;
   MemoryCharge charge;
+
+  // When the borders are known.
+  void DropCovers();
 };
 
 // One pass over the store's faces.
@@ -38,7 +41,8 @@ struct LeafBorder {
   std::vector<Polygon> open;  // convex, facing the plane's front
 };
 
-// All borders that are open somewhere. Conservative: a point of the border is
+// All borders that are open somewhere, in the order of their nodes.
+// Conservative: a point of the border is
 // left out of `open` only if faces in the plane cover it, cracks of less than
 // kCrackM closed.
 std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,

@@ -19,7 +19,7 @@ namespace enfilade {
 namespace {
 
 constexpr std::string_view kMetaName = "partition";
-constexpr size_t kPortalsPerChunk = 4096;
+constexpr uint64_t kPortalsPerChunk = 4096;
 // Kinds of kPortals blocks, by their second number; 1 is the tree's.
 constexpr uint32_t kPortalBlock = 0;
 constexpr uint32_t kRegionBlock = 2;
@@ -50,42 +50,60 @@ std::vector<CellInfo> DescribeCells(const BuiltTree& built,
   return cells;
 }
 
-void SavePortals(const std::vector<Portal>& portals,
-                 uint32_t kind,
-                 BlockStorage& store) {
-  for (size_t first = 0; first < portals.size(); first += kPortalsPerChunk) {
-    const size_t end = std::min(portals.size(), first + kPortalsPerChunk);
-    ByteWriter chunk;
-    for (size_t i = first; i < end; ++i) {
-      chunk.PutVarint(portals[i].front.value);
-      chunk.PutVarint(portals[i].back.value);
-      chunk.PutArray(std::span<const Point3>(portals[i].vertices));
-    }
-    store.Put({BlockKind::kPortals,
-               static_cast<uint32_t>(first / kPortalsPerChunk),
-               kind},
-              chunk.View());
-  }
-}
+// Writes portals to the store as they come.
+class PortalWriter {
+ public:
+  PortalWriter(uint32_t kind, BlockStorage& store)
+      : kind_(kind), store_(&store) {}
 
-void SaveRegions(const std::vector<CellId>& cell_of_region,
-                 const std::vector<Portal>& openings,
-                 BlockStorage& store) {
-  ByteWriter head;
-  head.PutVarint(openings.size());
-  head.PutArray(std::span<const CellId>(cell_of_region));
-  store.Put({BlockKind::kPortals, 0, kRegionBlock}, head.View());
-  SavePortals(openings, kOpeningBlock, store);
-}
+  void Add(const Portal& portal) {
+    chunk_.PutVarint(portal.front.value);
+    chunk_.PutVarint(portal.back.value);
+    chunk_.PutArray(std::span<const Point3>(portal.vertices));
+    if (++count_ % kPortalsPerChunk == 0) {
+      Flush();
+    }
+  }
+
+  // Returns how many there were.
+  uint64_t Finish() {
+    if (chunk_.Size() > 0) {
+      Flush();
+    }
+    return count_;
+  }
+
+ private:
+  void Flush() {
+    store_->Put({BlockKind::kPortals, chunks_++, kind_}, chunk_.View());
+    chunk_ = {};
+  }
+
+  uint32_t kind_;
+  BlockStorage* store_;
+  ByteWriter chunk_;
+  uint32_t chunks_ = 0;
+  uint64_t count_ = 0;
+};
 
 // The openings between leaves, each leaf a region of its own.
-std::vector<Portal> MakeOpenings(const BuiltTree& built,
-                                 const std::vector<LeafBorder>& borders) {
+void SaveRegions(const BuiltTree& built,
+                 const std::vector<LeafBorder>& borders,
+                 const std::vector<CellId>& cell_of_region,
+                 BlockStorage& store) {
   std::vector<CellId> itself;
+  itself.reserve(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
     itself.emplace_back(i);
   }
-  return MakePortals(built.tree, borders, itself);
+  PortalWriter openings(kOpeningBlock, store);
+  ForEachPortal(built.tree, borders, itself, [&](const Portal& opening) {
+    openings.Add(opening);
+  });
+  ByteWriter head;
+  head.PutVarint(openings.Finish());
+  head.PutArray(std::span<const CellId>(cell_of_region));
+  store.Put({BlockKind::kPortals, 0, kRegionBlock}, head.View());
 }
 
 void SavePartition(const Partition& partition, BlockStorage& store) {
@@ -105,7 +123,11 @@ void SavePartition(const Partition& partition, BlockStorage& store) {
   }
   const auto* text = reinterpret_cast<const char*>(head.View().data());
   store.SetMeta(kMetaName, {text, head.Size()});
-  SavePortals(partition.portals, kPortalBlock, store);
+  PortalWriter portals(kPortalBlock, store);
+  for (const Portal& portal : partition.portals) {
+    portals.Add(portal);
+  }
+  portals.Finish();
 }
 
 std::vector<Portal> LoadPortals(const BlockStorage& store,
@@ -129,11 +151,20 @@ std::vector<Portal> LoadPortals(const BlockStorage& store,
   return portals;
 }
 
+uint64_t BytesOf(const std::vector<Point3>& points) {
+  constexpr uint64_t kOfAllocation = 16;
+  return kOfAllocation + points.capacity() * sizeof(Point3);
+}
+
 uint64_t BytesOf(const BuiltTree& built) {
-  uint64_t bytes = built.tree.nodes.size() * 2 *
-                   (sizeof(BspNode) + sizeof(Polygon) + 4 * sizeof(Point3));
+  uint64_t bytes = built.tree.nodes.capacity() * sizeof(BspNode) +
+                   built.sections.capacity() * sizeof(Polygon) +
+                   built.leaves.capacity() * sizeof(LeafShape);
+  for (const Polygon& section : built.sections) {
+    bytes += BytesOf(section);
+  }
   for (const LeafShape& leaf : built.leaves) {
-    bytes += 2 * sizeof(LeafShape) + leaf.corners.capacity() * sizeof(Point3);
+    bytes += BytesOf(leaf.corners);
   }
   return bytes;
 }
@@ -142,7 +173,7 @@ uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
   uint64_t bytes = borders.capacity() * sizeof(LeafBorder);
   for (const LeafBorder& border : borders) {
     for (const Polygon& open : border.open) {
-      bytes += sizeof(Polygon) + 16 + open.capacity() * sizeof(Point3);
+      bytes += sizeof(Polygon) + BytesOf(open);
     }
   }
   return bytes;
@@ -201,14 +232,17 @@ Partition BuildPartition(BlockStorage& store,
     return BuildTree(BoxAround(info.bounds), walls);
   }();
   progress.Reach(0.4);
-  const FaceSurvey survey =
+  FaceSurvey survey =
       RelieveCrowdedLeaves(store, options.max_cell_patches, budget, built);
-  const MemoryCharge tree_charge(
+  MemoryCharge tree_charge(
       budget, BytesOf(built), "the tree of splitting planes");
   const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
-  // Thrice: the portals and the openings of regions are made of them.
+  survey.DropCovers();
+  built.sections = {};
+  tree_charge.ShrinkTo(BytesOf(built));
+  // Twice: cells are joined, and portals made, by what is open.
   const MemoryCharge borders_charge(
-      budget, 3 * BytesOf(borders), "the borders between convex regions");
+      budget, 2 * BytesOf(borders), "the borders between convex regions");
   progress.Reach(0.6);
   std::vector<std::optional<SpaceId>> spaces;
   if (!info.spaces.empty()) {
@@ -218,8 +252,11 @@ Partition BuildPartition(BlockStorage& store,
       JoinLeaves({built, survey, borders, spaces, all_split}, options);
   Partition partition;
   partition.cells = DescribeCells(built, joined);
-  partition.portals = MakePortals(built.tree, borders, joined.cell_of_leaf);
-  SaveRegions(joined.cell_of_leaf, MakeOpenings(built, borders), store);
+  ForEachPortal(
+      built.tree, borders, joined.cell_of_leaf, [&partition](Portal portal) {
+        partition.portals.push_back(std::move(portal));
+      });
+  SaveRegions(built, borders, joined.cell_of_leaf, store);
   progress.Reach(0.7);
   SaveTree(built.tree, joined.cell_of_leaf, store);
   const TouchCounts touches = WritePatches(

@@ -1,8 +1,10 @@
 #include "partition/portal_maker.h"
 
+#include "base/check.h"
+
 #include <algorithm>
 #include <map>
-#include <tuple>
+#include <span>
 #include <utility>
 
 namespace enfilade {
@@ -39,35 +41,50 @@ bool JoinOne(const Vec3& normal, std::vector<Opening2>& openings) {
   return false;
 }
 
-}  // namespace
+// The openings of one node, by the cells in front and behind.
+using NodeOpenings = std::map<std::pair<CellId, CellId>, std::vector<Opening2>>;
 
-std::vector<Portal> MakePortals(const BspTree& tree,
-                                const std::vector<LeafBorder>& borders,
-                                const std::vector<CellId>& cell_of_leaf) {
-  // By node and cells in front and behind.
-  using Key = std::tuple<NodeId, CellId, CellId>;
-  std::map<Key, std::vector<Opening2>> openings;
+NodeOpenings OpeningsOf(std::span<const LeafBorder> borders,
+                        const std::vector<CellId>& cell_of_leaf) {
+  NodeOpenings openings;
   for (const LeafBorder& border : borders) {
     const CellId front = cell_of_leaf[border.front.Index()];
     const CellId back = cell_of_leaf[border.back.Index()];
     if (front != back) {
-      auto& of_pair = openings[{border.node, front, back}];
+      auto& of_pair = openings[{front, back}];
       for (const Polygon& polygon : border.open) {
         of_pair.push_back({polygon, PolygonArea(polygon)});
       }
     }
   }
-  std::vector<Portal> portals;
-  for (auto& [key, of_pair] : openings) {
-    const Vec3& normal = tree.nodes[std::get<0>(key).Index()].plane.normal;
-    while (JoinOne(normal, of_pair)) {
+  return openings;
+}
+
+}  // namespace
+
+void ForEachPortal(const BspTree& tree,
+                   const std::vector<LeafBorder>& borders,
+                   const std::vector<CellId>& cell_of_leaf,
+                   const std::function<void(Portal)>& visit) {
+  for (size_t first = 0; first < borders.size();) {
+    const NodeId node = borders[first].node;
+    size_t end = first;
+    while (end < borders.size() && borders[end].node == node) {
+      ++end;
     }
-    for (Opening2& opening : of_pair) {
-      portals.push_back(
-          {std::get<1>(key), std::get<2>(key), std::move(opening.polygon)});
+    ENFILADE_CHECK(end == borders.size() || node < borders[end].node,
+                   "borders come in the order of their nodes");
+    const Vec3& normal = tree.nodes[node.Index()].plane.normal;
+    for (auto& [cells, openings] : OpeningsOf(
+             std::span(borders).subspan(first, end - first), cell_of_leaf)) {
+      while (JoinOne(normal, openings)) {
+      }
+      for (Opening2& opening : openings) {
+        visit({cells.first, cells.second, std::move(opening.polygon)});
+      }
     }
+    first = end;
   }
-  return portals;
 }
 
 }  // namespace enfilade

@@ -6,6 +6,7 @@
 #include "partition/leaf_graph.h"
 #include "partition/partition.h"
 
+#include <functional>
 #include <vector>
 
 namespace enfilade {
@@ -13,9 +14,11 @@ namespace enfilade {
 // Openings of one plane between the same two cells are joined where their
 // convex hull is hardly larger than they are, so that an opening that the tree
 // or its neighbours' outlines have cut up is one portal again. Covers every
-// open border between different cells.
-std::vector<Portal> MakePortals(const BspTree& tree,
-                                const std::vector<LeafBorder>& borders,
-                                const std::vector<CellId>& cell_of_leaf);
+// open border between different cells. Requires the borders in the order of
+// their nodes; the portals come in that order, then by their cells.
+void ForEachPortal(const BspTree& tree,
+                   const std::vector<LeafBorder>& borders,
+                   const std::vector<CellId>& cell_of_leaf,
+                   const std::function<void(Portal)>& visit);
 
 }  // namespace enfilade
