@@ -262,8 +262,11 @@ void AddFloorplanScene(CLI::App& scenes) {
                    plan->rooms,
                    "offices and halls in all; corridors and stairs come on top")
       ->capture_default_str();
-  command->add_option("--storeys", plan->storeys, "number of storeys")
-      ->capture_default_str();
+  command
+      ->add_option("--storeys",
+                   plan->storeys,
+                   "number of storeys; without it one for every 1,000 rooms")
+      ->check(CLI::PositiveNumber);
   command
       ->add_option("--furniture",
                    plan->furniture,

@@ -21,6 +21,9 @@ namespace {
 
 constexpr double kLampSide = 0.6;
 constexpr double kTreadThickness = 0.05;
+// A storey of more would be a mile long: no building.
+constexpr uint32_t kMostRoomsPerStorey = 1000;
+constexpr uint32_t kMostStoreys = 200;
 constexpr uint64_t kLooks = 0x6c6f6f6b73;  // key of colours and lamps
 
 struct Palette {
@@ -318,10 +321,20 @@ class Builder {
   uint64_t doors_ = 0;
 };
 
+FloorplanOptions WithStoreys(FloorplanOptions options) {
+  if (options.storeys == 0) {
+    options.storeys = std::clamp(
+        (options.rooms + kMostRoomsPerStorey - 1) / kMostRoomsPerStorey,
+        1U,
+        kMostStoreys);
+  }
+  return options;
+}
+
 void Validate(const FloorplanOptions& options) {
-  if (options.storeys < 1 || options.storeys > 200) {
-    throw UsageError(
-        fmt::format("--storeys {}: must be from 1 to 200", options.storeys));
+  if (options.storeys > kMostStoreys) {
+    throw UsageError(fmt::format(
+        "--storeys {}: must be from 1 to {}", options.storeys, kMostStoreys));
   }
   if (options.rooms < options.storeys || options.rooms > 10'000'000) {
     throw UsageError(
@@ -342,7 +355,8 @@ void Validate(const FloorplanOptions& options) {
 
 }  // namespace
 
-void WriteFloorplan(const FloorplanOptions& options, ObjWriter& out) {
+void WriteFloorplan(const FloorplanOptions& asked, ObjWriter& out) {
+  const FloorplanOptions options = WithStoreys(asked);
   Validate(options);
   std::vector<Piece> pieces;
   if (!options.pieces.folder.empty()) {

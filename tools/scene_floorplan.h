@@ -20,7 +20,7 @@ namespace enfilade {
 
 struct FloorplanOptions {
   uint32_t rooms = 60;     // offices and halls; at least one per storey
-  uint32_t storeys = 1;    // 1 to 200
+  uint32_t storeys = 0;    // 1 to 200; 0: one for every 1,000 rooms
   double furniture = 0.5;  // density in [0, 1]
   uint64_t seed = 1;
   // With a folder: its pieces stand in the rooms instead of desks, chairs and

@@ -74,6 +74,16 @@ TEST(SceneCommand, OptionsReachTheirScenes) {
   EXPECT_NE(ReadFile(out).find("o storey2_wing1_"), std::string::npos);
 }
 
+TEST(SceneCommand, AFloorplanOfManyRoomsHasStoreys) {
+  const TemporaryFolder dir;
+  const std::string out = dir / "s.obj";
+  RunScene("scene floorplan --rooms 1000 --furniture 0 " + out);
+  EXPECT_EQ(ReadFile(out).find("o storey2_"), std::string::npos);
+  RunScene("scene floorplan --rooms 1001 --furniture 0 " + out);
+  EXPECT_NE(ReadFile(out).find("o storey2_"), std::string::npos);
+  EXPECT_EQ(ReadFile(out).find("o storey3_"), std::string::npos);
+}
+
 TEST(SceneCommand, BadCommandLinesAreRefusedAndLeaveNoFile) {
   const TemporaryFolder dir;
   const std::string out = dir / "s.obj";
@@ -82,6 +92,7 @@ TEST(SceneCommand, BadCommandLinesAreRefusedAndLeaveNoFile) {
   EXPECT_THROW(RunScene("scene chairs"), CLI::ParseError);
   EXPECT_THROW(RunScene("scene chairs --count -3 " + out), CLI::ParseError);
   EXPECT_THROW(RunScene("scene chairs --scaling up " + out), CLI::ParseError);
+  EXPECT_THROW(RunScene("scene floorplan --storeys 0 " + out), CLI::ParseError);
   EXPECT_THROW(RunScene("scene tube --reflectance 2 " + out), UsageError);
   EXPECT_THROW(RunScene("scene tube " + (dir / "s.ply")), UsageError);
   EXPECT_TRUE(std::filesystem::is_empty(dir.Path()));
