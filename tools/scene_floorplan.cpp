@@ -355,15 +355,15 @@ void Validate(const FloorplanOptions& options) {
 
 }  // namespace
 
-void WriteFloorplan(const FloorplanOptions& asked, ObjWriter& out) {
-  const FloorplanOptions options = WithStoreys(asked);
-  Validate(options);
+void WriteFloorplan(const FloorplanOptions& options, ObjWriter& out) {
+  const FloorplanOptions plan = WithStoreys(options);
+  Validate(plan);
   std::vector<Piece> pieces;
-  if (!options.pieces.folder.empty()) {
-    pieces = FittingPieces(
-        options, CopyPieces(options.pieces, out.Path(), options.note));
+  if (!plan.pieces.folder.empty()) {
+    pieces =
+        FittingPieces(plan, CopyPieces(plan.pieces, out.Path(), plan.note));
   }
-  Builder(options, std::move(pieces), out).Build();
+  Builder(plan, std::move(pieces), out).Build();
 }
 
 }  // namespace enfilade
