@@ -4,6 +4,7 @@
 #include "partition/patch.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -12,8 +13,17 @@ namespace {
 // Patches may stick out of their cell by this much (overlap.h), m.
 constexpr double kBoundsMargin = 5e-3;
 
+constexpr std::string_view kGeometryPurpose = "the geometry of a cell";
 constexpr std::string_view kTreePurpose = "the element trees of a cell";
 constexpr std::string_view kReceivedPurpose = "what a cell has received";
+
+// Of a cell's geometry while it is made of its patches, which are decoded.
+uint64_t MakingBytes(size_t patches, size_t portal_triangles) {
+  return patches * 2 * sizeof(Patch) +
+         portal_triangles * sizeof(PatchGeometry) +
+         CellGeometry::BytesFor(patches, portal_triangles) +
+         ClusterTree::BytesFor(patches);
+}
 
 }  // namespace
 
@@ -63,6 +73,14 @@ CellPager::CellPager(BlockStorage& store,
     portals_of_[partition.portals[i].front.Index()].emplace_back(i);
     portals_of_[partition.portals[i].back.Index()].emplace_back(i);
   }
+}
+
+size_t CellPager::PortalTriangles(CellId cell) const {
+  const auto& ids = portals_of_[cell.Index()];
+  return std::accumulate(
+      ids.begin(), ids.end(), size_t{0}, [this](size_t sum, PortalId id) {
+        return sum + partition_->portals[id.Index()].vertices.size() - 2;
+      });
 }
 
 std::unique_ptr<ShaftBlockers> CellPager::PortalsOf(CellId cell) const {
@@ -157,6 +175,11 @@ void CellPager::NoteCapacity() {
 std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   const ItemKey key{ItemKind::kGeometry, cell.value};
   if (Find(key) == nullptr) {
+    // Room first: of what it is made of, and while it is made.
+    MemoryCharge room =
+        ReserveIfPossible(MakingBytes(partition_->cells[cell.Index()].patches,
+                                      PortalTriangles(cell)),
+                          kGeometryPurpose);
     const CellPatches stored = ReadPatches(cell, {key.kind});
     auto geometry = std::make_shared<CellGeometry>();
     geometry->patches.reserve(stored.patches.size());
@@ -170,8 +193,9 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
     if (!shape_.basis->HasOwnNodes()) {
       geometry->groups = SourceGroups(geometry->patches);
     }
+    room.Reset();
     const uint64_t bytes = geometry->SizeBytes();
-    MakeRoom(bytes, "the geometry of a cell");
+    MakeRoom(bytes, kGeometryPurpose);
     Insert(key, std::move(geometry), bytes);
   }
   return Use<const CellGeometry>(key);

@@ -111,6 +111,10 @@ class CellPager {
   // Like MakeRoom, for working memory that the caller holds for a while.
   MemoryCharge Reserve(uint64_t bytes, std::string_view what);
 
+  // The same, as far as there is room: for memory that is held for a moment,
+  // and that FindLeastMemory does not count.
+  MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
+
   // Visits the chunks of a pair in order. Keeps what is needed again before
   // other things are. `visit` must not ask the pager.
   void VisitLinks(CellPair pair,
@@ -158,6 +162,7 @@ class CellPager {
     bool dirty = false;
   };
 
+  [[nodiscard]] size_t PortalTriangles(CellId cell) const;
   std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
   CellPatches ReadPatches(CellId cell, std::initializer_list<ItemKind> made);
   void MakeObstacles(CellId cell, const CellPatches& stored);
@@ -179,17 +184,25 @@ class CellPager {
   // together, what was used longest ago.
   struct Victim {
     Items::iterator item;
+    bool exists = false;
     std::pair<uint64_t, uint64_t> rank;
   };
 
+  static bool GoesLater(const Victim& a, const Victim& b) {
+    return std::pair(a.exists, a.rank) < std::pair(b.exists, b.rank);
+  }
+
   static ItemKey LinksKey(CellPair pair, uint32_t chunk);
   [[nodiscard]] uint64_t NextUseOf(ItemKey key) const;
-  void Consider(Items::iterator item, Victim* victim);
+  [[nodiscard]] Victim AsVictim(Items::iterator item) const;
   Victim FindVictim();
+  std::vector<Victim> FindVictims();
   Items::iterator LastLinks();
   bool TryMakeRoom(uint64_t bytes, uint64_t needed_at);
   void KeepBlock(ItemKey key, LinkBlock&& block);
-  bool EvictOne();
+  // False where nothing is left to evict.
+  bool EvictUntil(const std::function<bool()>& is_enough);
+  [[nodiscard]] uint64_t EvictionMargin() const;
   // Evicts while the process itself comes near the cap, whatever was charged.
   void HoldResident(uint64_t coming_bytes);
   void Drop(Items::iterator item);

@@ -3,6 +3,7 @@
 
 #include "solver/cell_pager.h"
 
+#include <algorithm>
 #include <iterator>
 #include <memory>
 #include <utility>
@@ -48,14 +49,12 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   return 0;
 }
 
-void CellPager::Consider(Items::iterator item, Victim* victim) {
+// None where it is in use.
+CellPager::Victim CellPager::AsVictim(Items::iterator item) const {
   if (item == items_.end() || !item->second.use.expired()) {
-    return;
+    return {};
   }
-  const std::pair rank{NextUseOf(item->first), clock_ - item->second.last_use};
-  if (victim->item == items_.end() || rank > victim->rank) {
-    *victim = {item, rank};
-  }
+  return {item, true, {NextUseOf(item->first), clock_ - item->second.last_use}};
 }
 
 // Of the links, those that are needed last: right before the work's place in
@@ -71,27 +70,54 @@ CellPager::Items::iterator CellPager::LastLinks() {
 }
 
 CellPager::Victim CellPager::FindVictim() {
-  Victim victim{items_.end(), {}};
+  Victim victim = AsVictim(LastLinks());
   const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
   for (auto it = items_.begin(); it != links; ++it) {
-    Consider(it, &victim);
+    victim = std::max(victim, AsVictim(it), GoesLater);
   }
-  Consider(LastLinks(), &victim);
   return victim;
 }
 
-bool CellPager::EvictOne() {
-  const Victim victim = FindVictim();
-  if (victim.item == items_.end()) {
-    return false;
+// All but links, a heap.
+std::vector<CellPager::Victim> CellPager::FindVictims() {
+  std::vector<Victim> victims;
+  const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  for (auto it = items_.begin(); it != links; ++it) {
+    if (const Victim victim = AsVictim(it); victim.exists) {
+      victims.push_back(victim);
+    }
   }
-  Drop(victim.item);
+  std::make_heap(victims.begin(), victims.end(), GoesLater);
+  return victims;
+}
+
+bool CellPager::EvictUntil(const std::function<bool()>& is_enough) {
+  std::vector<Victim> victims = FindVictims();
+  while (!is_enough()) {
+    const Victim links = AsVictim(LastLinks());
+    if (!victims.empty() && !GoesLater(victims.front(), links)) {
+      Drop(victims.front().item);
+      std::pop_heap(victims.begin(), victims.end(), GoesLater);
+      victims.pop_back();
+    } else if (links.exists) {
+      Drop(links.item);
+    } else {
+      return false;
+    }
+  }
   return true;
 }
 
+// What is evicted beyond what is needed now: to look for victims, and to give
+// memory back to the system, takes as long for one as for many.
+uint64_t CellPager::EvictionMargin() const {
+  constexpr uint64_t kMost = 1 << 20;
+  constexpr uint64_t kParts = 64;
+  return std::min(kMost, budget_->LimitBytes() / kParts);
+}
+
 void CellPager::EvictAll() {
-  while (EvictOne()) {
-  }
+  EvictUntil([] { return false; });
   trace_.Restart();
   ReleaseFreedMemory();
 }
@@ -99,11 +125,10 @@ void CellPager::EvictAll() {
 // -------------------------------------------------------------- room
 
 void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
-  while (!budget_->TryCharge(bytes)) {
-    if (!EvictOne()) {
-      budget_->Charge(bytes, what);  // throws, naming the least cap
-      return;
-    }
+  if (!budget_->TryCharge(bytes)) {
+    const uint64_t wanted = bytes + EvictionMargin();
+    EvictUntil([&] { return budget_->FreeBytes() >= wanted; });
+    budget_->Charge(bytes, what);  // throws, naming the least cap
   }
   HoldResident(bytes);
 }
@@ -113,10 +138,14 @@ void CellPager::HoldResident(uint64_t coming_bytes) {
   if (excess <= accepted_excess_) {
     return;
   }
-  do {
+  for (bool is_left = true; is_left;) {
     ReleaseFreedMemory();
     excess = budget_->ResidentExcess(coming_bytes);
-  } while (excess > 0 && EvictOne());
+    const uint64_t gone = std::min(held_bytes_, excess + EvictionMargin());
+    const uint64_t wanted = held_bytes_ - gone;
+    is_left = excess > 0 && gone > 0 &&
+              EvictUntil([&] { return held_bytes_ <= wanted; });
+  }
   constexpr uint64_t kStep = 1 << 20;
   accepted_excess_ = excess > 0 ? excess + kStep : 0;
 }
@@ -127,6 +156,14 @@ MemoryCharge CellPager::Reserve(uint64_t bytes, std::string_view what) {
   return {*budget_, bytes, what};
 }
 
+MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
+                                          std::string_view what) {
+  const bool fits = budget_->FreeBytes() >= bytes ||
+                    EvictUntil([&] { return budget_->FreeBytes() >= bytes; });
+  HoldResident(bytes);
+  return fits ? MemoryCharge(*budget_, bytes, what) : MemoryCharge();
+}
+
 // Room for what may stay out as well: only that of what is needed later.
 bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
   const auto fits = [&] {
@@ -135,7 +172,7 @@ bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
   };
   while (!fits()) {
     const Victim victim = FindVictim();
-    if (victim.item == items_.end() || victim.rank.first <= needed_at) {
+    if (!victim.exists || victim.rank.first <= needed_at) {
       return false;
     }
     Drop(victim.item);

@@ -275,6 +275,7 @@ Engine::Receiver Engine::Load(CellId cell) {
     }
   }
   r.sources.push_back(std::move(self));
+  r.sources_charge = pager_.Reserve(BytesOf(r.sources), "what a cell sees");
   pager_.Order().StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);

@@ -47,6 +47,7 @@ class Engine {
   struct Receiver {
     CellId id;
     std::vector<VisibleCell> sources;  // itself last
+    MemoryCharge sources_charge;
     std::shared_ptr<const CellGeometry> geometry;
     std::shared_ptr<CellTree> tree;
     std::shared_ptr<ReceivedLight> received;

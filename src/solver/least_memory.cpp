@@ -106,13 +106,14 @@ class NeedFinder {
 
   void LookAt(CellId receiver) {
     const CellNeed& r = needs_[receiver.Index()];
-    const uint64_t own = r.geometry + r.tree + r.received;
+    const VisibleSet visible = LoadVisibleSet(*store_, receiver);
+    const uint64_t own = r.geometry + r.tree + r.received + BytesOf(visible);
     Consider(own + r.balance, {receiver, {receiver}}, receiver);
     const uint64_t refined = own - r.delta + r.care + kRefineWorkspaceBytes;
     Consider(refined + r.blockers + std::max(r.build, r.clusters),
              {receiver, {receiver}},
              receiver);
-    for (const VisibleCell& v : LoadVisibleSet(*store_, receiver)) {
+    for (const VisibleCell& v : visible) {
       Consider(refined + r.clusters + PairNeed(receiver, v), v, receiver);
     }
   }

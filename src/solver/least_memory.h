@@ -7,6 +7,7 @@
 //                                  clusters, the blockers of every cell
 //                                  between them
 //   balance within a cell          its geometry, tree, working arrays
+//   any of them                    what the receiver sees
 //
 // Trees grow while elements are refined, by a factor that nobody knows
 // beforehand: kTreeGrowth and kTreeExtra are allowed for. A solve that refines

@@ -88,14 +88,15 @@ void NextUse::StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
     count += v.between.size();
   }
   const uint64_t bytes = count * sizeof(between_[0]);
-  if (bytes > budget_->FreeBytes()) {
+  if (bytes > budget_->FreeBytes() || budget_->ResidentExcess(bytes) > 0) {
     return;
   }
   between_charge_ = MemoryCharge(*budget_, bytes, "the order of a turn");
   between_.reserve(count);
   for (const VisibleCell& v : sources) {
     for (const CellId cell : v.between) {
-      between_.emplace_back(cell.value, Place(receiver_, v.source.value));
+      between_.emplace_back(
+          cell.value, static_cast<uint32_t>(Place(receiver_, v.source.value)));
     }
   }
   std::sort(between_.begin(), between_.end());
@@ -204,8 +205,10 @@ uint64_t NextUse::OfBlockers(CellId id) const {
     return kNever;
   }
   const uint32_t cell = id.value;
-  const auto in_turn = std::lower_bound(
-      between_.begin(), between_.end(), std::pair(cell, place_));
+  const auto in_turn =
+      std::lower_bound(between_.begin(),
+                       between_.end(),
+                       std::pair(cell, static_cast<uint32_t>(place_)));
   if (in_turn != between_.end() && in_turn->first == cell) {
     return in_turn->second - place_;
   }

@@ -110,7 +110,7 @@ class NextUse {
   uint64_t place_ = 0;  // of the pair in the turn
   // Cells that stand between the receiver and its sources: (cell, place). None
   // where the budget has no room for them.
-  std::vector<std::pair<uint32_t, uint64_t>> between_;
+  std::vector<std::pair<uint32_t, uint32_t>> between_;
   MemoryBudget* budget_;
   MemoryCharge between_charge_;
 };

@@ -190,19 +190,15 @@ void Refiner::SamplePairs(ClusterPair pair,
 }
 
 const Refiner::Receiver& Refiner::ReceiverAt(uint32_t item, Task* task) const {
-  auto& slot = task->receivers[item - task->first_receiver];
-  if (!slot) {
-    slot = RootReceiver(receiver_.clusters->Items()[item]);
-  }
-  return *slot;
+  return task->receivers.At(item - task->first_receiver, [&] {
+    return RootReceiver(receiver_.clusters->Items()[item]);
+  });
 }
 
 const Refiner::Source& Refiner::SourceAt(uint32_t item, Task* task) const {
-  auto& slot = task->sources[item - task->first_source];
-  if (!slot) {
-    slot = RootSource(source_.clusters->Items()[item]);
-  }
-  return *slot;
+  return task->sources.At(item - task->first_source, [&] {
+    return RootSource(source_.clusters->Items()[item]);
+  });
 }
 
 // ------------------------------------------------------------ the recursion

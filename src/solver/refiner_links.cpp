@@ -230,9 +230,9 @@ void Refiner::AddWeak(const Receiver& r,
 void Refiner::AddPending(const PendingLink& link,
                          PointPair ray,
                          Task* task) const {
-  task->pending[task->packet.count] = link;
+  task->pending.Put(task->packet.count, link);
   AddSegment(ray, &task->packet);
-  if (task->packet.count == task->pending.size()) {
+  if (task->packet.count == kPacketRays) {
     FlushWeak(task);
   }
 }
@@ -246,10 +246,11 @@ void Refiner::FlushWeak(Task* task) const {
   for (uint32_t i = 0; i < task->packet.count; ++i) {
     if ((blocked >> i & 1) == 0) {
       ++task->rays.seen;
-      RawLink link = task->pending[i].link;
-      link.gain.fill(task->pending[i].coefficient);
-      AddError(task->pending[i].error, task);
-      link.value = EncodeCoefficient(task->pending[i].coefficient);
+      const PendingLink& pending = task->pending[i];
+      RawLink link = pending.link;
+      link.gain.fill(pending.coefficient);
+      AddError(pending.error, task);
+      link.value = EncodeCoefficient(pending.coefficient);
       task->out->links.push_back(link);
     }
   }

@@ -7,8 +7,11 @@
 #include "solver/transfer_sample.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
+#include <new>
+#include <type_traits>
 
 namespace enfilade {
 
@@ -18,6 +21,41 @@ constexpr float kUnprovenClear = 0.03F;
 
 // One item of work: kItemReceivers receivers and this many sources.
 constexpr size_t kItemSources = 32;
+
+// Rays that are traced together.
+constexpr size_t kPacketRays = 16;
+
+// Values made when they are first asked for. Nothing is written for the others:
+// most parts of a large building's work ask for none.
+template <typename T, size_t kCount>
+class Slots {
+  static_assert(std::is_trivially_destructible_v<T> && kCount <= 64);
+
+ public:
+  Slots() {}  // NOLINT(modernize-use-equals-default): leaves the bytes alone
+
+  template <typename Make>
+  const T& At(size_t i, const Make& make) {
+    if ((made_ >> i & 1) == 0) {
+      Put(i, make());
+    }
+    return (*this)[i];
+  }
+
+  void Put(size_t i, const T& value) {
+    std::construct_at(reinterpret_cast<T*>(bytes_) + i, value);
+    made_ |= uint64_t{1} << i;
+  }
+
+  // Requires that it was made.
+  const T& operator[](size_t i) const {
+    return *std::launder(reinterpret_cast<const T*>(bytes_) + i);
+  }
+
+ private:
+  uint64_t made_ = 0;
+  alignas(T) std::byte bytes_[kCount * sizeof(T)];
+};
 
 // A part of an item of work.
 struct Refiner::Task {
@@ -43,15 +81,15 @@ struct Refiner::Task {
   // The ends of the item's clusters, made when first asked for.
   uint32_t first_receiver = 0;
   uint32_t first_source = 0;
-  std::array<std::optional<Receiver>, kItemReceivers> receivers;
-  std::array<std::optional<Source>, kItemSources> sources;
+  Slots<Receiver, kItemReceivers> receivers;
+  Slots<Source, kItemSources> sources;
   // What blocked transfers would add to the squared error if half of all rays
   // of the item were blocked, and its rays.
   double blocked_squared = 0;
   RayCount rays;
   // Weak links wait for their rays until the packet is full.
   SegmentPacket packet{};
-  std::array<PendingLink, 16> pending{};
+  Slots<PendingLink, kPacketRays> pending;
 };
 
 }  // namespace enfilade

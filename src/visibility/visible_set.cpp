@@ -102,6 +102,16 @@ VisibilitySummary LoadVisibilitySummary(const BlockStorage& store) {
   return summary;
 }
 
+uint64_t BytesOf(const VisibleSet& set) {
+  constexpr uint64_t kOfAllocation = 16;
+  uint64_t bytes = 0;
+  for (const VisibleCell& visible : set) {
+    bytes += sizeof(VisibleCell) + kOfAllocation +
+             visible.between.size() * sizeof(CellId);
+  }
+  return bytes;
+}
+
 VisibleSet LoadVisibleSet(const BlockStorage& store, CellId receiver) {
   return DecodeVisibleSet(
       store.GetOrThrow({BlockKind::kVisibleSet, receiver.value}));

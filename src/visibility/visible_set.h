@@ -29,6 +29,9 @@ struct VisibleCell {
 // sees B then B sees A, with the same `between`.
 using VisibleSet = std::vector<VisibleCell>;
 
+// What it takes in memory.
+uint64_t BytesOf(const VisibleSet& set);
+
 struct VisibilityOptions {
   uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
   std::function<void(double fraction)> progress;  // may be empty

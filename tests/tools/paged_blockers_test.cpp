@@ -135,6 +135,28 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   EXPECT_LT(empty, kShafts);
 }
 
+// To look for victims takes as long for one as for many: a little more than
+// must goes, and not much more.
+TEST_F(PagedFloor, MakingRoomEvictsALittleMoreThanItMust) {
+  constexpr uint64_t kMargin = kModest / 64;
+  constexpr uint64_t kFree = 50'000;
+  constexpr uint64_t kLargestItem = 500'000;
+  Pages pages(*this, kModest);
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    pages.pager.Obstructions(CellId(i));
+    pages.pager.Tree(CellId(i));
+  }
+  const uint64_t held = pages.budget.UsedBytes();
+  ASSERT_GT(held, 2 * kMargin);
+  const MemoryCharge others(
+      pages.budget, pages.budget.FreeBytes() - kFree, "a test");
+  pages.pager.MakeRoom(2 * kFree, "a test");
+  pages.budget.Release(2 * kFree);
+  const uint64_t left = pages.budget.UsedBytes() - others.Bytes();
+  EXPECT_LE(left + kFree + kMargin, held);
+  EXPECT_GE(left + kFree + kMargin + kLargestItem, held);
+}
+
 TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   CellId receiver;
   VisibleCell source;
