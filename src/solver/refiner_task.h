@@ -32,7 +32,8 @@ class Slots {
   static_assert(std::is_trivially_destructible_v<T> && kCount <= 64);
 
  public:
-  Slots() {}  // NOLINT(modernize-use-equals-default): leaves the bytes alone
+  // NOLINTNEXTLINE(modernize-use-equals-default,*-member-init): writes nothing
+  Slots() {}
 
   template <typename Make>
   const T& At(size_t i, const Make& make) {
