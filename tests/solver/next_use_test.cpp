@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/budgets.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -96,7 +97,7 @@ class NextUseInRow : public ::testing::Test {
 
   std::unique_ptr<BlockStorage> store_;
   std::vector<Pair> order_;
-  MemoryBudget budget_{1 << 20};
+  MemoryBudget budget_{kRoomy};
 };
 
 // The rule, against the schedule itself: the farther the use, the larger the
@@ -228,6 +229,19 @@ TEST_F(NextUseInRow, KnowsWhatStandsBetweenInATurn) {
   }
   next.StartSweep(SweepKind::kPropagate);
   EXPECT_EQ(next.OfBlockers(CellId(0U)), NextUse::kNever);
+}
+
+// The budget may have room for it where the process has none.
+TEST_F(NextUseInRow, HoldsTheOrderOfATurnWhereTheProcessHasRoom) {
+  const std::vector<char> ballast(64 << 20, 1);
+  MemoryBudget narrow(1 << 20);
+  for (MemoryBudget* budget : {&budget_, &narrow}) {
+    NextUse next(*store_, kCells, *budget);
+    const uint64_t before = budget->UsedBytes();
+    MoveTo(0, &next);
+    EXPECT_EQ(budget->UsedBytes() > before, budget == &budget_);
+  }
+  EXPECT_EQ(ballast.back(), 1);
 }
 
 // Those of pairs come once in a sweep, those of a cell with itself again and
