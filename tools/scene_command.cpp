@@ -262,11 +262,16 @@ void AddFloorplanScene(CLI::App& scenes) {
                    plan->rooms,
                    "offices and halls in all; corridors and stairs come on top")
       ->capture_default_str();
-  command
-      ->add_option("--storeys",
-                   plan->storeys,
-                   "number of storeys; without it one for every 1,000 rooms")
-      ->check(CLI::PositiveNumber);
+  const CLI::Option* storeys =
+      command->add_option("--storeys",
+                          plan->storeys,
+                          "number of storeys; one for every 1,000 rooms if not "
+                          "given");
+  command->parse_complete_callback([plan, storeys] {
+    if (storeys->empty()) {
+      plan->storeys = UsualStoreys(plan->rooms);
+    }
+  });
   command
       ->add_option("--furniture",
                    plan->furniture,

@@ -321,18 +321,8 @@ class Builder {
   uint64_t doors_ = 0;
 };
 
-FloorplanOptions WithStoreys(FloorplanOptions options) {
-  if (options.storeys == 0) {
-    options.storeys = std::clamp(
-        (options.rooms + kMostRoomsPerStorey - 1) / kMostRoomsPerStorey,
-        1U,
-        kMostStoreys);
-  }
-  return options;
-}
-
 void Validate(const FloorplanOptions& options) {
-  if (options.storeys > kMostStoreys) {
+  if (options.storeys < 1 || options.storeys > kMostStoreys) {
     throw UsageError(fmt::format(
         "--storeys {}: must be from 1 to {}", options.storeys, kMostStoreys));
   }
@@ -355,15 +345,20 @@ void Validate(const FloorplanOptions& options) {
 
 }  // namespace
 
+uint32_t UsualStoreys(uint32_t rooms) {
+  const uint32_t storeys =
+      rooms / kMostRoomsPerStorey + (rooms % kMostRoomsPerStorey > 0 ? 1 : 0);
+  return std::clamp(storeys, 1U, kMostStoreys);
+}
+
 void WriteFloorplan(const FloorplanOptions& options, ObjWriter& out) {
-  const FloorplanOptions plan = WithStoreys(options);
-  Validate(plan);
+  Validate(options);
   std::vector<Piece> pieces;
-  if (!plan.pieces.folder.empty()) {
-    pieces =
-        FittingPieces(plan, CopyPieces(plan.pieces, out.Path(), plan.note));
+  if (!options.pieces.folder.empty()) {
+    pieces = FittingPieces(
+        options, CopyPieces(options.pieces, out.Path(), options.note));
   }
-  Builder(plan, std::move(pieces), out).Build();
+  Builder(options, std::move(pieces), out).Build();
 }
 
 }  // namespace enfilade

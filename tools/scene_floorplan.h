@@ -20,7 +20,7 @@ namespace enfilade {
 
 struct FloorplanOptions {
   uint32_t rooms = 60;     // offices and halls; at least one per storey
-  uint32_t storeys = 0;    // 1 to 200; 0: one for every 1,000 rooms
+  uint32_t storeys = 1;    // 1 to 200
   double furniture = 0.5;  // density in [0, 1]
   uint64_t seed = 1;
   // With a folder: its pieces stand in the rooms instead of desks, chairs and
@@ -29,6 +29,10 @@ struct FloorplanOptions {
   uint32_t pieces_per_room = 5;  // fewer where no more find a place
   NoteSink note{};               // of pieces that are left out; may be empty
 };
+
+// One for every 1,000 rooms, so that no storey is longer than a building can
+// be.
+uint32_t UsualStoreys(uint32_t rooms);
 
 // Streams the building storey by storey, wing by wing: memory is that of one
 // wing and of one piece. The luminaires emit 33 to 45 W/m2, about 10,000 lm/m2

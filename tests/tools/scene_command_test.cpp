@@ -92,7 +92,7 @@ TEST(SceneCommand, BadCommandLinesAreRefusedAndLeaveNoFile) {
   EXPECT_THROW(RunScene("scene chairs"), CLI::ParseError);
   EXPECT_THROW(RunScene("scene chairs --count -3 " + out), CLI::ParseError);
   EXPECT_THROW(RunScene("scene chairs --scaling up " + out), CLI::ParseError);
-  EXPECT_THROW(RunScene("scene floorplan --storeys 0 " + out), CLI::ParseError);
+  EXPECT_THROW(RunScene("scene floorplan --storeys 0 " + out), UsageError);
   EXPECT_THROW(RunScene("scene tube --reflectance 2 " + out), UsageError);
   EXPECT_THROW(RunScene("scene tube " + (dir / "s.ply")), UsageError);
   EXPECT_TRUE(std::filesystem::is_empty(dir.Path()));

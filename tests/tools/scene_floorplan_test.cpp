@@ -227,6 +227,7 @@ TEST(Floorplan, SameSeedSameBytes) {
 
 TEST(Floorplan, OptionsOutOfRangeAreUsageErrors) {
   EXPECT_THROW(Generate(WriteFloorplan, {0, 1}), UsageError);
+  EXPECT_THROW(Generate(WriteFloorplan, {60, 0}), UsageError);
   EXPECT_THROW(Generate(WriteFloorplan, {600, 201}), UsageError);
   EXPECT_THROW(Generate(WriteFloorplan, {3, 4}), UsageError);
   EXPECT_THROW(Generate(WriteFloorplan, {60, 1, 1.5}), UsageError);
