@@ -81,6 +81,12 @@ uint64_t MemoryBudget::ResidentExcess(uint64_t coming_bytes) const {
   return resident > cap ? resident - cap : 0;
 }
 
+uint64_t MemoryBudget::ResidentBeyondCharges() const {
+  const uint64_t counted = kFixedBytes + UsedBytes();
+  const uint64_t resident = IsLimited() ? ResidentBytes() : 0;
+  return resident > counted ? resident - counted : 0;
+}
+
 uint64_t MemoryBudget::BudgetUnderCap(uint64_t cap_bytes) {
   const uint64_t least = CapForBudget(0);
   if (cap_bytes < least) {

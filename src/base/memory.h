@@ -60,6 +60,10 @@ class MemoryBudget {
   // what is to come.
   [[nodiscard]] uint64_t ResidentExcess(uint64_t coming_bytes = 0) const;
 
+  // What the process takes beyond its fixed part and all charges; 0 without a
+  // limit.
+  [[nodiscard]] uint64_t ResidentBeyondCharges() const;
+
   // Charges if it fits; false and unchanged otherwise.
   [[nodiscard]] bool TryCharge(uint64_t bytes);
 

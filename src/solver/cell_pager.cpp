@@ -304,7 +304,9 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
         patches * sizeof(PatchGeometry));
     add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
   }
-  need += build;
+  // What is pinned cannot be evicted when the process itself comes near the
+  // cap.
+  need += build + budget_->ResidentBeyondCharges();
   uint64_t room = budget_->FreeBytes();
   if (need <= room) {
     return true;
