@@ -166,7 +166,10 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   CellsBetween all(roomy.pager, receiver, source, {});
   all.Hold();
   const uint64_t needed = roomy.budget.UsedBytes() - before;
-  Pages narrow(*this, 4 * needed);
+  // So much is charged that what this process holds beside is nothing.
+  Pages narrow(*this, kRoomy);
+  const MemoryCharge rest(
+      narrow.budget, narrow.budget.FreeBytes() - 4 * needed, "a test");
   CellsBetween between(narrow.pager, receiver, source, {});
   between.Hold();
   EXPECT_EQ(between.All().paged, nullptr);
@@ -175,6 +178,21 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
       narrow.pager.Reserve(7 * needed / 2, "a tree that has grown");
   between.Hold();
   EXPECT_NE(between.All().paged, nullptr);
+}
+
+// What is pinned cannot go when the process comes near the cap.
+TEST_F(PagedFloor, HoldsTogetherOnlyWhatTheProcessHasRoomFor) {
+  CellId receiver;
+  VisibleCell source;
+  FindWidestPair(&receiver, &source);
+  const std::vector<char> ballast(64 << 20, 1);
+  for (const uint64_t budget_bytes : {uint64_t{24} << 20, kRoomy}) {
+    Pages pages(*this, budget_bytes);
+    CellsBetween between(pages.pager, receiver, source, {});
+    between.Hold();
+    EXPECT_EQ(between.All().paged == nullptr, budget_bytes == kRoomy);
+  }
+  EXPECT_EQ(ballast.back(), 1);
 }
 
 }  // namespace
