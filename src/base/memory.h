@@ -16,6 +16,9 @@
 
 namespace enfilade {
 
+// What the allocator takes beside each array.
+inline constexpr uint64_t kAllocationHeaderBytes = 16;
+
 // Current and peak resident size of this process in bytes.
 uint64_t ResidentBytes();
 uint64_t PeakResidentBytes();

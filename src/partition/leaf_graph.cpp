@@ -75,7 +75,8 @@ class Surveyor {
 
   void Cover(NodeId id, const Polygon& polygon, const Vec3& normal, int sides) {
     survey_.covers[id.Index()].push_back(polygon);
-    bytes_ += sizeof(Polygon) + polygon.size() * sizeof(Point3) + 16;
+    bytes_ += sizeof(Polygon) + polygon.size() * sizeof(Point3) +
+              kAllocationHeaderBytes;
     if (bytes_ > survey_.charge.Bytes()) {
       Charge();
     }

@@ -42,9 +42,8 @@ struct LeafBorder {
 };
 
 // All borders that are open somewhere, in the order of their nodes.
-// Conservative: a point of the border is
-// left out of `open` only if faces in the plane cover it, cracks of less than
-// kCrackM closed.
+// Conservative: a point of the border is left out of `open` only if faces in
+// the plane cover it, cracks of less than kCrackM closed.
 std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
                                         const FaceSurvey& survey);
 

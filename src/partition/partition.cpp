@@ -152,8 +152,7 @@ std::vector<Portal> LoadPortals(const BlockStorage& store,
 }
 
 uint64_t BytesOf(const std::vector<Point3>& points) {
-  constexpr uint64_t kOfAllocation = 16;
-  return kOfAllocation + points.capacity() * sizeof(Point3);
+  return kAllocationHeaderBytes + points.capacity() * sizeof(Point3);
 }
 
 uint64_t BytesOf(const BuiltTree& built) {

@@ -17,7 +17,8 @@ constexpr double kGroupOffsetM = 1e-3;
 constexpr double kGroupNormalStep = 1e-4;
 
 uint64_t BytesOf(const WallFace& face) {
-  return sizeof(WallFace) + face.polygon.capacity() * sizeof(Point3) + 16;
+  return sizeof(WallFace) + face.polygon.capacity() * sizeof(Point3) +
+         kAllocationHeaderBytes;
 }
 
 // Charges in steps, as the faces come.

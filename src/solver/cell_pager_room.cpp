@@ -92,8 +92,11 @@ std::vector<CellPager::Victim> CellPager::FindVictims() {
 }
 
 bool CellPager::EvictUntil(const std::function<bool()>& is_enough) {
+  if (is_enough()) {
+    return true;
+  }
   std::vector<Victim> victims = FindVictims();
-  while (!is_enough()) {
+  do {
     const Victim links = AsVictim(LastLinks());
     if (!victims.empty() && !GoesLater(victims.front(), links)) {
       Drop(victims.front().item);
@@ -104,7 +107,7 @@ bool CellPager::EvictUntil(const std::function<bool()>& is_enough) {
     } else {
       return false;
     }
-  }
+  } while (!is_enough());
   return true;
 }
 
@@ -158,8 +161,7 @@ MemoryCharge CellPager::Reserve(uint64_t bytes, std::string_view what) {
 
 MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
                                           std::string_view what) {
-  const bool fits = budget_->FreeBytes() >= bytes ||
-                    EvictUntil([&] { return budget_->FreeBytes() >= bytes; });
+  const bool fits = EvictUntil([&] { return budget_->FreeBytes() >= bytes; });
   HoldResident(bytes);
   return fits ? MemoryCharge(*budget_, bytes, what) : MemoryCharge();
 }

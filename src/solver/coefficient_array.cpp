@@ -1,5 +1,7 @@
 #include "solver/coefficient_array.h"
 
+#include "base/memory.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -12,9 +14,9 @@ namespace {
 uint64_t AllocatedBytes(uint64_t bytes) {
   constexpr uint64_t kMappedFrom = 128 << 10;
   constexpr uint64_t kPage = 4096;
-  constexpr uint64_t kHeader = 16;
-  return bytes < kMappedFrom ? bytes
-                             : (bytes + kHeader + kPage - 1) / kPage * kPage;
+  return bytes < kMappedFrom
+             ? bytes
+             : (bytes + kAllocationHeaderBytes + kPage - 1) / kPage * kPage;
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <tuple>
 #include <type_traits>
 
 namespace enfilade {
@@ -23,7 +24,8 @@ constexpr float kUnprovenClear = 0.03F;
 constexpr size_t kItemSources = 32;
 
 // Rays that are traced together.
-constexpr size_t kPacketRays = 16;
+constexpr size_t kPacketRays =
+    std::tuple_size_v<decltype(SegmentPacket::from_x)>;
 
 // Values made when they are first asked for. Nothing is written for the others:
 // most parts of a large building's work ask for none.

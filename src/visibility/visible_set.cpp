@@ -103,10 +103,9 @@ VisibilitySummary LoadVisibilitySummary(const BlockStorage& store) {
 }
 
 uint64_t BytesOf(const VisibleSet& set) {
-  constexpr uint64_t kOfAllocation = 16;
   uint64_t bytes = 0;
   for (const VisibleCell& visible : set) {
-    bytes += sizeof(VisibleCell) + kOfAllocation +
+    bytes += sizeof(VisibleCell) + kAllocationHeaderBytes +
              visible.between.size() * sizeof(CellId);
   }
   return bytes;
