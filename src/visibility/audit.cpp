@@ -5,6 +5,7 @@
 #include "partition/bsp_tree.h"
 #include "partition/overlap.h"
 #include "partition/patch.h"
+#include "partition/polygon.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
@@ -291,7 +292,8 @@ class Auditor {
   }
 
   // Rays start and end a little off their patches. Where a cell is thinner than
-  // that, between two walls, they do so in another cell and prove nothing.
+  // that, between two walls, they do so in another cell and prove nothing; nor
+  // where that is as far as the cell reaches, up to rounding.
   bool IsBetweenItsCells(const Suspect& s) {
     if (store_->Count(BlockKind::kPortals) == 0) {
       return true;  // cells without a partition
@@ -307,8 +309,11 @@ class Auditor {
         LoadCellPatches(*store_, s.hit.cell).patches[s.hit.patch.Index()];
     const Point3 end = s.ray.origin + s.ray.direction * s.hit.distance +
                        PatchNormal(patch) * kRayOffsetMetres;
+    const Vec3 inwards = s.ray.direction * kOnPlaneM;
     return locator_->Locate(s.ray.origin) == s.origin &&
-           locator_->Locate(end) == s.hit.cell;
+           locator_->Locate(s.ray.origin + inwards) == s.origin &&
+           locator_->Locate(end) == s.hit.cell &&
+           locator_->Locate(end - inwards) == s.hit.cell;
   }
 
   void Convict(const Suspect& s, std::span<const TraceHit> beside) {

@@ -1,6 +1,7 @@
 #include "visibility/audit.h"
 
 #include "base/parallel.h"
+#include "partition/bsp_tree.h"
 #include "partition/partition.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
@@ -115,6 +116,39 @@ TEST(Audit, ReportsPairsThatTheSetsLack) {
     EXPECT_LT(std::min(pair.from.x, pair.to.x), 3 * kPitch);
     EXPECT_GT(std::max(pair.from.x, pair.to.x), 3 * kPitch);
   }
+}
+
+// Two cells, one upon the other with z = 0 between them, that do not see each
+// other by their sets: a floor `depth` below and a ceiling.
+uint64_t MissedFromBelow(double depth) {
+  MapStorage store;
+  CellPatches below;
+  below.bounds = {{0, 0, -depth}, {2, 2, 0}};
+  below.patches = {Rectangle({0, 0, -depth}, {2, 0, 0}, {0, 2, 0})};
+  CellPatches above;
+  above.bounds = {{0, 0, 0}, {2, 2, 2}};
+  above.patches = {Rectangle({0, 0, 2}, {0, 2, 0}, {2, 0, 0})};
+  store.Put({BlockKind::kCellPatches, 0}, EncodeCellPatches(below));
+  store.Put({BlockKind::kCellPatches, 1}, EncodeCellPatches(above));
+  Partition partition;
+  partition.cells.resize(2);
+  BuildVisibleSets(partition, {}, store);
+  BspTree tree;
+  tree.box = {{-1, -1, -1}, {3, 3, 3}};
+  tree.root = BspChild(NodeId(0U));
+  // What lies in the plane is of the cell below.
+  tree.nodes = {{{{0, 0, -1}, 0}, BspChild(LeafId(0U)), BspChild(LeafId(1U))}};
+  tree.leaf_count = 2;
+  SaveTree(tree, {CellId(0U), CellId(1U)}, store);
+  MemoryBudget budget(kRoomy);
+  BuildTraceChunks(store, budget);
+  return AuditOf(store, 10000, kRoomy).audit_missed;
+}
+
+// Rays from the floor begin in the plane between the cells.
+TEST(Audit, ACellAsThinAsTheOffsetOfRaysProvesNothing) {
+  EXPECT_GT(MissedFromBelow(1), 100U);
+  EXPECT_EQ(MissedFromBelow(kRayOffsetMetres), 0U);
 }
 
 // A panel below the ceiling of the first room, seen from its lower side only.
