@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "base/packed.h"
 
 #include <bit>
 #include <cstddef>
@@ -28,7 +29,7 @@ class ByteWriter {
  public:
   template <typename T>
   void Put(const T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(std::is_trivially_copyable_v<T> && kIsPacked<T>);
     PutRaw(&value, sizeof value);
   }
 
@@ -49,7 +50,7 @@ class ByteWriter {
   // Writes the count, then the values.
   template <typename T>
   void PutArray(std::span<const T> values) {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(std::is_trivially_copyable_v<T> && kIsPacked<T>);
     PutVarint(values.size());
     PutRaw(values.data(), values.size_bytes());
   }

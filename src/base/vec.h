@@ -4,6 +4,8 @@
 
 #pragma once
 
+#include "base/packed.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -20,6 +22,9 @@ struct Vec3 {
   friend bool operator==(const Vec3&, const Vec3&) = default;
 };
 
+template <>
+inline constexpr bool kIsPacked<Vec3> = sizeof(Vec3) == 3 * sizeof(double);
+
 struct Point3 {
   double x = 0, y = 0, z = 0;
 
@@ -27,6 +32,9 @@ struct Point3 {
 
   friend bool operator==(const Point3&, const Point3&) = default;
 };
+
+template <>
+inline constexpr bool kIsPacked<Point3> = sizeof(Point3) == 3 * sizeof(double);
 
 inline Vec3 operator+(Vec3 a, Vec3 b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -138,6 +146,10 @@ struct Box3 {
            b.low.y <= high.y && low.z <= b.high.z && b.low.z <= high.z;
   }
 };
+
+template <>
+inline constexpr bool kIsPacked<Box3> = kIsPacked<Point3> &&
+                                        sizeof(Box3) == 2 * sizeof(Point3);
 
 // Whether the box meets the convex hull of `a` and `b`: one of the boxes that
 // lie between them, corner by corner.

@@ -6,6 +6,7 @@
 #include "base/block_storage.h"
 #include "base/bytes.h"
 #include "base/ids.h"
+#include "base/packed.h"
 #include "base/vec.h"
 #include "partition/polygon.h"
 
@@ -43,6 +44,11 @@ struct BspNode {
   BspChild front;
   BspChild back;
 };
+
+template <>
+inline constexpr bool kIsPacked<BspNode> =
+    kIsPacked<Plane>&& kIsPacked<BspChild> &&
+    sizeof(BspNode) == sizeof(Plane) + 2 * sizeof(BspChild);
 
 struct BspTree {
   Box3 box;  // the region of the root

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include "base/packed.h"
 #include "base/vec.h"
 
 #include <vector>
@@ -40,6 +41,11 @@ struct Plane {
 
   [[nodiscard]] Plane Flipped() const { return {-normal, -offset}; }
 };
+
+template <>
+inline constexpr bool kIsPacked<Plane> = kIsPacked<Vec3> &&
+                                         sizeof(Plane) ==
+                                             sizeof(Vec3) + sizeof(double);
 
 // The plane of a polygon of nonzero area, through its centroid, front to front.
 // A normal that is an axis up to rounding is made exactly that axis.

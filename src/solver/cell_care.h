@@ -13,6 +13,7 @@
 
 #include "base/block_storage.h"
 #include "base/ids.h"
+#include "base/packed.h"
 
 #include <cstdint>
 #include <span>
@@ -28,6 +29,10 @@ struct PatchCare {
   float care = 1;      // at least 1; tau over that of the patch's links
   uint32_t links = 0;  // that it has received in this round
 };
+
+template <>
+inline constexpr bool kIsPacked<PatchCare> = sizeof(PatchCare) ==
+                                             sizeof(float) + sizeof(uint32_t);
 
 using CellCare = std::vector<PatchCare>;  // by PatchId
 

@@ -420,7 +420,7 @@ void Engine::Settle(const Receiver& r) {
   row.peak = r.tree->Sent().MaxAbs();
   now.Subtract(r.tree->Sent());
   row.residual = SumOverLeaves(*r.tree, patches, now).absolute;
-  row.elements = static_cast<uint32_t>(r.tree->Size());
+  row.elements = r.tree->Size();
   row.processed = ++state_.tick;
   if (r.tree->Delta().MaxAbs() > 0) {
     row.published = state_.tick;

@@ -27,7 +27,7 @@ namespace enfilade {
 //   2              1.2
 //   kFirmHold      (1 + rho) / 2, with which the light of flat leaves settles
 //   each beyond    0.7 times as much, until all light does
-using HoldLevel = uint8_t;
+using HoldLevel = uint32_t;
 inline constexpr HoldLevel kFirmHold = 3;
 inline constexpr HoldLevel kMostHold = 20;
 

@@ -6,6 +6,7 @@
 
 #include "base/block_storage.h"
 #include "base/ids.h"
+#include "base/packed.h"
 #include "solver/held_gain.h"
 #include "solver/work_part.h"
 
@@ -29,9 +30,16 @@ struct CellRow {
   double most_radius = 1;    // that has not made light grow
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
   HoldLevel hold = 0;        // of its gains
-  uint32_t elements = 0;
+  uint64_t elements = 0;
   uint64_t links = 0;
 };
+
+template <>
+inline constexpr bool kIsPacked<CellRow> = sizeof(CellRow) ==
+                                           4 * sizeof(uint64_t) +
+                                               7 * sizeof(double) +
+                                               sizeof(float) +
+                                               sizeof(HoldLevel);
 
 enum class SolvePhase : uint8_t { kRefine = 0, kPropagate = 1, kDone = 2 };
 

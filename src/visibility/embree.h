@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/memory.h"
+#include "base/packed.h"
 #include "base/vec.h"
 
 #include <array>
@@ -20,6 +21,10 @@ namespace enfilade {
 struct LocalPoint {
   float x = 0, y = 0, z = 0;
 };
+
+template <>
+inline constexpr bool kIsPacked<LocalPoint> = sizeof(LocalPoint) ==
+                                              3 * sizeof(float);
 
 // The corners origin, origin + u, (origin + u + v,) origin + v: Embree's hit
 // coordinates (u, v) are then the patch coordinates (a, b).

@@ -314,16 +314,16 @@ void RayTracer::Impl::EvictAllBut(const std::vector<size_t>& keep,
 
 void RayTracer::Impl::Load(size_t chunk, const std::vector<size_t>& keep) {
   // Corners twice (read and in Embree), its tree and the ids.
-  const uint64_t expected = uint64_t{table[chunk].primitives} * 256;
+  const uint64_t expected = table[chunk].primitives * 256;
   EvictAllBut(keep, share_bytes - std::min(share_bytes, expected));
   const MemoryCharge reading(
-      *budget, uint64_t{table[chunk].primitives} * 112, "reading triangles");
+      *budget, table[chunk].primitives * 112, "reading triangles");
   TraceChunk content = LoadTraceChunk(*store, chunk);
   auto loaded = std::make_unique<LoadedChunk>();
   loaded->origin = content.origin;
   loaded->charge =
       MemoryCharge(*budget,
-                   uint64_t{table[chunk].primitives} * sizeof(TracePrimitive),
+                   table[chunk].primitives * sizeof(TracePrimitive),
                    "patch numbers for ray tracing");
   loaded->scene = device->Build(
       content.quads, content.triangles, "a trace chunk", &KeepBacks);
@@ -349,7 +349,7 @@ std::vector<size_t> RayTracer::Impl::NextGroup(
   size_t taken = 0;
   for (; taken < remaining.size(); ++taken) {
     const size_t chunk = remaining[taken];
-    const uint64_t expected = uint64_t{table[chunk].primitives} * 160;
+    const uint64_t expected = table[chunk].primitives * 160;
     uint64_t held = 0;
     for (const size_t c : group) {
       held += chunks[c]->Bytes();

@@ -120,7 +120,7 @@ class ChunkWriter {
     const auto index = static_cast<uint32_t>(table_.size());
     store_->Put({BlockKind::kTrace, 1 + index},
                 EncodeTraceChunk(MakeChunk(patches, box)));
-    table_.push_back({box, static_cast<uint32_t>(patches.size())});
+    table_.push_back({box, patches.size()});
   }
 
   BlockStorage* store_;

@@ -6,6 +6,7 @@
 
 #include "base/block_storage.h"
 #include "base/ids.h"
+#include "base/packed.h"
 #include "base/vec.h"
 #include "visibility/embree.h"
 
@@ -35,8 +36,14 @@ struct TraceChunk {
 // What stays in memory of a chunk.
 struct TraceChunkInfo {
   Box3 bounds;
-  uint32_t primitives = 0;
+  uint64_t primitives = 0;
 };
+
+template <>
+inline constexpr bool kIsPacked<TraceChunkInfo> = kIsPacked<Box3> &&
+                                                  sizeof(TraceChunkInfo) ==
+                                                      sizeof(Box3) +
+                                                          sizeof(uint64_t);
 
 Bytes EncodeTraceChunk(const TraceChunk& chunk);
 TraceChunk DecodeTraceChunk(std::span<const std::byte> bytes);

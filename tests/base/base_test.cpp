@@ -34,6 +34,16 @@ void ReadSample(std::span<const std::byte> bytes) {
   EXPECT_TRUE(reader.AtEnd());
 }
 
+// Whatever has padding cannot be written: this does not compile otherwise.
+struct Padded {
+  uint32_t a = 0;
+  uint64_t b = 0;
+};
+
+static_assert(kIsPacked<uint64_t> && kIsPacked<double> &&
+              kIsPacked<std::array<float, 3>> && kIsPacked<Box3>);
+static_assert(!kIsPacked<Padded> && !kIsPacked<std::array<Padded, 2>>);
+
 TEST(Bytes, ReadersReturnWhatWasWritten) {
   ReadSample(SampleBytes());
 }
