@@ -1,6 +1,7 @@
 #include "solver/coefficient_array.h"
 
 #include "base/memory.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <bit>
@@ -58,27 +59,27 @@ void CoefficientArray::SetZero() {
 }
 
 void CoefficientArray::Add(const CoefficientArray& other) {
-  for (size_t p = 0; p < pages_.size(); ++p) {
+  ParallelFor(pages_.size(), [&](size_t p) {
     for (size_t i = 0; i < pages_[p].size(); ++i) {
       pages_[p][i] += other.pages_[p][i];
     }
-  }
+  });
 }
 
 void CoefficientArray::Subtract(const CoefficientArray& other) {
-  for (size_t p = 0; p < pages_.size(); ++p) {
+  ParallelFor(pages_.size(), [&](size_t p) {
     for (size_t i = 0; i < pages_[p].size(); ++i) {
       pages_[p][i] -= other.pages_[p][i];
     }
-  }
+  });
 }
 
 void CoefficientArray::Blend(float a, const CoefficientArray& other, float b) {
-  for (size_t p = 0; p < pages_.size(); ++p) {
+  ParallelFor(pages_.size(), [&](size_t p) {
     for (size_t i = 0; i < pages_[p].size(); ++i) {
       pages_[p][i] = a * other.pages_[p][i] + b * pages_[p][i];
     }
-  }
+  });
 }
 
 float CoefficientArray::MaxAbs() const {

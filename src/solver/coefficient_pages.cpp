@@ -2,6 +2,7 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <vector>
@@ -10,6 +11,27 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kPageElements = CoefficientArray::kPageElements;
+
+size_t PagesOf(size_t elements) {
+  return (elements + kPageElements - 1) / kPageElements;
+}
+
+// Fills a page of each array; returns how many elements the arrays have.
+size_t TakePage(const Bytes& bytes,
+                size_t page,
+                std::initializer_list<CoefficientArray*> arrays) {
+  ByteReader in(bytes);
+  const size_t saved = in.GetVarint();
+  if (saved > (*arrays.begin())->Size()) {
+    throw DamagedStoreError("a cell has more coefficients than elements");
+  }
+  const size_t count =
+      std::min(kPageElements, saved - std::min(saved, page * kPageElements));
+  for (CoefficientArray* array : arrays) {
+    GetShuffled(&in, array->Page(page).first(count * array->Stride()));
+  }
+  return saved;
+}
 
 }  // namespace
 
@@ -22,7 +44,7 @@ void SavePages(BlockStorage& store,
     elements = std::max(elements, array->Size());
     stride += array->Stride();
   }
-  for (size_t page = 0; page * kPageElements < elements; ++page) {
+  ParallelFor(PagesOf(elements), [&](size_t page) {
     const size_t count =
         std::min(kPageElements, elements - page * kPageElements);
     ByteWriter out;
@@ -38,32 +60,25 @@ void SavePages(BlockStorage& store,
     BlockKey key = first;
     key.c += static_cast<uint32_t>(page);
     store.Put(key, out.View());
-  }
+  });
 }
 
 size_t LoadPages(const BlockStorage& store,
                  BlockKey first,
                  std::initializer_list<CoefficientArray*> arrays) {
-  const size_t room = (*arrays.begin())->Size();
-  size_t saved = 0;
-  for (size_t page = 0; page == 0 || page * kPageElements < saved; ++page) {
-    BlockKey key = first;
-    key.c += static_cast<uint32_t>(page);
-    const auto bytes = page == 0 ? store.Get(key) : store.GetOrThrow(key);
-    if (!bytes) {
-      return 0;
-    }
-    ByteReader in(*bytes);
-    saved = in.GetVarint();
-    if (saved > room) {
-      throw DamagedStoreError("a cell has more coefficients than elements");
-    }
-    const size_t count =
-        std::min(kPageElements, saved - std::min(saved, page * kPageElements));
-    for (CoefficientArray* array : arrays) {
-      GetShuffled(&in, array->Page(page).first(count * array->Stride()));
-    }
+  const auto bytes = store.Get(first);
+  if (!bytes) {
+    return 0;
   }
+  const size_t saved = TakePage(*bytes, 0, arrays);
+  const size_t pages = PagesOf(saved);
+  ParallelFor(pages - std::min<size_t>(pages, 1), [&](size_t i) {
+    BlockKey key = first;
+    key.c += static_cast<uint32_t>(i + 1);
+    if (TakePage(store.GetOrThrow(key), i + 1, arrays) != saved) {
+      throw DamagedStoreError("the coefficients of a cell are of two states");
+    }
+  });
   return saved;
 }
 
