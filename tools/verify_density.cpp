@@ -16,7 +16,9 @@ constexpr double kUniformShare = 0.15;
 constexpr double kLightShare = 0.4;
 constexpr double kPriorPoints = 8;  // that a class borrows from all
 constexpr uint32_t kLeastStrata = 4;
-constexpr uint32_t kMostStrata = 32;
+constexpr uint32_t kMostStrata = 128;
+// Classes with more than these give way before all others do.
+constexpr uint32_t kManyStrata = 32;
 constexpr double kPointWork = 16;  // of a point itself, in paths
 // The noise of a pilot is known badly: as much of its y^2 is no noise at least.
 constexpr double kLeastBetween = 1.0 / 64;
@@ -166,11 +168,13 @@ double PointDensity::MeanPaths() const {
 }
 
 void PointDensity::LimitPaths(double most) {
-  const auto may_fall = [](uint32_t strata) { return strata > kLeastStrata; };
-  while (MeanPaths() > most &&
-         std::any_of(strata_.begin(), strata_.end(), may_fall)) {
-    for (uint32_t& strata : strata_) {
-      strata = std::max(strata * 9 / 10, kLeastStrata);
+  for (const uint32_t least : {kManyStrata, kLeastStrata}) {
+    const auto may_fall = [&](uint32_t strata) { return strata > least; };
+    while (MeanPaths() > most &&
+           std::any_of(strata_.begin(), strata_.end(), may_fall)) {
+      for (uint32_t& strata : strata_) {
+        strata = may_fall(strata) ? std::max(strata * 9 / 10, least) : strata;
+      }
     }
   }
 }

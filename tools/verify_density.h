@@ -52,8 +52,8 @@ class PointDensity {
   // unbiased as before.
   void Learn(const Draw& draw, std::span<const PilotValue> values);
 
-  // Fewer paths everywhere, so that points have no more than `most` in the
-  // mean; not fewer than the least.
+  // Fewer paths, so that points have no more than `most` in the mean: first
+  // where they are very many, then everywhere down to the least.
   void LimitPaths(double most);
 
   // Per estimate, expected of a drawn point.
