@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace enfilade {
@@ -31,6 +32,8 @@ constexpr size_t kLeastPoints = 2;
 constexpr size_t kMostPoints = 256;
 // Where more may cover, the parts of a surface are looked at instead of all.
 constexpr size_t kMostCandidates = 64;
+// Levels of elements whose children are looked at in parallel.
+constexpr size_t kParallelLevels = 4;
 // A surface can only be covered below what stands on it or hangs before it, or
 // inside of it: within this distance of what is projected onto it.
 constexpr float kCoverMargin = 0.05F;  // m
@@ -39,6 +42,8 @@ constexpr size_t kMostReceivers = 16384;
 constexpr size_t kMostReceiversPerPatch = 4;
 // Where there would be more, larger edges are left.
 constexpr double kCoarser = 4;
+// Rays that are traced together.
+constexpr size_t kPacket = std::tuple_size_v<decltype(SegmentPacket::from_x)>;
 // What is nearer to its plane than this does not stand before a surface.
 constexpr float kInPlane = 1e-4F;  // m
 
@@ -163,8 +168,9 @@ Rect RectOf(ElementFrame frame) {
           std::max(frame.b, end_b)};
 }
 
-// The receivers of all patches of a cell so far. When there are too many all
-// searches end: what they found is of no use.
+// The receivers of all patches of a cell so far, those included that others
+// have replaced: so it does not depend on the order whether there are too many.
+// Then all searches end: what they found is of no use.
 struct Found {
   std::atomic<size_t> receivers = 0;
   size_t most = 0;
@@ -172,21 +178,17 @@ struct Found {
   [[nodiscard]] bool TooMany() const { return receivers > most; }
 };
 
-// Where the receivers of one patch go.
-struct Sink {
-  Found* all = nullptr;
-  std::vector<ElementPath>* paths = nullptr;
+// What was found on an element.
+struct Finding {
+  std::vector<ElementPath> receivers;
+  bool is_covered = false;  // something covers a part of it
+  uint64_t rays = 0;
 
-  void Add(ElementPath path) const {
-    paths->push_back(path);
-    ++all->receivers;
-  }
-
-  // Puts one in the place of the last ones.
-  void Replace(size_t count, ElementPath path) const {
-    paths->resize(paths->size() - count);
-    all->receivers -= count;
-    Add(path);
+  void Append(Finding&& other) {
+    receivers.insert(
+        receivers.end(), other.receivers.begin(), other.receivers.end());
+    is_covered |= other.is_covered;
+    rays += other.rays;
   }
 };
 
@@ -198,62 +200,86 @@ class Search {
          float reflected,
          uint64_t key,
          std::span<const CellBlockers* const> occluders,
-         const Sink& sink)
+         Found* all)
       : options_(&options),
         patch_(&patch),
         directions_(patch),
         reflected_(reflected),
         key_(key),
         occluders_(occluders),
-        sink_(sink) {}
+        all_(all) {}
 
-  // Adds the receivers of an element; false if nothing covers any of it, and
-  // it is one receiver.
-  bool Visit(ElementPath path,
-             ElementFrame frame,
-             const std::vector<Rect>& candidates) {
-    if (sink_.all->TooMany()) {
-      return true;
+  // The receivers of the whole patch.
+  [[nodiscard]] Finding Run(const std::vector<Rect>& candidates) const {
+    return Visit({kRootPath, {}, 0}, candidates);
+  }
+
+ private:
+  struct Place {
+    ElementPath path = kRootPath;
+    ElementFrame frame;
+    size_t level = 0;
+  };
+
+  // If nothing covers any of an element it is one receiver.
+  [[nodiscard]] Finding Visit(const Place& at,
+                              const std::vector<Rect>& candidates) const {
+    if (all_->TooMany()) {
+      return {};
     }
-    const std::vector<Rect> here = Within(RectOf(frame), candidates);
-    const float diameter = DiameterOf(*patch_, frame);
-    const float area = AreaOf(*patch_, frame);
+    const std::vector<Rect> here = Within(RectOf(at.frame), candidates);
+    const float area = AreaOf(*patch_, at.frame);
     // No cover at all can hide more than this.
     const float most = 0.5F * reflected_ * std::sqrt(area);
     if (here.empty() || most <= static_cast<float>(options_->tau) ||
-        diameter <= options_->least_diameter || IsDeepest(path)) {
-      sink_.Add(path);
-      return false;
+        DiameterOf(*patch_, at.frame) <= options_->least_diameter ||
+        IsDeepest(at.path)) {
+      return One(at, false);
     }
     if (here.size() > kMostCandidates) {
-      if (VisitChildren(path, frame, here)) {
-        return true;
+      Finding finding = VisitChildren(at, here);
+      if (!finding.is_covered) {
+        finding.receivers.clear();
+        finding.Append(One(at, false));
       }
-      sink_.Replace(kChildren, path);
-      return false;
+      return finding;
     }
-    const float share = CoveredShare(path, frame, here);
+    Finding finding;
+    const float share = CoveredShare(at, here, &finding.rays);
     const float error = reflected_ * std::sqrt(share * (1 - share) * area);
-    if (error <= static_cast<float>(options_->tau)) {
-      sink_.Add(path);
-      return share > 0;
-    }
-    VisitChildren(path, frame, here);
-    return true;
+    finding.Append(error <= static_cast<float>(options_->tau)
+                       ? One(at, share > 0)
+                       : VisitChildren(at, here));
+    return finding;
   }
 
-  [[nodiscard]] uint64_t Rays() const { return rays_; }
+  [[nodiscard]] Finding One(const Place& at, bool is_covered) const {
+    ++all_->receivers;
+    return {{at.path}, is_covered, 0};
+  }
 
- private:
-  bool VisitChildren(ElementPath path,
-                     ElementFrame frame,
-                     const std::vector<Rect>& candidates) {
-    bool is_covered = false;
-    for (size_t c = 0; c < kChildren; ++c) {
-      is_covered |= Visit(
-          ChildPath(path, c), ChildOf(frame, patch_->shape, c), candidates);
+  [[nodiscard]] Finding VisitChildren(
+      const Place& at, const std::vector<Rect>& candidates) const {
+    std::array<Finding, kChildren> children;
+    const auto visit = [&](size_t c) {
+      children[c] = Visit({ChildPath(at.path, c),
+                           ChildOf(at.frame, patch_->shape, c),
+                           at.level + 1},
+                          candidates);
+    };
+    // A hall is one floor: the patches of a cell are not enough to share out.
+    if (at.level < kParallelLevels) {
+      ParallelFor(kChildren, visit);
+    } else {
+      for (size_t c = 0; c < kChildren; ++c) {
+        visit(c);
+      }
     }
-    return is_covered;
+    Finding all;
+    for (Finding& child : children) {
+      all.Append(std::move(child));
+    }
+    return all;
   }
 
   static std::vector<Rect> Within(const Rect& element,
@@ -268,26 +294,43 @@ class Search {
     return within;
   }
 
-  // Points of a packet that may be covered, and for how much each counts.
-  struct Suspects {
-    std::array<Vec3f, 16> points{};
-    std::array<float, 16> shares{};
-    size_t count = 0;
-
-    [[nodiscard]] float Share() const {
-      float sum = 0;
-      for (size_t i = 0; i < count; ++i) {
-        sum += shares[i];
-      }
-      return sum;
-    }
+  // A point that may be covered, and for how much of the element it counts.
+  struct Suspect {
+    Vec3f point;
+    float share = 0;
   };
+
+  static float SumOfShares(const std::vector<Suspect>& suspects) {
+    float sum = 0;
+    for (const Suspect& s : suspects) {
+      sum += s.share;
+    }
+    return sum;
+  }
+
+  [[nodiscard]] float CoveredShare(const Place& at,
+                                   const std::vector<Rect>& candidates,
+                                   uint64_t* rays) const {
+    Random random(MixKey(key_, at.path));
+    std::vector<Suspect> suspects = DrawSuspects(at.frame, candidates, &random);
+    KeepCovered(&suspects, &random, rays);
+    KeepCovered(&suspects, &random, rays);
+    const float twice = SumOfShares(suspects);
+    const size_t passed = suspects.size();
+    KeepCovered(&suspects, &random, rays);
+    const float thrice = SumOfShares(suspects);
+    return passed - suspects.size() >= kLeastFailures &&
+                   thrice < kSharpShare * twice
+               ? 0
+               : std::min(thrice, 1.0F);
+  }
 
   // Points are drawn on each of the candidates, which may overlap: one that
   // lies on several could have come from any of them.
-  [[nodiscard]] float CoveredShare(ElementPath path,
-                                   ElementFrame frame,
-                                   const std::vector<Rect>& candidates) {
+  [[nodiscard]] std::vector<Suspect> DrawSuspects(
+      ElementFrame frame,
+      const std::vector<Rect>& candidates,
+      Random* random) const {
     // Of the parallelogram around the element.
     const float fill = patch_->shape == PatchShape::kTriangle ? 0.5F : 1.0F;
     const float area = AreaOf(*patch_, frame) / fill;
@@ -296,10 +339,7 @@ class Search {
     for (const Rect& rect : candidates) {
       layers += rect.Area() / rect_area;
     }
-    Random random(MixKey(key_, path));
-    float twice = 0;
-    float thrice = 0;
-    size_t failures = 0;
+    std::vector<Suspect> suspects;
     for (const Rect& rect : candidates) {
       const float share = rect.Area() / rect_area;
       const float wanted = std::max(kPoints, share * area / kAreaPerPoint) /
@@ -307,77 +347,64 @@ class Search {
       const size_t points =
           std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
       const float scale = share / (fill * static_cast<float>(points));
-      for (size_t first = 0; first < points; first += 16) {
-        const size_t drawn = std::min<size_t>(16, points - first);
-        Suspects suspects =
-            DrawSuspects(frame, rect, drawn, candidates, &random);
-        KeepCovered(&suspects, &random);
-        KeepCovered(&suspects, &random);
-        twice += scale * suspects.Share();
-        failures += suspects.count;
-        KeepCovered(&suspects, &random);
-        thrice += scale * suspects.Share();
-        failures -= suspects.count;
+      for (size_t i = 0; i < points; ++i) {
+        const auto s = static_cast<float>(random->Next());
+        const auto t = static_cast<float>(random->Next());
+        const float a = rect.low_a + s * (rect.high_a - rect.low_a);
+        const float b = rect.low_b + t * (rect.high_b - rect.low_b);
+        if (patch_->shape == PatchShape::kTriangle &&
+            (a - frame.a + b - frame.b) / frame.scale > 1) {
+          continue;
+        }
+        const auto over = std::count_if(
+            candidates.begin(), candidates.end(), [&](const Rect& r) {
+              return r.Has(a, b);
+            });
+        suspects.push_back(
+            {PointOn(*patch_, {}, a, b),
+             scale / static_cast<float>(std::max<std::ptrdiff_t>(over, 1))});
       }
-    }
-    return failures >= kLeastFailures && thrice < kSharpShare * twice
-               ? 0
-               : std::min(thrice, 1.0F);
-  }
-
-  // The points of the element among `drawn` <= 16 random ones of a candidate.
-  Suspects DrawSuspects(ElementFrame frame,
-                        const Rect& rect,
-                        size_t drawn,
-                        const std::vector<Rect>& candidates,
-                        Random* random) const {
-    Suspects suspects;
-    for (size_t i = 0; i < drawn; ++i) {
-      const auto s = static_cast<float>(random->Next());
-      const auto t = static_cast<float>(random->Next());
-      const float a = rect.low_a + s * (rect.high_a - rect.low_a);
-      const float b = rect.low_b + t * (rect.high_b - rect.low_b);
-      if (patch_->shape == PatchShape::kTriangle &&
-          (a - frame.a + b - frame.b) / frame.scale > 1) {
-        continue;
-      }
-      const auto over = std::count_if(
-          candidates.begin(), candidates.end(), [&](const Rect& r) {
-            return r.Has(a, b);
-          });
-      suspects.shares[suspects.count] =
-          1 / static_cast<float>(std::max<std::ptrdiff_t>(over, 1));
-      suspects.points[suspects.count++] = PointOn(*patch_, {}, a, b);
     }
     return suspects;
   }
 
   // Drops the points from which one of the directions is free.
-  void KeepCovered(Suspects* suspects, Random* random) {
-    for (int k = 0; k < kDirectionsPerTest && suspects->count > 0; ++k) {
-      SegmentPacket packet;
-      for (size_t i = 0; i < suspects->count; ++i) {
-        const Vec3f from = suspects->points[i];
-        const Vec3f to = from + directions_.Draw(random) * kReach;
-        packet.from_x[i] = from.x;
-        packet.from_y[i] = from.y;
-        packet.from_z[i] = from.z;
-        packet.to_x[i] = to.x;
-        packet.to_y[i] = to.y;
-        packet.to_z[i] = to.z;
-      }
-      packet.count = static_cast<uint32_t>(suspects->count);
-      rays_ += packet.count;
-      const uint32_t blocked = Occluded(occluders_, packet);
+  void KeepCovered(std::vector<Suspect>* suspects,
+                   Random* random,
+                   uint64_t* rays) const {
+    for (int k = 0; k < kDirectionsPerTest; ++k) {
       size_t left = 0;
-      for (size_t i = 0; i < packet.count; ++i) {
-        if ((blocked >> i & 1) != 0) {
-          suspects->shares[left] = suspects->shares[i];
-          suspects->points[left++] = suspects->points[i];
+      for (size_t first = 0; first < suspects->size(); first += kPacket) {
+        const size_t count = std::min(kPacket, suspects->size() - first);
+        const std::span<const Suspect> some(suspects->data() + first, count);
+        const uint32_t blocked = Look(some, random);
+        *rays += count;
+        for (size_t i = 0; i < count; ++i) {
+          if ((blocked >> i & 1) != 0) {
+            (*suspects)[left++] = some[i];
+          }
         }
       }
-      suspects->count = left;
+      suspects->resize(left);
     }
+  }
+
+  // From which points a random direction is blocked.
+  [[nodiscard]] uint32_t Look(std::span<const Suspect> suspects,
+                              Random* random) const {
+    SegmentPacket packet;
+    for (size_t i = 0; i < suspects.size(); ++i) {
+      const Vec3f from = suspects[i].point;
+      const Vec3f to = from + directions_.Draw(random) * kReach;
+      packet.from_x[i] = from.x;
+      packet.from_y[i] = from.y;
+      packet.from_z[i] = from.z;
+      packet.to_x[i] = to.x;
+      packet.to_y[i] = to.y;
+      packet.to_z[i] = to.z;
+    }
+    packet.count = static_cast<uint32_t>(suspects.size());
+    return Occluded(occluders_, packet);
   }
 
   const CoverOptions* options_;
@@ -386,8 +413,7 @@ class Search {
   float reflected_;
   uint64_t key_;
   std::span<const CellBlockers* const> occluders_;
-  Sink sink_;
-  uint64_t rays_ = 0;
+  Found* all_;
 };
 
 // False, and nothing found, if there are too many receivers.
@@ -399,26 +425,24 @@ bool FindWith(const CoverOptions& options,
   const CellBlockers* const occluders[] = {cell.occluders};
   Found found;
   found.most = options.most_receivers;
-  std::vector<uint64_t> rays(patches.size());
-  std::vector<std::vector<ElementPath>> leaves(patches.size());
+  std::vector<Finding> findings(patches.size());
   ParallelFor(patches.size(), [&](size_t i) {
     if (patches[i].reflects && !found.TooMany()) {
-      Search search(options,
-                    patches[i],
-                    reflected[i],
-                    MixKey(MixKey(options.seed, cell.id.value), i),
-                    occluders,
-                    {&found, &leaves[i]});
-      search.Visit(kRootPath, {}, Candidates(cell, i).Take());
-      rays[i] = search.Rays();
+      const Search search(options,
+                          patches[i],
+                          reflected[i],
+                          MixKey(MixKey(options.seed, cell.id.value), i),
+                          occluders,
+                          &found);
+      findings[i] = search.Run(Candidates(cell, i).Take());
     }
   });
   if (found.TooMany()) {
     return false;
   }
   for (size_t i = 0; i < patches.size(); ++i) {
-    covers->rays += rays[i];
-    for (const ElementPath path : leaves[i]) {
+    covers->rays += findings[i].rays;
+    for (const ElementPath path : findings[i].receivers) {
       covers->receivers.push_back({static_cast<uint32_t>(i), path});
     }
   }

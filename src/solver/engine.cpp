@@ -352,7 +352,7 @@ void Engine::RefineCell(CellId cell) {
   FindReceivers(&r);
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
-    state_.cursor = {state_.cursor.source + 1, {}, 0, state_.cursor.group, 0};
+    state_.cursor = {state_.cursor.source + 1, {}, 0, 0};
     CheckPoint();
   }
   SaveCellCare(care_, cell, *store_);

@@ -74,7 +74,6 @@ class Engine {
   VisibleSet SourcesOf(CellId cell);
   void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
-  size_t RefineGroup(const Refiner& refiner, std::vector<RawLinks>* results);
   void GatherPair(const Receiver& r, CellId source);
   void Settle(const Receiver& r);
   void CheckPoint();

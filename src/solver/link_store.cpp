@@ -11,6 +11,8 @@ namespace {
 // chunk on its way to the store is there five times over: links, sorted,
 // encoded, compressed and in SQLite's hands (docs/decisions/least-memory.md).
 constexpr size_t kChunkLinks = size_t{16} * 1024;
+// What comes at once may be more than fits one.
+constexpr size_t kMostChunkLinks = kChunkLinks * 3 / 2;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
   return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
@@ -40,13 +42,15 @@ void LinkWriter::Flush() {
     return;
   }
   SortLinks(&pending_);
-  // A group of receivers may have brought far more than one chunk.
-  for (size_t first = 0; first < pending_.links.size(); first += kChunkLinks) {
-    const size_t last = std::min(first + kChunkLinks, pending_.links.size());
+  const size_t links = pending_.links.size();
+  const size_t chunks = (links + kMostChunkLinks - 1) / kMostChunkLinks;
+  for (size_t i = 0; i < chunks; ++i) {
+    const size_t first = links * i / chunks;
+    const size_t last = links * (i + 1) / chunks;
     LinkBlock chunk;
     chunk.links.reserve(last - first);
-    for (size_t i = first; i < last; ++i) {
-      chunk.AppendFrom(pending_, i);
+    for (size_t k = first; k < last; ++k) {
+      chunk.AppendFrom(pending_, k);
     }
     chunk.shapes.shrink_to_fit();
     chunk.group.shrink_to_fit();

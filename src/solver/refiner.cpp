@@ -84,11 +84,14 @@ uint64_t Refiner::PairKey() const {
 
 // ------------------------------------------------------------- the clusters
 
-void Refiner::Refine(const WorkPart& part, size_t most, RawLinks* out) const {
+void Refiner::Refine(const WorkPart& part,
+                     const LinkLimit& limit,
+                     RawLinks* out) const {
   Task task;
   task.out = out;
   task.part = part;
-  task.most = part.depth < WorkPart::kMostDepth ? most : SIZE_MAX;
+  task.limit = limit;
+  task.limit.most = part.depth < WorkPart::kMostDepth ? limit.most : SIZE_MAX;
   const size_t columns = source_front_.size() + GroupCount();
   const uint32_t r = receiver_front_[part.item / columns];
   const size_t column = part.item % columns;

@@ -32,6 +32,7 @@
 #include "solver/work_part.h"
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -77,9 +78,15 @@ struct RawLinks {
   double squared_error = 0;  // sum of squared weighted errors, (W/m)^2
   uint64_t rays = 0;
   bool overflowed = false;  // there were too many: of no use
+};
 
-  // Empties it, but keeps moderate room for the next ones.
-  void Clear();
+// How many links a part of the work may make.
+struct LinkLimit {
+  // Beyond that it is to be cut, if it can be.
+  size_t most = SIZE_MAX;
+  // Beyond `most_together` of all parts that count here it is to be done again.
+  std::atomic<size_t>* together = nullptr;
+  size_t most_together = SIZE_MAX;
 };
 
 // A cell whose tree grows with its links.
@@ -111,16 +118,17 @@ class Refiner {
   }
 
   // Appends the links of a part of an item; stops, overflowed, where there are
-  // more than `most` and the part can be cut. Thread-safe: touches nothing but
-  // `out`.
-  void Refine(const WorkPart& part, size_t most, RawLinks* out) const;
+  // too many. Thread-safe: touches nothing but `out` and the limit. The same
+  // links however much the trees have grown since the cells were balanced.
+  void Refine(const WorkPart& part,
+              const LinkLimit& limit,
+              RawLinks* out) const;
 
  private:
   struct Source : RadiantEnd {
     uint32_t patch = 0;
     ElementPath path = kRootPath;
-    ElementId element;   // the deepest that exists
-    bool exists = true;  // `element` is this very one
+    ElementId element;  // this one, or where detail is 0 one above it
   };
 
   struct Receiver {
@@ -230,6 +238,7 @@ class Refiner {
     return weighted / r.care;
   }
 
+  static void AddLink(const RawLink& link, Task* task);
   static void AddError(float error, Task* task);
   static void AddBlockedError(float error, Task* task);
 

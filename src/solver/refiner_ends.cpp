@@ -93,14 +93,15 @@ Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
   s.end = MakeTransferEnd(patch, ChildOf(parent.end.frame, patch.shape, child));
   s.patch = parent.patch;
   s.path = ChildPath(parent.path, child);
-  const Element& element = source_.tree->At(parent.element);
-  if (parent.exists && element.first_child != 0) {
+  s.element = parent.element;
+  if (parent.detail > 0) {
+    const Element& element = source_.tree->At(parent.element);
     s.element = ElementId(element.first_child + child);
     SetRadiosity(&s);
     return s;
   }
-  s.element = parent.element;
-  s.exists = false;
+  // Children that are there say nothing beyond their parent; whether they are
+  // must not matter: links may have been made to them meanwhile.
   s.radiosity = Pushed(parent.radiosity, patch.shape, child);
   for (float& b : s.radiosity) {
     b = std::abs(b);
@@ -165,7 +166,7 @@ bool Refiner::CanSplit(const TransferEnd& end, ElementPath path) const {
 float Refiner::NearDetail(const Receiver& r,
                           const Source& s,
                           const Judgement& judgement) const {
-  if (!judgement.near || !s.exists ||
+  if (!judgement.near ||
       r.weight * judgement.form_factor * s.detail * kMostConcentration <
           static_cast<float>(options_.tau)) {
     return 0;
@@ -173,7 +174,7 @@ float Refiner::NearDetail(const Receiver& r,
   float worth = 0;
   Source below = s;
   std::array<float, kTransferNodes> nodes = s.radiosity;
-  while (source_.tree->At(below.element).first_child != 0) {
+  while (below.detail > 0) {
     const size_t child = NearestChild(below.end, r.end.center);
     nodes = Pushed(nodes, below.end.patch->shape, child);
     below = ChildSource(below, child);

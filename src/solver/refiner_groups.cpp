@@ -253,8 +253,7 @@ void Refiner::AcceptGroup(const Receiver& r,
   if (constant_basis_) {
     link.gain.fill(mean);
   }
-  task->out->links.push_back(link);
-  task->out->overflowed = task->out->links.size() > task->most;
+  AddLink(link, task);
 }
 
 // As AddWeak.

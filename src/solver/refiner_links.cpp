@@ -67,18 +67,6 @@ float ErrorOfCode(const Kernel& kernel,
 
 }  // namespace
 
-void RawLinks::Clear() {
-  constexpr size_t kKept = 64;
-  if (links.capacity() > kKept || shapes.capacity() > kKept) {
-    *this = {};
-  }
-  links.clear();
-  shapes.clear();
-  squared_error = 0;
-  rays = 0;
-  overflowed = false;
-}
-
 void ApplyLinks(const RawLinks& raw,
                 const GrowingSide& receiver,
                 const GrowingSide& source,
@@ -127,6 +115,15 @@ float Refiner::WeakProbability(float transfer, float form_factor) const {
                            kWeakGain * form_factor));
 }
 
+void Refiner::AddLink(const RawLink& link, Task* task) {
+  const LinkLimit& limit = task->limit;
+  RawLinks& out = *task->out;
+  out.links.push_back(link);
+  out.overflowed |=
+      out.links.size() > limit.most ||
+      (limit.together != nullptr && ++*limit.together > limit.most_together);
+}
+
 void Refiner::AddError(float error, Task* task) {
   task->out->squared_error +=
       static_cast<double>(error) * static_cast<double>(error);
@@ -168,8 +165,7 @@ void Refiner::Accept(const Receiver& r,
   } else if (judgement.near && !basis_->HasOwnNodes()) {
     Encode(r, s, seen, &link, task);
   }
-  task->out->links.push_back(link);
-  task->out->overflowed = task->out->links.size() > task->most;
+  AddLink(link, task);
 }
 
 void Refiner::Encode(const Receiver& r,
@@ -251,10 +247,9 @@ void Refiner::FlushWeak(Task* task) const {
       link.gain.fill(pending.coefficient);
       AddError(pending.error, task);
       link.value = EncodeCoefficient(pending.coefficient);
-      task->out->links.push_back(link);
+      AddLink(link, task);
     }
   }
-  task->out->overflowed = task->out->links.size() > task->most;
   task->packet.count = 0;
 }
 

@@ -80,7 +80,7 @@ struct Refiner::Task {
 
   RawLinks* out = nullptr;
   WorkPart part;
-  size_t most = 0;  // links
+  LinkLimit limit;
   // The ends of the item's clusters, made when first asked for.
   uint32_t first_receiver = 0;
   uint32_t first_source = 0;

@@ -26,8 +26,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    bytes_belady,
                                    bytes_compulsory)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WorkPart, item, depth, part)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(
-    PairCursor, source, work, chunk, group, cycle)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PairCursor, source, work, chunk, cycle)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveState,
                                    basis,
                                    seed,

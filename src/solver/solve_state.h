@@ -76,7 +76,6 @@ struct PairCursor {
   uint32_t source = 0;  // index into the receiver's list of sources
   WorkPart work;        // of the pair's refinement
   uint32_t chunk = 0;   // link chunks of the pair that are written
-  uint32_t group = 16;  // parts that are refined together next
   uint32_t cycle = 0;   // of the balance within the receiver
 };
 

@@ -17,6 +17,7 @@
 
 #include "tests/solver/test_bulbs.h"
 #include "tests/solver/test_cells.h"
+#include "tests/solver/test_refinement.h"
 #include "tests/visibility/test_rooms.h"
 #include <gtest/gtest.h>
 
@@ -25,78 +26,13 @@ namespace {
 
 using test::Append;
 using test::BoxPatches;
+using test::BrightCell;
+using test::ExpectSame;
+using test::FurnishedRoom;
 using test::GeometryOf;
+using test::kReflectance;
 using test::kRoom;
-
-constexpr double kReflectance = 0.5;
-
-// A cell that sends 1 W/m2 from everywhere.
-class BrightCell {
- public:
-  BrightCell(uint32_t id, const Basis& basis, const std::vector<Patch>& patches)
-      : id_(id),
-        geometry_(GeometryOf(patches, kReflectance)),
-        tree_({&basis, kRgbChannels}, geometry_),
-        received_(tree_.Shape()),
-        clusters_(geometry_, WholePatches(geometry_.size())) {
-    for (size_t i = 0; i < tree_.Size(); ++i) {
-      for (float& b : tree_.Sent()[ElementId(i)]) {
-        b = 1;
-      }
-    }
-    tree_.UpdateDetail();
-  }
-
-  [[nodiscard]] RefineSide Side() const {
-    return {CellId(id_), geometry_, &tree_, &clusters_};
-  }
-
-  [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
-    return geometry_;
-  }
-
-  CellTree& Tree() { return tree_; }
-
-  ReceivedLight& Received() { return received_; }
-
-  // Applies links of the cell with itself.
-  void Link(const RawLinks& raw, LinkBlock* block) {
-    const GrowingSide side{geometry_, &tree_};
-    ApplyLinks(raw, side, side, &received_, block);
-  }
-
- private:
-  uint32_t id_;
-  std::vector<PatchGeometry> geometry_;
-  CellTree tree_;
-  ReceivedLight received_;
-  ClusterTree clusters_;
-};
-
-// What rays and shafts see.
-class Scenery {
- public:
-  explicit Scenery(std::vector<Patch> patches)
-      : budget_(1ULL << 30),
-        device_(budget_, Point3{}),
-        shaft_(GeometryOf(patches)) {
-    CellPatches cell;
-    cell.bounds = {{-100, -100, -100}, {100, 100, 100}};
-    cell.patches = std::move(patches);
-    occluder_ = device_.Build(cell);
-    blockers_.occluders = {occluder_.get()};
-    blockers_.shafts = {&shaft_};
-  }
-
-  [[nodiscard]] const Blockers& All() const { return blockers_; }
-
- private:
-  MemoryBudget budget_;
-  OcclusionDevice device_;
-  std::shared_ptr<const CellBlockers> occluder_;
-  ShaftBlockers shaft_;
-  Blockers blockers_;
-};
+using test::Scenery;
 
 std::vector<RawLinks> RefineAll(const RefineOptions& options,
                                 const RefineSide& receiver,
@@ -104,9 +40,8 @@ std::vector<RawLinks> RefineAll(const RefineOptions& options,
                                 const Blockers& blockers) {
   const Refiner refiner(options, receiver, source, blockers);
   std::vector<RawLinks> links(refiner.ItemCount());
-  ParallelFor(links.size(), [&](size_t i) {
-    refiner.Refine({.item = i}, SIZE_MAX, &links[i]);
-  });
+  ParallelFor(links.size(),
+              [&](size_t i) { refiner.Refine({.item = i}, {}, &links[i]); });
   return links;
 }
 
@@ -666,30 +601,12 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
 
 INSTANTIATE_TEST_SUITE_P(Orders, FineLinks, ::testing::Values(1, 2));
 
-std::vector<Patch> FurnishedRoom() {
-  std::vector<Patch> patches = BoxPatches(kRoom, true);
-  Append(patches, BoxPatches({{1, 1, 0}, {1.6, 1.5, 0.8}}, false));
-  Append(patches, BoxPatches({{2.5, 3, 0.4}, {3, 4.2, 0.5}}, false));
-  return patches;
-}
-
-void ExpectSame(const RawLink& a, const RawLink& b) {
-  EXPECT_EQ(a.receiver_patch, b.receiver_patch);
-  EXPECT_EQ(a.receiver_path, b.receiver_path);
-  EXPECT_EQ(a.source_patch, b.source_patch);
-  EXPECT_EQ(a.source_path, b.source_path);
-  EXPECT_EQ(a.kind, b.kind);
-  EXPECT_EQ(a.value, b.value);
-  EXPECT_EQ(a.shape_index, b.shape_index);
-  EXPECT_EQ(a.gain, b.gain);
-}
-
 // The parts of an item, cut until none has more than `most` links.
 std::vector<RawLinks> RefineInParts(const Refiner& refiner, size_t most) {
   std::vector<RawLinks> parts;
   for (WorkPart next; next.item < refiner.ItemCount();) {
     RawLinks links;
-    refiner.Refine(next, most, &links);
+    refiner.Refine(next, {most}, &links);
     if (links.overflowed) {
       next = next.Narrowed();
     } else {

@@ -1,0 +1,103 @@
+#include "solver/refined_parts.h"
+
+#include "base/parallel.h"
+
+#include <atomic>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Parts looked at together.
+constexpr size_t kMostParts = 512;
+// A part that makes more links is cut: the same ones in every run.
+constexpr size_t kMostPartLinks = 8000;
+// No other part is begun while so many links wait for their turn. Those that
+// are under way may make some more, until it is their turn.
+constexpr size_t kManyLinks = 12000;
+constexpr size_t kMostLinks = 32000;
+
+bool IsTooLarge(const WorkPart& work, const RawLinks& links) {
+  return links.links.size() > kMostPartLinks &&
+         work.depth < WorkPart::kMostDepth;
+}
+
+}  // namespace
+
+RefinedParts::RefinedParts(const Refiner& refiner, WorkPart first)
+    : refiner_(&refiner), after_(first) {}
+
+bool RefinedParts::AtEnd() const {
+  return Next().item == refiner_->ItemCount();
+}
+
+const RawLinks* RefinedParts::Front() const {
+  return !parts_.empty() && parts_.front().is_whole ? &parts_.front().links
+                                                    : nullptr;
+}
+
+WorkPart RefinedParts::Next() const {
+  return parts_.empty() ? after_ : parts_.front().work;
+}
+
+void RefinedParts::Refine() {
+  for (; parts_.size() < kMostParts && after_.item < refiner_->ItemCount();
+       after_ = after_.Next()) {
+    parts_.push_back({after_, {}, false});
+  }
+  while (Front() == nullptr) {
+    RefineTogether(Missing());
+    CutLargeOnes();
+  }
+}
+
+std::vector<RefinedParts::Part*> RefinedParts::Missing() {
+  std::vector<Part*> missing;
+  for (Part& part : parts_) {
+    if (!part.is_whole) {
+      missing.push_back(&part);
+    }
+  }
+  return missing;
+}
+
+// Parts are begun in their order, so that the links of few have to wait.
+void RefinedParts::RefineTogether(const std::vector<Part*>& missing) {
+  std::atomic<size_t> links = 0;
+  for (const Part& part : parts_) {
+    links += part.links.links.size();
+  }
+  std::atomic<size_t> next = 0;
+  ParallelFor(missing.size(), [&](size_t /*any*/) {
+    const size_t i = next++;
+    const bool is_first = i == 0;
+    if (!is_first && links > kManyLinks) {
+      return;
+    }
+    Part& part = *missing[i];
+    refiner_->Refine(part.work,
+                     {kMostPartLinks, &links, is_first ? SIZE_MAX : kMostLinks},
+                     &part.links);
+    part.is_whole = !part.links.overflowed;
+  });
+}
+
+// And forgets what others have made that there was no room for.
+void RefinedParts::CutLargeOnes() {
+  std::deque<Part> parts;
+  for (Part& part : parts_) {
+    if (part.is_whole) {
+      parts.push_back(std::move(part));
+    } else if (IsTooLarge(part.work, part.links)) {
+      const WorkPart end = part.work.Next();
+      for (WorkPart w = part.work.Narrowed(); w != end; w = w.Next()) {
+        parts.push_back({w, {}, false});
+      }
+    } else {
+      parts.push_back({part.work, {}, false});
+    }
+  }
+  parts_ = std::move(parts);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,112 @@
+// Cells to be linked, and what stands between them.
+
+#pragma once
+
+#include "base/memory.h"
+#include "solver/blockers.h"
+#include "solver/cluster_tree.h"
+#include "solver/element_tree.h"
+#include "solver/received_light.h"
+#include "solver/refiner.h"
+#include "solver/shaft.h"
+#include "visibility/occlusion.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "tests/solver/test_cells.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade::test {
+
+inline constexpr double kReflectance = 0.5;
+
+// A cell that sends 1 W/m2 from everywhere.
+class BrightCell {
+ public:
+  BrightCell(uint32_t id, const Basis& basis, const std::vector<Patch>& patches)
+      : id_(id),
+        geometry_(GeometryOf(patches, kReflectance)),
+        tree_({&basis, kRgbChannels}, geometry_),
+        received_(tree_.Shape()),
+        clusters_(geometry_, WholePatches(geometry_.size())) {
+    for (size_t i = 0; i < tree_.Size(); ++i) {
+      for (float& b : tree_.Sent()[ElementId(i)]) {
+        b = 1;
+      }
+    }
+    tree_.UpdateDetail();
+  }
+
+  [[nodiscard]] RefineSide Side() const {
+    return {CellId(id_), geometry_, &tree_, &clusters_};
+  }
+
+  [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
+    return geometry_;
+  }
+
+  CellTree& Tree() { return tree_; }
+
+  ReceivedLight& Received() { return received_; }
+
+  // Applies links of the cell with itself.
+  void Link(const RawLinks& raw, LinkBlock* block) {
+    const GrowingSide side{geometry_, &tree_};
+    ApplyLinks(raw, side, side, &received_, block);
+  }
+
+ private:
+  uint32_t id_;
+  std::vector<PatchGeometry> geometry_;
+  CellTree tree_;
+  ReceivedLight received_;
+  ClusterTree clusters_;
+};
+
+// What rays and shafts see.
+class Scenery {
+ public:
+  explicit Scenery(std::vector<Patch> patches)
+      : budget_(1ULL << 30),
+        device_(budget_, Point3{}),
+        shaft_(GeometryOf(patches)) {
+    CellPatches cell;
+    cell.bounds = {{-100, -100, -100}, {100, 100, 100}};
+    cell.patches = std::move(patches);
+    occluder_ = device_.Build(cell);
+    blockers_.occluders = {occluder_.get()};
+    blockers_.shafts = {&shaft_};
+  }
+
+  [[nodiscard]] const Blockers& All() const { return blockers_; }
+
+ private:
+  MemoryBudget budget_;
+  OcclusionDevice device_;
+  std::shared_ptr<const CellBlockers> occluder_;
+  ShaftBlockers shaft_;
+  Blockers blockers_;
+};
+
+inline std::vector<Patch> FurnishedRoom() {
+  std::vector<Patch> patches = BoxPatches(kRoom, true);
+  Append(patches, BoxPatches({{1, 1, 0}, {1.6, 1.5, 0.8}}, false));
+  Append(patches, BoxPatches({{2.5, 3, 0.4}, {3, 4.2, 0.5}}, false));
+  return patches;
+}
+
+inline void ExpectSame(const RawLink& a, const RawLink& b) {
+  EXPECT_EQ(a.receiver_patch, b.receiver_patch);
+  EXPECT_EQ(a.receiver_path, b.receiver_path);
+  EXPECT_EQ(a.source_patch, b.source_patch);
+  EXPECT_EQ(a.source_path, b.source_path);
+  EXPECT_EQ(a.kind, b.kind);
+  EXPECT_EQ(a.value, b.value);
+  EXPECT_EQ(a.shape_index, b.shape_index);
+  EXPECT_EQ(a.gain, b.gain);
+}
+
+}  // namespace enfilade::test
