@@ -115,6 +115,10 @@ class CellPager {
   // and that FindLeastMemory does not count.
   MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
 
+  // Evicts while the process itself comes near the cap, whatever was charged.
+  // To be called between steps of work that allocates as it goes.
+  void HoldResident(uint64_t coming_bytes = 0);
+
   // Visits the chunks of a pair in order. Keeps what is needed again before
   // other things are. `visit` must not ask the pager.
   void VisitLinks(CellPair pair,
@@ -203,8 +207,6 @@ class CellPager {
   // False where nothing is left to evict.
   bool EvictUntil(const std::function<bool()>& is_enough);
   [[nodiscard]] uint64_t EvictionMargin() const;
-  // Evicts while the process itself comes near the cap, whatever was charged.
-  void HoldResident(uint64_t coming_bytes);
   void Drop(Items::iterator item);
   void Write(ItemKey key, Item* item);
   void Recharge(ItemKey key, uint64_t bytes, std::string_view what);

@@ -205,7 +205,7 @@ void CellPager::VisitLinks(CellPair pair,
       visit(*std::static_pointer_cast<LinkBlock>(item->value));
       continue;
     }
-    HoldResident(0);
+    HoldResident();
     const uint64_t read_before = store_->Stats().bytes_read;
     auto block = ReadLinks(*store_, pair, chunk, ends);
     if (!block) {

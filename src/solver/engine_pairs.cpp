@@ -85,6 +85,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   };
   RefinedParts parts(refiner, state_.cursor.work);
   while (!parts.AtEnd()) {
+    pager_.HoldResident();
     between.Hold();
     {
       const Stopwatch watch(&state_.times.refine_seconds);

@@ -62,8 +62,8 @@ struct RefineSide {
 // A link before its elements have ids.
 struct RawLink {
   uint32_t receiver_patch = 0;
-  ElementPath receiver_path = kRootPath;
   uint32_t source_patch = 0;  // group: which group
+  ElementPath receiver_path = kRootPath;
   ElementPath source_path = kRootPath;
   LinkKind kind{};
   uint16_t value = 0;

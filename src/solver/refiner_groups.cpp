@@ -244,7 +244,7 @@ void Refiner::AcceptGroup(const Receiver& r,
                           uint32_t group,
                           const std::array<float, kTransferNodes>& gain,
                           Task* task) const {
-  RawLink link{r.patch, r.path, group, kRootPath, LinkKind::kGroup, 0, 0, gain};
+  RawLink link{r.patch, group, r.path, kRootPath, LinkKind::kGroup, 0, 0, gain};
   const float mean =
       std::inner_product(gain.begin(), gain.end(), r.end.weight.begin(), 0.0F);
   if (!(mean > 0)) {
@@ -281,7 +281,7 @@ void Refiner::AddWeakGroup(const Receiver& r,
   }
   const float coefficient = sample.form_factor / probability;
   AddPending(
-      {{r.patch, r.path, visit.group, kRootPath, LinkKind::kGroup, 0, 0, {}},
+      {{r.patch, visit.group, r.path, kRootPath, LinkKind::kGroup, 0, 0, {}},
        coefficient,
        TrueError(r, brightness * coefficient * std::sqrt(1 - probability))},
       sample.ray,

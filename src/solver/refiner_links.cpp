@@ -137,7 +137,7 @@ void Refiner::AddBlockedError(float error, Task* task) {
 }
 
 RawLink Refiner::LinkBetween(const Receiver& r, const Source& s) {
-  return {r.patch, r.path, s.patch, s.path, LinkKind::kWeak, 0, 0, {}};
+  return {r.patch, s.patch, r.path, s.path, LinkKind::kWeak, 0, 0, {}};
 }
 
 void Refiner::Accept(const Receiver& r,
