@@ -376,15 +376,14 @@ class Search {
       size_t left = 0;
       for (size_t first = 0; first < suspects->size(); first += kPacket) {
         const size_t count = std::min(kPacket, suspects->size() - first);
-        const std::span<const Suspect> some(suspects->data() + first, count);
-        const uint32_t blocked = Look(some, random);
-        *rays += count;
+        const uint32_t blocked =
+            Look({suspects->data() + first, count}, random);
         for (size_t i = 0; i < count; ++i) {
-          if ((blocked >> i & 1) != 0) {
-            (*suspects)[left++] = some[i];
-          }
+          (*suspects)[left] = (*suspects)[first + i];
+          left += blocked >> i & 1;
         }
       }
+      *rays += suspects->size();
       suspects->resize(left);
     }
   }

@@ -56,6 +56,13 @@ class Engine {
     MemoryCharge receivers_charge;
   };
 
+  // A source cell while links from it are made.
+  struct Sender {
+    CellId id;
+    std::shared_ptr<const CellGeometry> geometry;
+    std::shared_ptr<CellTree> tree;
+  };
+
   void Start();
   void StartRound(double tau);
   void RefineCell(CellId cell);
@@ -74,6 +81,10 @@ class Engine {
   VisibleSet SourcesOf(CellId cell);
   void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
+  void ApplyPart(const RawLinks& part,
+                 const Receiver& r,
+                 const Sender& s,
+                 LinkBlock* block);
   void GatherPair(const Receiver& r, CellId source);
   void Settle(const Receiver& r);
   void CheckPoint();

@@ -26,11 +26,12 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     return;
   }
   pager_.Order().MoveTo(r.id, source.source);
-  const auto geometry = pager_.Geometry(source.source);
-  const auto tree = pager_.Tree(source.source);
+  const Sender s{source.source,
+                 pager_.Geometry(source.source),
+                 pager_.Tree(source.source)};
   std::vector<const ShaftBlockers*> gates;
-  if (source.source != r.id) {
-    gates = {r.geometry->portals.get(), geometry->portals.get()};
+  if (s.id != r.id) {
+    gates = {r.geometry->portals.get(), s.geometry->portals.get()};
   }
   CellsBetween between(pager_, r.id, source, gates);
   RefineOptions options;
@@ -44,45 +45,25 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                          r.receivers.get(),
                          nullptr,
                          care_},
-                        {source.source,
-                         geometry->patches,
-                         tree.get(),
-                         geometry->clusters.get(),
-                         &geometry->groups,
+                        {s.id,
+                         s.geometry->patches,
+                         s.tree.get(),
+                         s.geometry->clusters.get(),
+                         &s.geometry->groups,
                          {}},
                         between.All());
-  CellRow& row = state_.cells[r.id.Index()];
-  const CellPair pair{r.id, source.source};
+  const CellPair pair{r.id, s.id};
   LinkWriter writer(
       *store_, pair, state_.cursor.chunk, [&](WrittenLinks&& written) {
         const Stopwatch watch(&state_.times.gather_seconds);
         Gather(written.block,
                {r.geometry->patches, r.tree.get(), nullptr},
-               SourceSide(*geometry, *tree),
-               tree->Sent(),
+               SourceSide(*s.geometry, *s.tree),
+               s.tree->Sent(),
                r.received->gathered);
-        row.links += written.block.links.size();
+        state_.cells[r.id.Index()].links += written.block.links.size();
         pager_.KeepLinks(pair, std::move(written));
       });
-  const auto apply = [&](const RawLinks& links) {
-    row.squared_error += links.squared_error;
-    state_.rays += links.rays;
-    if (links.links.empty()) {
-      return;
-    }
-    between.Release();  // the trees may need its room
-    pager_.MarkDirty(r.id);
-    pager_.MarkReceivedDirty(r.id);
-    pager_.MarkDirty(source.source);
-    ApplyLinks(links,
-               {r.geometry->patches, r.tree.get()},
-               {geometry->patches, tree.get()},
-               r.received.get(),
-               &writer.Pending());
-    for (const RawLink& link : links.links) {
-      ++care_[link.receiver_patch].links;
-    }
-  };
   RefinedParts parts(refiner, state_.cursor.work);
   while (!parts.AtEnd()) {
     pager_.HoldResident();
@@ -92,7 +73,10 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
       parts.Refine();
     }
     while (const RawLinks* links = parts.Front()) {
-      apply(*links);
+      if (!links->links.empty()) {
+        between.Release();  // the trees may need its room
+      }
+      ApplyPart(*links, r, s, &writer.Pending());
       parts.Pop();
       state_.cursor.work = parts.Next();
       if (writer.Full()) {
@@ -103,7 +87,30 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     }
   }
   writer.Flush();
-  pager_.Order().SetLinked(r.id, source.source, writer.Chunks() > 0);
+  pager_.Order().SetLinked(r.id, s.id, writer.Chunks() > 0);
+}
+
+// Appends its links to the block, makes the elements they name and takes stock.
+void Engine::ApplyPart(const RawLinks& part,
+                       const Receiver& r,
+                       const Sender& s,
+                       LinkBlock* block) {
+  state_.cells[r.id.Index()].squared_error += part.squared_error;
+  state_.rays += part.rays;
+  if (part.links.empty()) {
+    return;
+  }
+  ApplyLinks(part,
+             {r.geometry->patches, r.tree.get()},
+             {s.geometry->patches, s.tree.get()},
+             r.received.get(),
+             block);
+  pager_.MarkDirty(r.id);
+  pager_.MarkReceivedDirty(r.id);
+  pager_.MarkDirty(s.id);
+  for (const RawLink& link : part.links) {
+    ++care_[link.receiver_patch].links;
+  }
 }
 
 void Engine::GatherPair(const Receiver& r, CellId source) {
