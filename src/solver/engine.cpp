@@ -267,7 +267,7 @@ Engine::Receiver Engine::Load(CellId cell) {
   Receiver r;
   r.id = cell;
   VisibleCell self{cell, {cell}};
-  for (VisibleCell& v : SourcesOf(cell)) {
+  for (VisibleCell& v : SourcesOf(cell, &r.sources_charge)) {
     if (v.source == cell) {
       self = std::move(v);
     } else {
@@ -275,7 +275,6 @@ Engine::Receiver Engine::Load(CellId cell) {
     }
   }
   r.sources.push_back(std::move(self));
-  r.sources_charge = pager_.Reserve(BytesOf(r.sources), "what a cell sees");
   pager_.Order().StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
@@ -284,14 +283,18 @@ Engine::Receiver Engine::Load(CellId cell) {
 }
 
 // What a cell sees, and what stands between where that is needed.
-VisibleSet Engine::SourcesOf(CellId cell) {
+VisibleSet Engine::SourcesOf(CellId cell, MemoryCharge* charge) {
+  const auto reserve = [&](uint64_t bytes) {
+    *charge = pager_.Reserve(bytes, "what a cell sees");
+  };
   if (state_.phase == SolvePhase::kRefine) {
-    return ReadOnce([&] { return LoadVisibleSet(*store_, cell); });
+    return ReadOnce([&] { return LoadVisibleSet(*store_, cell, reserve); });
   }
   VisibleSet sources;
   for (const CellId source : pager_.Order().SeenFrom(cell)) {
     sources.push_back({source, {}});
   }
+  reserve(BytesOf(sources));
   return sources;
 }
 

@@ -78,7 +78,7 @@ class Engine {
   template <typename Read>
   auto ReadOnce(const Read& read);
   Receiver Load(CellId cell);
-  VisibleSet SourcesOf(CellId cell);
+  VisibleSet SourcesOf(CellId cell, MemoryCharge* charge);
   void FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   void ApplyPart(const RawLinks& part,

@@ -3,7 +3,9 @@
 #include "base/error.h"
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
+#include <span>
 #include <utility>
 
 namespace enfilade {
@@ -24,6 +26,14 @@ void PutAscending(const std::vector<CellId>& cells, ByteWriter& writer) {
     writer.PutVarint(cell.value - last);
     last = cell.value;
   }
+}
+
+size_t CountBits(std::span<const std::byte> bytes) {
+  size_t count = 0;
+  for (const std::byte byte : bytes) {
+    count += static_cast<size_t>(std::popcount(std::to_integer<uint8_t>(byte)));
+  }
+  return count;
 }
 
 std::vector<CellId> GetAscending(ByteReader& reader) {
@@ -201,22 +211,27 @@ Bytes EncodeVisibleSet(const VisibleSet& set) {
   return writer.Take();
 }
 
-VisibleSet DecodeVisibleSet(const Bytes& bytes) {
+VisibleSet DecodeVisibleSet(const Bytes& bytes,
+                            const std::function<void(uint64_t)>& reserve) {
   ByteReader reader(bytes);
   const std::vector<CellId> sources = GetAscending(reader);
   const size_t width = (sources.size() + 7) / 8;
   if (reader.Remaining() != width * sources.size()) {
     throw DamagedStoreError("a stored visible set has the wrong length");
   }
+  const std::span<const std::byte> rows =
+      std::span(bytes).last(reader.Remaining());
+  if (reserve) {
+    reserve(VisibleSetBytes(sources.size(), CountBits(rows)));
+  }
   VisibleSet set;
+  set.reserve(sources.size());
   for (const CellId source : sources) {
-    std::vector<uint8_t> bits(width);
-    for (uint8_t& byte : bits) {
-      byte = reader.Get<uint8_t>();
-    }
+    const auto bits = rows.subspan(set.size() * width, width);
     VisibleCell visible{source, {}};
+    visible.between.reserve(CountBits(bits));
     for (size_t i = 0; i < sources.size(); ++i) {
-      if ((bits[i / 8] >> (i % 8) & 1) != 0) {
+      if ((std::to_integer<uint32_t>(bits[i / 8]) >> (i % 8) & 1) != 0) {
         visible.between.push_back(sources[i]);
       }
     }

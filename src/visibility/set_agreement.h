@@ -10,6 +10,7 @@
 #include "visibility/visible_set.h"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -51,6 +52,9 @@ class SetAgreement {
 // A visible set as a block: the sources, and what lies between as a bit for
 // each of them.
 Bytes EncodeVisibleSet(const VisibleSet& set);
-VisibleSet DecodeVisibleSet(const Bytes& bytes);
+// Before it is made, `reserve` is told what it will take.
+VisibleSet DecodeVisibleSet(
+    const Bytes& bytes,
+    const std::function<void(uint64_t bytes)>& reserve = {});
 
 }  // namespace enfilade

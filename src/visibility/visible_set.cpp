@@ -103,17 +103,23 @@ VisibilitySummary LoadVisibilitySummary(const BlockStorage& store) {
 }
 
 uint64_t BytesOf(const VisibleSet& set) {
-  uint64_t bytes = 0;
+  size_t between = 0;
   for (const VisibleCell& visible : set) {
-    bytes += sizeof(VisibleCell) + kAllocationHeaderBytes +
-             visible.between.size() * sizeof(CellId);
+    between += visible.between.size();
   }
-  return bytes;
+  return VisibleSetBytes(set.size(), between);
 }
 
-VisibleSet LoadVisibleSet(const BlockStorage& store, CellId receiver) {
+uint64_t VisibleSetBytes(size_t sources, size_t between) {
+  return sources * (sizeof(VisibleCell) + kAllocationHeaderBytes) +
+         between * sizeof(CellId);
+}
+
+VisibleSet LoadVisibleSet(const BlockStorage& store,
+                          CellId receiver,
+                          const std::function<void(uint64_t)>& reserve) {
   return DecodeVisibleSet(
-      store.GetOrThrow({BlockKind::kVisibleSet, receiver.value}));
+      store.GetOrThrow({BlockKind::kVisibleSet, receiver.value}), reserve);
 }
 
 }  // namespace enfilade

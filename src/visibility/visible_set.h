@@ -31,6 +31,8 @@ using VisibleSet = std::vector<VisibleCell>;
 
 // What it takes in memory.
 uint64_t BytesOf(const VisibleSet& set);
+// Of so many sources with so many cells in between, all of them together.
+uint64_t VisibleSetBytes(size_t sources, size_t between);
 
 struct VisibilityOptions {
   uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
@@ -48,6 +50,11 @@ VisibilitySummary BuildVisibleSets(const Partition& partition,
                                    BlockStorage& store);
 
 VisibilitySummary LoadVisibilitySummary(const BlockStorage& store);
-VisibleSet LoadVisibleSet(const BlockStorage& store, CellId receiver);
+// Before it is made, `reserve` is told what it will take: that of the outdoors
+// of a large building is tens of MB.
+VisibleSet LoadVisibleSet(
+    const BlockStorage& store,
+    CellId receiver,
+    const std::function<void(uint64_t bytes)>& reserve = {});
 
 }  // namespace enfilade

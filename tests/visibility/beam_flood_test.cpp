@@ -145,11 +145,15 @@ TEST(VisibleSetBlock, ComesBackAsItWent) {
     }
     set.push_back(visible);
   }
-  const VisibleSet back = DecodeVisibleSet(EncodeVisibleSet(set));
+  uint64_t told = 0;
+  const VisibleSet back = DecodeVisibleSet(
+      EncodeVisibleSet(set), [&](uint64_t bytes) { told = bytes; });
+  EXPECT_EQ(told, BytesOf(set));
   ASSERT_EQ(back.size(), set.size());
   for (size_t i = 0; i < set.size(); ++i) {
     EXPECT_EQ(back[i].source, set[i].source);
     EXPECT_EQ(back[i].between, set[i].between);
+    EXPECT_EQ(back[i].between.capacity(), back[i].between.size());
   }
 }
 
