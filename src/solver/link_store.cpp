@@ -7,11 +7,11 @@
 namespace enfilade {
 namespace {
 
-// Links per chunk: at 4 to 14 bytes each, up to a quarter of a megabyte. A
-// chunk on its way to the store is there five times over: links, sorted,
+// Links of a full chunk: at 4 to 14 bytes each, up to a quarter of a megabyte.
+// A chunk on its way to the store is there five times over: links, sorted,
 // encoded, compressed and in SQLite's hands (docs/decisions/least-memory.md).
 constexpr size_t kChunkLinks = size_t{16} * 1024;
-// What comes at once may be more than fits one.
+// Of the largest: the part of refinement that fills a chunk may bring more.
 constexpr size_t kMostChunkLinks = kChunkLinks * 3 / 2;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {

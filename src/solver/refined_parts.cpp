@@ -10,15 +10,12 @@ namespace {
 
 // Parts looked at together.
 constexpr size_t kMostParts = 512;
-// A part that makes more links is cut: the same ones in every run.
-constexpr size_t kMostPartLinks = 8000;
 // No other part is begun while so many links wait for their turn. Those that
-// are under way may make some more, until it is their turn.
+// are under way may make some more.
 constexpr size_t kManyLinks = 12000;
-constexpr size_t kMostLinks = 32000;
 
 bool IsTooLarge(const WorkPart& work, const RawLinks& links) {
-  return links.links.size() > kMostPartLinks &&
+  return links.links.size() > RefinedParts::kMostPartLinks &&
          work.depth < WorkPart::kMostDepth;
 }
 

@@ -18,11 +18,9 @@ namespace {
 using test::BrightCell;
 using test::ExpectSame;
 using test::FurnishedRoom;
+using test::RefinedPart;
+using test::RefineInParts;
 using test::Scenery;
-
-// What refined_parts.cpp cuts at, and what it lets wait.
-constexpr size_t kMostPartLinks = 8000;
-constexpr size_t kMostLinks = 32000;
 
 struct HandedOut {
   std::vector<WorkPart> parts;
@@ -35,18 +33,11 @@ void Append(const RawLinks& from, WorkPart part, HandedOut* to) {
       from.links.begin(), from.links.end(), std::back_inserter(to->links));
 }
 
-// One part after the other.
 HandedOut OneByOne(const Refiner& refiner) {
   HandedOut all;
-  for (WorkPart next; next.item < refiner.ItemCount();) {
-    RawLinks links;
-    refiner.Refine(next, {kMostPartLinks}, &links);
-    if (links.overflowed) {
-      next = next.Narrowed();
-    } else {
-      Append(links, next, &all);
-      next = next.Next();
-    }
+  for (const RefinedPart& part :
+       RefineInParts(refiner, RefinedParts::kMostPartLinks)) {
+    Append(part.out, part.work, &all);
   }
   return all;
 }
@@ -104,7 +95,7 @@ class VeryFinelyLinkedRoom : public ::testing::Test {
 
 TEST_F(VeryFinelyLinkedRoom, HandsOutTheLinksOfAllPartsInTheirOrder) {
   const HandedOut expected = OneByOne(refiner_);
-  ASSERT_GT(expected.links.size(), 2 * kMostLinks);
+  ASSERT_GT(expected.links.size(), 2 * RefinedParts::kMostLinks);
   ASSERT_TRUE(std::any_of(expected.parts.begin(),
                           expected.parts.end(),
                           [](const WorkPart& p) { return p.depth > 0; }));

@@ -32,6 +32,8 @@ using test::FurnishedRoom;
 using test::GeometryOf;
 using test::kReflectance;
 using test::kRoom;
+using test::RefinedPart;
+using test::RefineInParts;
 using test::Scenery;
 
 std::vector<RawLinks> RefineAll(const RefineOptions& options,
@@ -601,27 +603,11 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
 
 INSTANTIATE_TEST_SUITE_P(Orders, FineLinks, ::testing::Values(1, 2));
 
-// The parts of an item, cut until none has more than `most` links.
-std::vector<RawLinks> RefineInParts(const Refiner& refiner, size_t most) {
-  std::vector<RawLinks> parts;
-  for (WorkPart next; next.item < refiner.ItemCount();) {
-    RawLinks links;
-    refiner.Refine(next, {most}, &links);
-    if (links.overflowed) {
-      next = next.Narrowed();
-    } else {
-      parts.push_back(std::move(links));
-      next = next.Next();
-    }
-  }
-  return parts;
-}
-
 // In an order that does not depend on how the work was cut.
-std::vector<RawLink> Sorted(const std::vector<RawLinks>& parts) {
+std::vector<RawLink> Sorted(const std::vector<RefinedPart>& parts) {
   std::vector<RawLink> all;
-  for (const RawLinks& part : parts) {
-    all.insert(all.end(), part.links.begin(), part.links.end());
+  for (const RefinedPart& part : parts) {
+    all.insert(all.end(), part.out.links.begin(), part.out.links.end());
   }
   std::sort(all.begin(), all.end(), [](const RawLink& a, const RawLink& b) {
     return std::tie(a.receiver_patch,
@@ -666,8 +652,8 @@ TEST_F(FinelyLinkedRoom, HasTheSameLinksHoweverTheWorkIsCut) {
 }
 
 TEST_F(FinelyLinkedRoom, HasPartsBelowTheirLimit) {
-  for (const RawLinks& part : RefineInParts(refiner_, 50)) {
-    EXPECT_LE(part.links.size(), 50U);
+  for (const RefinedPart& part : RefineInParts(refiner_, 50)) {
+    EXPECT_LE(part.out.links.size(), 50U);
   }
 }
 

@@ -109,4 +109,27 @@ inline void ExpectSame(const RawLink& a, const RawLink& b) {
   EXPECT_EQ(a.gain, b.gain);
 }
 
+struct RefinedPart {
+  WorkPart work;
+  RawLinks out;
+};
+
+// All parts in their order, one by one, cut until none has more than `most`
+// links.
+inline std::vector<RefinedPart> RefineInParts(const Refiner& refiner,
+                                              size_t most) {
+  std::vector<RefinedPart> parts;
+  for (WorkPart next; next.item < refiner.ItemCount();) {
+    RawLinks links;
+    refiner.Refine(next, {most}, &links);
+    if (links.overflowed) {
+      next = next.Narrowed();
+    } else {
+      parts.push_back({next, std::move(links)});
+      next = next.Next();
+    }
+  }
+  return parts;
+}
+
 }  // namespace enfilade::test
