@@ -226,7 +226,8 @@ class CellPager {
   Items items_;
   uint64_t held_bytes_ = 0;  // by all items
   uint64_t clock_ = 0;
-  uint64_t accepted_excess_ = 0;  // nothing could be evicted against it
+  // Nothing could be evicted against so much, until the process has come down.
+  uint64_t accepted_excess_ = 0;
 };
 
 }  // namespace enfilade

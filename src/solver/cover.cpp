@@ -116,15 +116,20 @@ class Candidates {
 
   void Project(const PatchGeometry& other) {
     const Corners corners = CornersOf(other, {});
+    Range height;
+    for (const Vec3f p : corners.View()) {
+      height.Add(Dot(p - patch_->origin, patch_->normal));
+    }
+    if (IsClear(height)) {
+      return;
+    }
     const Vec3f cross = Cross(patch_->u, patch_->v);
     const float square = Dot(cross, cross);
     const float area = std::sqrt(square);
-    Range height;
     Range a;
     Range b;
     for (const Vec3f p : corners.View()) {
       const Vec3f d = p - patch_->origin;
-      height.Add(Dot(d, patch_->normal));
       a.Add(Dot(Cross(d, patch_->v), cross) / square);
       b.Add(Dot(Cross(patch_->u, d), cross) / square);
     }
@@ -132,8 +137,8 @@ class Candidates {
     const float wide_b = kCoverMargin * Length(patch_->u) / area;
     const Rect rect = {
         a.low - wide_a, a.high + wide_a, b.low - wide_b, b.high + wide_b};
-    if (!IsClear(height) && rect.low_a < 1 && rect.high_a > 0 &&
-        rect.low_b < 1 && rect.high_b > 0) {
+    if (rect.low_a < 1 && rect.high_a > 0 && rect.low_b < 1 &&
+        rect.high_b > 0) {
       rects_.push_back(rect);
     }
   }
@@ -210,8 +215,11 @@ class Search {
         all_(all) {}
 
   // The receivers of the whole patch.
-  [[nodiscard]] Finding Run(const std::vector<Rect>& candidates) const {
-    return Visit({kRootPath, {}, 0}, candidates);
+  [[nodiscard]] Finding Run(const CoverSide& cell, size_t patch) const {
+    const Place whole;
+    // Most patches of furniture are too small: nothing is looked up for them.
+    return CanMatter(whole) ? Visit(whole, Candidates(cell, patch).Take())
+                            : One(whole, false);
   }
 
  private:
@@ -221,6 +229,15 @@ class Search {
     size_t level = 0;
   };
 
+  // Whether a cover of a part of the element could matter.
+  [[nodiscard]] bool CanMatter(const Place& at) const {
+    // No cover at all can hide more than this.
+    const float most = 0.5F * reflected_ * std::sqrt(AreaOf(*patch_, at.frame));
+    return most > static_cast<float>(options_->tau) &&
+           DiameterOf(*patch_, at.frame) > options_->least_diameter &&
+           !IsDeepest(at.path);
+  }
+
   // If nothing covers any of an element it is one receiver.
   [[nodiscard]] Finding Visit(const Place& at,
                               const std::vector<Rect>& candidates) const {
@@ -228,12 +245,7 @@ class Search {
       return {};
     }
     const std::vector<Rect> here = Within(RectOf(at.frame), candidates);
-    const float area = AreaOf(*patch_, at.frame);
-    // No cover at all can hide more than this.
-    const float most = 0.5F * reflected_ * std::sqrt(area);
-    if (here.empty() || most <= static_cast<float>(options_->tau) ||
-        DiameterOf(*patch_, at.frame) <= options_->least_diameter ||
-        IsDeepest(at.path)) {
+    if (here.empty() || !CanMatter(at)) {
       return One(at, false);
     }
     if (here.size() > kMostCandidates) {
@@ -246,6 +258,7 @@ class Search {
     }
     Finding finding;
     const float share = CoveredShare(at, here, &finding.rays);
+    const float area = AreaOf(*patch_, at.frame);
     const float error = reflected_ * std::sqrt(share * (1 - share) * area);
     finding.Append(error <= static_cast<float>(options_->tau)
                        ? One(at, share > 0)
@@ -433,7 +446,7 @@ bool FindWith(const CoverOptions& options,
                           MixKey(MixKey(options.seed, cell.id.value), i),
                           occluders,
                           &found);
-      findings[i] = search.Run(Candidates(cell, i).Take());
+      findings[i] = search.Run(cell, i);
     }
   });
   if (found.TooMany()) {
