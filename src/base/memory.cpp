@@ -34,7 +34,7 @@ constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 // their way to the store, pages of SQLite.
 constexpr uint64_t kLeastResidentSlack = 3ULL << 20;
 constexpr uint64_t kMostResidentSlack = 12ULL << 20;
-constexpr uint64_t kResidentSlackParts = 16;
+constexpr uint64_t kResidentSlackParts = 12;
 
 // The cap that leaves a budget of so many bytes.
 uint64_t CapOf(uint64_t budget_bytes) {

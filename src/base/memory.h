@@ -13,8 +13,16 @@
 #include <limits>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace enfilade {
+
+// Empties a vector and gives its memory back, which neither clear() nor `= {}`
+// does: that assigns an empty list and keeps the capacity.
+template <typename T>
+void FreeVector(std::vector<T>* vector) {
+  std::vector<T>().swap(*vector);
+}
 
 // What the allocator takes beside each array.
 inline constexpr uint64_t kAllocationHeaderBytes = 16;

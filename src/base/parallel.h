@@ -40,6 +40,15 @@ void ParallelFor(size_t count, const Body& body) {
   });
 }
 
+// Calls body() on as many threads as may work, for calls that share out between
+// them what there is to do: where that is much and each of it little, a task
+// for each would cost as much as the work.
+template <typename Body>
+void OnAllThreads(const Body& body) {
+  const int threads = tbb::this_task_arena::max_concurrency();
+  ParallelFor(static_cast<size_t>(threads), [&](size_t /*any*/) { body(); });
+}
+
 // Runs body on the calling thread alone: parallel algorithms inside it (those
 // of a library, say) use no other thread, and take up no task from outside.
 template <typename Body>

@@ -201,7 +201,7 @@ void FindBordersOfNode(const BspTree& tree,
 }  // namespace
 
 void FaceSurvey::DropCovers() {
-  covers = {};
+  FreeVector(&covers);
   charge.ShrinkTo(patches.capacity() * sizeof(uint32_t) +
                   area_m2.capacity() * sizeof(float));
 }

@@ -237,7 +237,7 @@ Partition BuildPartition(BlockStorage& store,
       budget, BytesOf(built), "the tree of splitting planes");
   const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
   survey.DropCovers();
-  built.sections = {};
+  FreeVector(&built.sections);
   tree_charge.ShrinkTo(BytesOf(built));
   // Twice: cells are joined, and portals made, by what is open.
   const MemoryCharge borders_charge(

@@ -86,7 +86,7 @@ void SpillVector::Evict(size_t page) {
         out.View());
     victim.stored = true;
   }
-  std::vector<Point3>().swap(victim.points);
+  FreeVector(&victim.points);
   budget_->Release(kPageBytes);
   --resident_pages_;
 }

@@ -28,6 +28,7 @@
 #include <initializer_list>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -114,6 +115,13 @@ class CellPager {
   // The same, as far as there is room: for memory that is held for a moment,
   // and that FindLeastMemory does not count.
   MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
+
+  // The receiver's turn begins, as in NextUse. What nothing could be evicted
+  // against in the last one is tried again.
+  void StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
+    accepted_excess_ = 0;
+    next_use_.StartTurn(receiver, sources);
+  }
 
   // Evicts while the process itself comes near the cap, whatever was charged.
   // To be called between steps of work that allocates as it goes.
@@ -226,7 +234,7 @@ class CellPager {
   Items items_;
   uint64_t held_bytes_ = 0;  // by all items
   uint64_t clock_ = 0;
-  // Nothing could be evicted against so much, until the process has come down.
+  // Nothing could be evicted against so much in this turn.
   uint64_t accepted_excess_ = 0;
 };
 

@@ -138,10 +138,6 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
 
 void CellPager::HoldResident(uint64_t coming_bytes) {
   uint64_t excess = budget_->ResidentExcess(coming_bytes);
-  if (excess == 0) {
-    accepted_excess_ = 0;
-    return;
-  }
   if (excess <= accepted_excess_) {
     return;
   }

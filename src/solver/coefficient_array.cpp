@@ -40,7 +40,7 @@ void CoefficientArray::GrowTo(size_t elements) {
 }
 
 void CoefficientArray::Clear() {
-  pages_ = {};
+  FreeVector(&pages_);
   size_ = 0;
 }
 

@@ -1,5 +1,6 @@
 #include "solver/display_builder.h"
 
+#include "base/memory.h"
 #include "solver/plane_index.h"
 
 #include <algorithm>
@@ -139,8 +140,8 @@ void DisplayMeshBuilder::MakeRings() {
     const bool plain = mesh_.rings_.size() - begin == 3;
     mesh_.leaves_[leaf].centre = plain ? DisplayMesh::kNoCentre : 0;
   }
-  corners_ = {};
-  hanging_ = {};
+  FreeVector(&corners_);
+  FreeVector(&hanging_);
   constexpr uint64_t kPlaceBytes =
       sizeof(Value) + sizeof(float) + sizeof(uint32_t) + sizeof(RingEdge);
   Recharge(mesh_.rings_.size() * kPlaceBytes);
@@ -285,7 +286,7 @@ void DisplayMeshBuilder::JoinLeaves(const CoplanarPatches& cell, size_t group) {
     }
     i = end;
   }
-  edges_ = {};
+  FreeVector(&edges_);
 }
 
 // One vertex for each class of joined places, and the centres.

@@ -275,7 +275,7 @@ Engine::Receiver Engine::Load(CellId cell) {
     }
   }
   r.sources.push_back(std::move(self));
-  pager_.Order().StartTurn(cell, r.sources);
+  pager_.StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
   r.received = pager_.Received(cell);
@@ -359,7 +359,7 @@ void Engine::RefineCell(CellId cell) {
     CheckPoint();
   }
   SaveCellCare(care_, cell, *store_);
-  care_ = {};
+  FreeVector(&care_);
   care_charge.Reset();
   r.receivers.reset();
   r.receivers_charge.Reset();

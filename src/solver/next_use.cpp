@@ -81,7 +81,7 @@ void NextUse::StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
   receiver_ = receiver.value;
   source_ = 0;
   place_ = 0;
-  between_ = {};
+  FreeVector(&between_);
   between_charge_.Reset();
   size_t count = 0;
   for (const VisibleCell& v : sources) {

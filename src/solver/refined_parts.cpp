@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <utility>
 
@@ -14,6 +15,7 @@ constexpr size_t kMostParts = 512;
 // are under way may make some more.
 constexpr size_t kManyLinks = 12000;
 
+// Of what is whole, nothing is.
 bool IsTooLarge(const WorkPart& work, const RawLinks& links) {
   return links.links.size() > RefinedParts::kMostPartLinks &&
          work.depth < WorkPart::kMostDepth;
@@ -65,33 +67,41 @@ void RefinedParts::RefineTogether(const std::vector<Part*>& missing) {
     links += part.links.links.size();
   }
   std::atomic<size_t> next = 0;
-  ParallelFor(missing.size(), [&](size_t /*any*/) {
-    const size_t i = next++;
-    const bool is_first = i == 0;
-    if (!is_first && links > kManyLinks) {
-      return;
+  OnAllThreads([&] {
+    for (size_t i = next++; i < missing.size(); i = next++) {
+      const bool is_first = i == 0;
+      if (!is_first && links > kManyLinks) {
+        return;
+      }
+      Part& part = *missing[i];
+      refiner_->Refine(
+          part.work,
+          {kMostPartLinks, &links, is_first ? SIZE_MAX : kMostLinks},
+          &part.links);
+      part.is_whole = !part.links.overflowed;
+      if (!part.is_whole && !IsTooLarge(part.work, part.links)) {
+        part.links = {};  // there was no room for them
+      }
     }
-    Part& part = *missing[i];
-    refiner_->Refine(part.work,
-                     {kMostPartLinks, &links, is_first ? SIZE_MAX : kMostLinks},
-                     &part.links);
-    part.is_whole = !part.links.overflowed;
   });
 }
 
-// And forgets what others have made that there was no room for.
 void RefinedParts::CutLargeOnes() {
+  const auto is_large = [](const Part& part) {
+    return IsTooLarge(part.work, part.links);
+  };
+  if (std::none_of(parts_.begin(), parts_.end(), is_large)) {
+    return;
+  }
   std::deque<Part> parts;
   for (Part& part : parts_) {
-    if (part.is_whole) {
+    if (!is_large(part)) {
       parts.push_back(std::move(part));
-    } else if (IsTooLarge(part.work, part.links)) {
-      const WorkPart end = part.work.Next();
-      for (WorkPart w = part.work.Narrowed(); w != end; w = w.Next()) {
-        parts.push_back({w, {}, false});
-      }
-    } else {
-      parts.push_back({part.work, {}, false});
+      continue;
+    }
+    const WorkPart end = part.work.Next();
+    for (WorkPart w = part.work.Narrowed(); w != end; w = w.Next()) {
+      parts.push_back({w, {}, false});
     }
   }
   parts_ = std::move(parts);

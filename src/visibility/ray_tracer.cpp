@@ -276,6 +276,7 @@ struct RayTracer::Impl {
                               std::span<const RayState> states) const;
   void Load(size_t chunk, const std::vector<size_t>& keep);
   void EvictAllBut(const std::vector<size_t>& keep, uint64_t target_bytes);
+  void HoldResident(const std::vector<size_t>& keep, uint64_t coming_bytes);
   void TraceInGroup(std::span<const size_t> group,
                     const TraceRay& ray,
                     RayState& state) const;
@@ -312,10 +313,22 @@ void RayTracer::Impl::EvictAllBut(const std::vector<size_t>& keep,
   }
 }
 
+// Evicts while the process itself comes near the cap: the allocator may keep
+// more than is charged.
+void RayTracer::Impl::HoldResident(const std::vector<size_t>& keep,
+                                   uint64_t coming_bytes) {
+  if (budget->ResidentExcess(coming_bytes) > 0) {
+    ReleaseFreedMemory();
+    const uint64_t excess = budget->ResidentExcess(coming_bytes);
+    EvictAllBut(keep, loaded_bytes - std::min(loaded_bytes, excess));
+  }
+}
+
 void RayTracer::Impl::Load(size_t chunk, const std::vector<size_t>& keep) {
   // Corners twice (read and in Embree), its tree and the ids.
   const uint64_t expected = table[chunk].primitives * 256;
   EvictAllBut(keep, share_bytes - std::min(share_bytes, expected));
+  HoldResident(keep, expected);
   const MemoryCharge reading(
       *budget, table[chunk].primitives * 112, "reading triangles");
   TraceChunk content = LoadTraceChunk(*store, chunk);

@@ -1,9 +1,11 @@
 #include "base/bytes.h"
 #include "base/ids.h"
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "base/random.h"
 #include "base/vec.h"
 
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -129,6 +131,27 @@ TEST(Random, NextBelowFillsItsRangeEvenly) {
   }
   for (const int count : counts) {
     EXPECT_NEAR(count, 10'000, 5 * std::sqrt(10'000 * 6 / 7.0));
+  }
+}
+
+TEST(FreeVector, LeavesNothingAllocated) {
+  std::vector<int> vector(1000);
+  FreeVector(&vector);
+  EXPECT_TRUE(vector.empty());
+  EXPECT_EQ(vector.capacity(), 0U);
+}
+
+TEST(OnAllThreads, SharesOutAllThereIsToDo) {
+  constexpr size_t kItems = 10000;
+  std::vector<std::atomic<int>> done(kItems);
+  std::atomic<size_t> next = 0;
+  OnAllThreads([&] {
+    for (size_t i = next++; i < kItems; i = next++) {
+      ++done[i];
+    }
+  });
+  for (const std::atomic<int>& times : done) {
+    EXPECT_EQ(times, 1);
   }
 }
 
