@@ -31,6 +31,24 @@ struct CompareCommand {
   void Run();
 };
 
+Json LargestDifferences(const VerifySummary& summary) {
+  Json list = Json::array();
+  for (const DifferingPoint& d : summary.largest_differences) {
+    const Point3 x = d.position;
+    const Vec3 n = d.normal;
+    Json point;
+    point["position"] = {x.x, x.y, x.z};
+    point["normal"] = {n.x, n.y, n.z};
+    point["material"] = d.material;
+    point["solution"] = d.solution;
+    point["reference"] = d.reference;
+    point["paths"] = d.paths;
+    point["share"] = d.share;
+    list.push_back(std::move(point));
+  }
+  return list;
+}
+
 Json VerifyReport(const VerifySummary& summary) {
   Json report;
   report["error"] = summary.error;
@@ -46,6 +64,7 @@ Json VerifyReport(const VerifySummary& summary) {
   report["paths"] = summary.paths;
   report["rays"] = summary.rays;
   report["tight"] = summary.tight;
+  report["largest_differences"] = LargestDifferences(summary);
   report["peak_rss_bytes"] = PeakResidentBytes();
   report["version"] = ProgramVersion();
   return report;

@@ -7,9 +7,13 @@
 
 #include "base/block_storage.h"
 #include "base/memory.h"
+#include "base/photometry.h"
+#include "base/vec.h"
 
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace enfilade {
 
@@ -40,6 +44,19 @@ struct VerifyOptions {
   void Validate() const;
 };
 
+// A point where the solution was found to differ from the reference.
+struct DifferingPoint {
+  Point3 position;
+  Vec3 normal;  // of the side that receives
+  std::string material;
+  Rgb solution{};   // reflected radiosity, W/m2
+  Rgb reference{};  // likewise; a mean over paths, with their noise
+  uint32_t paths = 0;
+  // Of the squared error as estimated by all points: of one point more than 1
+  // if others are negative, which noise makes them.
+  double share = 0;
+};
+
 // Lengths of intervals are 95 %. All errors are relative to the reference's
 // area-weighted mean reflected radiosity.
 struct VerifySummary {
@@ -57,6 +74,8 @@ struct VerifySummary {
   uint32_t rounds = 0;
   bool tight = false;  // met the target; false: stopped by a limit
   double seconds = 0;
+  // Those that count most, the largest first; 16 at most.
+  std::vector<DifferingPoint> largest_differences;
 };
 
 // The store must hold scene, partition, trace chunks and a solution (InputError

@@ -56,6 +56,9 @@ class ErrorEstimate {
 
   [[nodiscard]] uint64_t Points() const { return count_; }
 
+  // Of w y; noise can make it negative.
+  [[nodiscard]] double SumOfSquares() const { return sums_[kSquare]; }
+
   // Mean reflected radiosity of the reference.
   [[nodiscard]] double MeanReflected() const;
 

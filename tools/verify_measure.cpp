@@ -61,6 +61,38 @@ class PilotTimes {
   std::optional<double> per_path_;
 };
 
+// The points that count most, the largest first.
+class LargestDifferences {
+ public:
+  // Whether a point of this part in the sum of squares is among them.
+  [[nodiscard]] bool Wants(double part) const {
+    return part > 0 && (points_.size() < kMost || part > points_.back().share);
+  }
+
+  // A point's share is its part until all are known.
+  void Add(DifferingPoint point) {
+    const auto place = std::ranges::upper_bound(
+        points_, point.share, std::greater{}, &DifferingPoint::share);
+    points_.insert(place, std::move(point));
+    if (points_.size() > kMost) {
+      points_.pop_back();
+    }
+  }
+
+  [[nodiscard]] std::vector<DifferingPoint> SharesOf(double sum) const {
+    std::vector<DifferingPoint> points = points_;
+    for (DifferingPoint& p : points) {
+      p.share /= sum;
+    }
+    return points;
+  }
+
+ private:
+  static constexpr size_t kMost = 16;
+
+  std::vector<DifferingPoint> points_;
+};
+
 class Measurement {
  public:
   Measurement(const BuildingView& view,
@@ -90,7 +122,7 @@ class Measurement {
     counted_points_ = PointsFor(most_paths_, options_.points_per_round);
     while (!Done()) {
       const double start = Seconds();
-      Learn(AddRound(estimate_, counted_points_));
+      Learn(AddRound(estimate_, counted_points_, &largest_));
       ++rounds_;
       round_seconds_ = Seconds() - start;
     }
@@ -164,7 +196,9 @@ class Measurement {
                    static_cast<double>(most)));
   }
 
-  PointDensity::Draw AddRound(ErrorEstimate& estimate, uint32_t count) {
+  PointDensity::Draw AddRound(ErrorEstimate& estimate,
+                              uint32_t count,
+                              LargestDifferences* largest = nullptr) {
     const uint64_t key =
         MixKey(MixKey(kVerifySeedDomain, options_.seed), round_key_++);
     PointDensity::Draw draw = density_->Choose(count, MixKey(key, 0));
@@ -202,9 +236,31 @@ class Measurement {
       samples[i].weight = draw.weights[i];
       values_[i] = {ProductOfDifferences(samples[i]),
                     NoiseVariance(samples[i])};
+      const double part = samples[i].weight * values_[i].product;
+      if (largest != nullptr && largest->Wants(part)) {
+        largest->Add(Differing(points[i], samples[i], draw.strata[i], part));
+      }
     }
     estimate.AddRound(samples);
     return draw;
+  }
+
+  [[nodiscard]] DifferingPoint Differing(const SidePoint& point,
+                                         const ErrorSample& sample,
+                                         uint32_t strata,
+                                         double part) const {
+    DifferingPoint d{
+        .position = point.receiver.position,
+        .normal = point.receiver.normal,
+        .material = view_.scene->materials[point.material.Index()].name,
+        .paths = 2 * strata * strata,
+        .share = part};
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      d.solution[c] = sample.radiosity[c] - sample.exitance[c];
+      d.reference[c] = sample.reflectance[c] *
+                       (sample.irradiance1[c] + sample.irradiance2[c]) / 2;
+    }
+    return d;
   }
 
   [[nodiscard]] bool Tight() const {
@@ -265,6 +321,7 @@ class Measurement {
     s.rounds = rounds_;
     s.tight = Tight();
     s.seconds = Seconds();
+    s.largest_differences = largest_.SharesOf(estimate_.SumOfSquares());
     return s;
   }
 
@@ -278,6 +335,7 @@ class Measurement {
   PathTracer tracer_;
   std::optional<PointDensity> density_;
   ErrorEstimate estimate_;
+  LargestDifferences largest_;
   std::vector<PilotValue> values_;  // at the points of the last round
   // Of a round: paths per estimate.
   double most_paths_ = std::numeric_limits<double>::infinity();

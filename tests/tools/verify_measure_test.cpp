@@ -155,6 +155,30 @@ TEST(VerifyTest, ATighterTargetGivesATighterInterval) {
   }
 }
 
+// An error in the corner [0, .25] x [0, .25] alone; elsewhere there is noise.
+TEST(VerifyTest, TheLargestDifferencesAreWhereTheErrorIs) {
+  const UnderALamp scene([](Point3 x) { return x.x < .25 && x.y < .25; });
+  const VerifySummary s = scene.Measure(QuickOptions(1));
+  ASSERT_EQ(s.largest_differences.size(), 16U);
+  double last = 1;
+  double sum = 0;
+  for (const DifferingPoint& d : s.largest_differences) {
+    EXPECT_LT(d.position.x, .25);
+    EXPECT_LT(d.position.y, .25);
+    EXPECT_EQ(d.position.z, 0);
+    EXPECT_EQ(d.normal.z, 1);
+    // Twice the truth, which takes paths to know.
+    EXPECT_NEAR(d.solution[0] / d.reference[0], 2, .5);
+    EXPECT_NEAR(d.reference[0] / d.reference[2], 4, 1e-6);
+    EXPECT_GT(d.paths, 0U);
+    EXPECT_LE(d.share, last);
+    last = d.share;
+    sum += d.share;
+  }
+  EXPECT_GT(sum, .1);
+  EXPECT_LT(sum, 1.1);
+}
+
 // Many paths for each point are worth it under a small lamp, but not when there
 // is no time for them: two pilots at least, each with few, and one round.
 TEST(VerifyTest, FewPathsWhereThereIsNoTime) {
