@@ -15,19 +15,24 @@
 
 namespace enfilade {
 
-// What a block holds. Values are part of the file format: never renumber.
+// What a block holds, and what the parts of its key count; a part that is not
+// named is 0. Values are part of the file format: never renumber. Which header
+// describes each: docs/store-format.md.
 enum class BlockKind : uint8_t {
-  kFaces = 1,        // cleaned polygons of the scene, in chunks; a = chunk
+  kFaces = 1,        // cleaned polygons of the scene; a = chunk
   kCellPatches = 2,  // a = cell
-  kPortals = 3,      // a = chunk
+  kPortals = 3,      // a = chunk; b = 0 portals, 1 the tree of planes, 2 the
+                     // cell of each convex region, 3 openings between regions
   kVisibleSet = 4,   // a = receiver cell
-  kCellTree = 5,     // elements and what they send; a = cell
+  kCellTree = 5,     // a = cell; b = 0 elements, 1 what they send, c = page
   kLinks = 6,        // a = receiver cell, b = source cell, c = chunk
-  kTrace = 7,        // triangles in spatial chunks for tracing; a = chunk
-  kScratch = 8,      // temporary data of import; deleted before it ends
+  kTrace = 7,        // triangles for tracing; a = 0 the table, 1 + i chunk i
+  kScratch = 8,      // working data of a stage before the solve; erased when
+                     // the stage ends
   kSolveCells = 9,   // the solve's table of cells; one block
   kCellCare = 10,    // how carefully patches are refined; a = cell
-  kReceived = 11,    // what the elements have received; a = cell
+  kReceived = 11,    // what the elements of a cell have received; a = cell,
+                     // b = 0 irradiance, 1 gains, c = page
 };
 
 struct BlockKey {
