@@ -29,7 +29,7 @@ struct GbxmlCounts {
 
 // All of a scene but its faces.
 struct SceneInfo {
-  std::string source_path;   // as given by the user
+  std::string source_path;   // as import got it: the program makes it absolute
   uint64_t source_hash = 0;  // XXH3 of all input files' bytes and the options
   bool photometric = false;
   std::vector<Material> materials;   // indexed by MaterialId
