@@ -57,8 +57,8 @@ struct DifferingPoint {
   double share = 0;
 };
 
-// Lengths of intervals are 95 %. All errors are relative to the reference's
-// area-weighted mean reflected radiosity.
+// Intervals are 95 % confidence intervals. All errors are relative to the
+// reference's area-weighted mean reflected radiosity.
 struct VerifySummary {
   double error = 0;      // RMS difference over points and channels
   double error_low = 0;  // the interval of `error`

@@ -37,8 +37,8 @@ void ReleaseFreedMemory();
 // A byte count with a limit. Thread-safe.
 class MemoryBudget {
  public:
-  // `limit_bytes` is what may be charged in all. `share`: of which part of the
-  // process's budget this is; refusals name a cap under which it would do.
+  // `limit_bytes` is what may be charged in all. `share`: this budget's part of
+  // the process's budget, so that refusals can name a cap for the whole.
   explicit MemoryBudget(uint64_t limit_bytes, double share = 1)
       : limit_bytes_(limit_bytes), share_(share) {}
 

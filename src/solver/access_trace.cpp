@@ -10,7 +10,7 @@ namespace enfilade {
 namespace {
 
 constexpr uint64_t kMostOwnBytes = 8 << 20;
-// Of what the cache has, a trace takes one part in so many.
+// The trace may take 1/32 of the budget, and no more than that.
 constexpr uint64_t kShare = 32;
 // A third of it is for steps, each with its next use, the rest for things.
 // One step in so many may have sizes.

@@ -31,10 +31,10 @@ struct CachedThing {
   friend auto operator<=>(const CachedThing&, const CachedThing&) = default;
 };
 
-// Bytes read; all of the same work.
+// Bytes read for the same requests.
 struct TracedReads {
-  uint64_t read = 0;        // by the solve
-  uint64_t belady = 0;      // by the optimal cache
+  uint64_t read = 0;        // by the solver's cache
+  uint64_t belady = 0;      // by the best cache
   uint64_t compulsory = 0;  // by one without a limit
 };
 
@@ -53,23 +53,24 @@ class AccessTrace {
   // by now.
   void Begin(const CachedThing& thing);
 
-  // Like Begin, right after it, of what the same read brings in.
+  // Like Begin, for a second thing that comes from the same block as the one
+  // just begun; its read is counted once.
   void BeginAlong(const CachedThing& thing);
   void End(const CachedThing& thing);
 
-  // It is needed, and at once no more; it may stay or not.
+  // Used for a moment only; need not stay in memory afterwards.
   void Touch(const CachedThing& thing);
 
-  // It was made and not read, and may stay or not.
+  // Made and not read; need not stay in memory either.
   void Make(const CachedThing& thing);
 
   void SetHeld(const CachedThing& thing, uint64_t bytes);
   void SetStored(const CachedThing& thing, uint64_t bytes);
 
-  // So much was read, of things.
+  // So many bytes of things were read from the store.
   void AddRead(uint64_t bytes) { reads_.read += bytes; }
 
-  // So much was read of what is used once and no cache can help.
+  // Likewise of what is used only once, where no cache can help.
   void AddReadOnce(uint64_t bytes);
 
   // The sums since they were asked for last.

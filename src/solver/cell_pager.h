@@ -116,8 +116,8 @@ class CellPager {
   // and that FindLeastMemory does not count.
   MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
 
-  // The receiver's turn begins, as in NextUse. What nothing could be evicted
-  // against in the last one is tried again.
+  // The receiver's turn begins, as in NextUse. An excess that eviction could
+  // not reduce in the last turn is tried again.
   void StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
     accepted_excess_ = 0;
     next_use_.StartTurn(receiver, sources);
@@ -234,7 +234,8 @@ class CellPager {
   Items items_;
   uint64_t held_bytes_ = 0;  // by all items
   uint64_t clock_ = 0;
-  // Nothing could be evicted against so much in this turn.
+  // Bytes of excess for which nothing could be evicted this turn; not tried
+  // again before the next.
   uint64_t accepted_excess_ = 0;
 };
 

@@ -71,7 +71,7 @@ class ClusterTree {
   std::vector<Cluster> clusters_;
 };
 
-// All items of a patch list as whole patches.
+// One item per patch, each the whole patch.
 std::vector<ClusterItem> WholePatches(size_t count);
 
 // Of the transfers between any two items of two clusters.

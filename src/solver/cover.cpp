@@ -24,10 +24,12 @@ constexpr int kDirectionsPerTest = 8;
 constexpr float kSharpShare = 0.7F;
 constexpr size_t kLeastFailures = 4;
 constexpr float kReach = 0.35F;  // m
-// Sample points of each projection that may cover: one for this area. Of the
-// sides of a chair's leg, their margins included, its foot is about a tenth.
+// One sample point per this area of each projection that may cover. The foot of
+// a chair's leg is about a tenth of the projections of its sides, margins
+// included.
 constexpr float kAreaPerPoint = 8e-4F;  // m2
-constexpr float kPoints = 32;           // at least, but where they overlap
+// At least so many points of a projection; overlapping ones share them.
+constexpr float kPoints = 32;
 constexpr size_t kLeastPoints = 2;
 constexpr size_t kMostPoints = 256;
 // Where more may cover, the parts of a surface are looked at instead of all.

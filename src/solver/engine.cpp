@@ -32,7 +32,7 @@ constexpr double kMostGuessedReflectance = 0.8;
 // many costs more.
 constexpr uint64_t kResidualRaysPerLink = 4;
 constexpr uint64_t kLeastResidualRays = 8 << 20;
-// And to know where the error is one for so many links, but at least these.
+// To locate the error: one ray per this many links, but at least these.
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kLeastLocatingRays = 1 << 20;
 
@@ -156,7 +156,8 @@ void Engine::FinishSweep() {
   CheckPoint();
 }
 
-// What was read since then, beside what the best cache would have.
+// Adds what was read since the last call, beside what the best cache would
+// have.
 void Engine::TakeReads() {
   const TracedReads reads = pager_.Trace().TakeReads();
   state_.times.bytes_read += reads.read;

@@ -24,8 +24,8 @@ constexpr double kCheckedFrom = 5;
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
 constexpr double kErrorMargin = 0.92;
-// No round is to leave less of the squared error: by more than that, tau is not
-// lowered either.
+// A round aims to keep at least this share of the squared error; tau is not
+// lowered beyond that.
 constexpr double kLeastLeft = 0.15;
 // From this share of the squared error on, what care alone mends is worth a
 // round.
@@ -186,7 +186,8 @@ double NextTau(const SolveState& state) {
                           : last.estimated_error;
   const double estimated =
       by_prediction ? kPredictionFactor * last.predicted_error : seen;
-  // What one round may leave is left by care and tau together.
+  // The share of the error that the next round should leave, over the share
+  // that care leaves by itself: the rest is for tau.
   const double wanted =
       std::max(kErrorMargin * state.error / std::max(estimated, 1e-30),
                std::sqrt(kLeastLeft)) /

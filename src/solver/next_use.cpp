@@ -123,7 +123,7 @@ bool NextUse::Gathers(const Seer& seer,
   if (sweep_ == SweepKind::kRefine) {
     return !is_next_sweep || seer.gathers != 0;
   }
-  // What still has its turn may have news until the next sweep.
+  // A cell whose turn is still to come in this sweep may yet change.
   return seer.gathers != 0 &&
          (HasNews(seer.cell, cell) || (is_next_sweep && cell > receiver_));
 }
@@ -212,7 +212,7 @@ uint64_t NextUse::OfBlockers(CellId id) const {
   if (in_turn != between_.end() && in_turn->first == cell) {
     return in_turn->second - place_;
   }
-  // Who has it between itself and another one sees it.
+  // A cell that has this one between itself and a source also sees it.
   for (const Seer& seer : SeersOf(cell)) {
     if (between_.empty() && seer.cell == receiver_) {
       return 1;

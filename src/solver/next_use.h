@@ -64,8 +64,8 @@ class NextUse {
   // What a cell sees, itself included, ascending.
   [[nodiscard]] std::vector<CellId> SeenFrom(CellId cell) const;
 
-  // These grow with the work that comes before the next use; 0: it is in use.
-  // Of the geometry and the tree of a cell.
+  // Distance to the next use, in units that only compare; 0: in use now. This
+  // one is of the geometry and the tree of a cell.
   [[nodiscard]] uint64_t OfCell(CellId id) const;
 
   // Of what a cell has received: its next turn.

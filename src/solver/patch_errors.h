@@ -35,7 +35,7 @@ class PatchErrors {
   // Sort().
   [[nodiscard]] std::vector<float> Of(CellId cell, size_t patches) const;
 
-  // Patches that are known are no more than this: it takes two probes.
+  // Upper bound of the patches with a known error; each needs two probes.
   [[nodiscard]] size_t MostKnown() const { return probes_.size() / 2; }
 
   // The integral over all.

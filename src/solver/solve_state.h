@@ -50,8 +50,8 @@ struct RoundRecord {
   double observed_change = 0;  // against the round before, relative
   double residual_error = 0;   // measured by rays, relative; 0: it was not
   double estimated_error = 0;
-  // Which share of the squared error that rays saw will be gone by the care
-  // that was taken where it is, at the same tau.
+  // Share of the squared error seen by rays that care alone will remove, at the
+  // same tau.
   double cared_for = 0;
   // Cells were lit only after the links from them should have been made.
   bool relit = false;

@@ -133,7 +133,7 @@ void BeladyCache::Keep(uint32_t index, uint32_t next) {
     Lose(index);
     return;
   }
-  // Entries that count no more are left behind: not too many.
+  // Stale entries are dropped once the heap has more than two per thing.
   if (may_go_.size() > 2 * things_.size()) {
     std::erase_if(may_go_, [&](const auto& entry) {
       const Thing& t = things_[entry.second];
