@@ -69,8 +69,7 @@ struct Regions {
 };
 
 // Reads the store's scene; writes kCellPatches blocks, kPortals chunks and a
-// meta
-// entry. Deterministic: depends on scene and options only.
+// meta entry. Deterministic: depends on scene and options only.
 Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);

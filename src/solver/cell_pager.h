@@ -49,9 +49,9 @@ struct CellGeometry {
 // Builds the surface table of a scene.
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
 
-// Not thread-safe: for the one thread that schedules. What it returns stays
-// valid, and in memory, as long as the pointer is held, which must not outlive
-// the pager: it is in use.
+// Not thread-safe: for the one thread that schedules. What it returns is in
+// use, valid and in memory, as long as the pointer is held, which must not
+// outlive the pager.
 class CellPager {
  public:
   CellPager(BlockStorage& store,
@@ -112,8 +112,8 @@ class CellPager {
   // Like MakeRoom, for working memory that the caller holds for a while.
   MemoryCharge Reserve(uint64_t bytes, std::string_view what);
 
-  // The same, as far as there is room: for memory that is held for a moment,
-  // and that FindLeastMemory does not count.
+  // The same, but charges nothing where there is no room: for memory that is
+  // held for a moment, and that FindLeastMemory does not count.
   MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
 
   // The receiver's turn begins, as in NextUse. An excess that eviction could
@@ -136,7 +136,7 @@ class CellPager {
   // A chunk of a pair was written; keeps it if it is needed soon.
   void KeepLinks(CellPair pair, WrittenLinks&& written);
 
-  // All links are no more.
+  // Drops all links from memory: they will be made anew.
   void ForgetLinks();
 
   // Where the work is: what comes next decides what is evicted.

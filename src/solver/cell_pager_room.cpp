@@ -166,7 +166,8 @@ MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
   return fits ? MemoryCharge(*budget_, bytes, what) : MemoryCharge();
 }
 
-// Room for what may stay out as well: only that of what is needed later.
+// Makes room for something that need not be kept: evicts only what is needed
+// later than that.
 bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
   const auto fits = [&] {
     return budget_->ResidentExcess(bytes) <= accepted_excess_ &&

@@ -123,7 +123,7 @@ class DisplayForest {
   PlaneFrame frame_;
   std::vector<Root> roots_;
   std::vector<DisplayElement> elements_;
-  std::vector<PlaneIndex> index_;  // of the roots: one
+  std::vector<PlaneIndex> index_;  // one, over the roots
   double tolerance_m_ = 0;
   GrowingCharge charge_;
 };

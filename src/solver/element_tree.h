@@ -119,8 +119,8 @@ class CellTree {
   // Coefficients: Stride() floats per element, [channel][node].
   CoefficientArray& Sent() { return sent_; }
 
-  // What `sent` has gained since it was last forgotten. A tree has it only
-  // then: while links are made it is none, and takes no memory.
+  // What `sent` has gained since StartDelta. Before that, and while links are
+  // made, there is none and it takes no memory.
   CoefficientArray& Delta() { return delta_; }
 
   [[nodiscard]] bool HasDelta() const { return delta_.Size() > 0; }

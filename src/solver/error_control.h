@@ -18,9 +18,8 @@ RoundRecord RecordRound(SolveState* state, double area);
 // The error that the last round is taken to have reached is small enough.
 bool HasMetError(const SolveState& state);
 
-// Whether the residual of the last round is to be measured: before a solve
-// ends, and where what the round changed says nothing, because cells had been
-// lit late.
+// Whether rays are to measure the residual of the last round: its prediction is
+// within a few times of the requested error, and no cell was lit late.
 bool IsWorthChecking(const SolveState& state);
 
 // What rays say of an error, relative: it lies between these two.
@@ -29,16 +28,17 @@ struct RayBounds {
   double most = 0;
 };
 
-// Holds the prediction of the last round between what rays say; they take its
-// place where they are sure. The estimate is that, or what the change says if
-// that is more.
+// Clamps the prediction of the last round to what rays say of it: where they
+// are sure, they replace it. The estimate follows from that, or from what the
+// round changed if that says more.
 void TakeResidual(RayBounds rays, SolveState* state);
 
-// Of the squared error that rays saw, the share that the requested one leaves,
-// with a margin.
+// The share of the squared error seen by rays that should be left after the
+// next round: what the requested error allows, with a margin, or as much as one
+// round should keep.
 double WantedOfSquare(const SolveState& state);
 
-// What rays must say for the requested error.
+// The residual that stands for an error of this size.
 double ResidualAtError(double error);
 
 // More links have not helped for two rounds: what is left cannot be refined.

@@ -34,15 +34,15 @@ GroupPart WholeGroup(const SourceGroup& group);
 // The unoccluded transfer from a group to an element.
 class GroupTransfer {
  public:
-  // `candidates` are the patches of the group that may face the receiver.
-  // All are borrowed but those.
+  // `candidates` are the patches of the group that may face the receiver. All
+  // but these are borrowed.
   GroupTransfer(const TransferEnd& receiver,
                 std::span<const PatchGeometry> patches,
                 const SourceGroups& groups,
                 const SourceGroup& group,
                 const GroupPart& candidates);
 
-  // Those that do.
+  // The candidates that do face it.
   [[nodiscard]] const GroupPart& Facing() const { return facing_; }
 
   // An upper bound of the mean form factor.
@@ -71,14 +71,16 @@ class GroupTransfer {
   float FormFactorsOf(Vec3f x,
                       std::array<float, kMostGroupPatches>* form_factors) const;
 
-  // A random point of the patch that `share` of all these lies at, in [0, 1).
+  // A random point of a patch: the one at which `share`, in [0, 1), of the sum
+  // of the form factors is reached.
   Vec3f DrawPoint(const std::array<float, kMostGroupPatches>& form_factors,
                   float share,
                   Random* random) const;
 
-  // The group is close to a part of the receiver; a ray drawn by the kernel
-  // there, if there is one.
+  // The kernel peaks in a part of the receiver, which the group is close to.
   [[nodiscard]] bool IsPeaked() const;
+
+  // A ray drawn by the kernel; nullopt where a few tries found none.
   [[nodiscard]] std::optional<PointPair> PairAtPeak(Random* random) const;
 
   // The form factor of a random point of the receiver, and a ray drawn by it.
@@ -101,15 +103,12 @@ class GroupTransfer {
 
 // What rays say of a transfer from a group.
 struct GroupSight {
-  // V_g, and their mean weighted by F.
-  std::array<float, kTransferNodes> at_nodes{};
-  float fraction = 0;
+  std::array<float, kTransferNodes> at_nodes{};  // V_g
+  float fraction = 0;                            // their mean, weighted by F
   // Points from which rays went: not those that face nothing of the group.
   size_t points = 0;
-  // The variance of V with the point of the receiver, and of a ray with the
-  // point of the group.
-  float by_receiver = 0;
-  float by_source = 0;
+  float by_receiver = 0;  // variance of V over the points of the receiver
+  float by_source = 0;    // mean variance of a ray over points of the group
 
   // All rays got through, or none did.
   [[nodiscard]] bool Agrees() const { return fraction <= 0 || fraction >= 1; }

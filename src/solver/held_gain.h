@@ -1,4 +1,5 @@
-// How much of what its links claim to see a leaf is believed.
+// How much a leaf keeps of what its links bring, where they claim to see more
+// than there is.
 //
 // The gain of a point, the sum of the coefficients of its links, is at most 1
 // by geometry. Sampled links scatter about that, most where it is dark; and

@@ -47,10 +47,11 @@ struct Link {
   uint32_t receiver = 0;  // an element
   uint32_t source = 0;    // an element; group: a group
   LinkKind kind{};
-  uint16_t value =
-      0;  // weak: coefficient; far: visibility bits; near, fine: sum
-  uint32_t index = 0;  // near, fine: its first shape in the block; group: which
-                       // coefficients
+  // Weak: the coefficient; far: visibility bits; near and fine: the sum.
+  uint16_t value = 0;
+  // Near and fine: the first of its shapes in the block; group: which of the
+  // block's coefficients.
+  uint32_t index = 0;
 };
 
 // A chunk of links in memory, ascending by receiver, then source.

@@ -25,10 +25,10 @@ inline float DecodeCoefficient(uint16_t code) {
   return std::bit_cast<float>(code == 0 ? 0U : bits);
 }
 
-// The roots of coefficients as multiples of a fifteenth of the largest root;
-// byte i holds that of 2i in its low half and of 2i + 1 in its high one. Of
-// fine ones, multiples of a 255th, the upper halves; the lower ones are
-// another.
+// The square roots of coefficients, in fifteenths of the largest root: byte i
+// holds that of coefficient 2i in its low half, of 2i + 1 in its high half.
+// Fine ones are in 255ths, 8 bits each, and take two shapes: one for the upper
+// four bits, one for the lower.
 using KernelShape = std::array<uint8_t, kTransferNodes * kTransferNodes / 2>;
 
 struct EncodedKernel {

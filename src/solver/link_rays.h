@@ -72,9 +72,9 @@ class LinkRays {
 
   [[nodiscard]] uint16_t Seen() const { return rays_.seen; }
 
-  // Which pairs see each other by rays not traced before: of one ray for each
-  // of the receiver's nodes, or of one for each pair. Pairs without a ray are
-  // like most of the others.
+  // Which pairs see each other by rays not traced before: one ray for each of
+  // the receiver's nodes, or one for each pair. A pair without a ray counts as
+  // seen if at least half of the rays got through.
   [[nodiscard]] uint16_t AskFewAnew();
   [[nodiscard]] uint16_t AskAllAnew();
 
@@ -87,6 +87,8 @@ class LinkRays {
     [[nodiscard]] bool MostSeen() const;
   };
 
+  // Diagonals of the table of node pairs: diagonal k joins node g of the
+  // receiver with node g + k, modulo their number, of the source.
   struct DiagonalRange {
     size_t first = 0;
     size_t last = 0;

@@ -35,7 +35,8 @@ class NextUse {
   // What it holds of so many cells and visible pairs.
   static uint64_t BytesFor(size_t cells, uint64_t visible_pairs);
 
-  // Which cells have something new: borrowed. Without it, all have.
+  // Learns from these rows (borrowed) which cells have something new to send.
+  // Until it is called, all have.
   void Watch(const std::vector<CellRow>& rows) { rows_ = &rows; }
 
   // A sweep begins. No cell has its turn yet.
@@ -79,7 +80,8 @@ class NextUse {
   [[nodiscard]] uint64_t OfLinks(CellId receiver, CellId source) const;
 
  private:
-  // In the list of a cell: another one that sees it, and whose links there are.
+  // An entry of a cell's list: a cell that sees it, and which of the two has
+  // links from the other.
   struct Seer {
     uint32_t cell : 30;
     uint32_t gathers : 1;  // it has links from the list's cell
@@ -108,8 +110,8 @@ class NextUse {
   uint32_t receiver_ = 0;
   uint32_t source_ = 0;
   uint64_t place_ = 0;  // of the pair in the turn
-  // Cells that stand between the receiver and its sources: (cell, place). None
-  // where the budget has no room for them.
+  // Cells between the receiver and its sources, each with the place of the
+  // source in the turn. Empty where the budget has no room for them.
   std::vector<std::pair<uint32_t, uint32_t>> between_;
   MemoryBudget* budget_;
   MemoryCharge between_charge_;

@@ -33,7 +33,7 @@ struct Judgement {
 // The transfer alone: its kernel, and the mean form factor.
 Judgement JudgeTransfer(const TransferEnd& receiver, const RadiantEnd& source);
 
-// Adds the errors to that, which cost as much again.
+// Adds the errors to a judged transfer, which takes as long again.
 void JudgeErrors(const TransferEnd& receiver,
                  const RadiantEnd& source,
                  const Basis& basis,
@@ -62,16 +62,23 @@ float ReceiverShare(uint16_t bits,
                     const TransferEnd& receiver,
                     const TransferEnd& source);
 
-// For oracles of other sources: where the receiver's basis is tested, off its
-// nodes and a little off its rim; the point of an element that is nearest to p,
-// likewise; the second-order function of these values at the transfer nodes;
-// and the RMS over the element of what the basis cannot follow, per RMS over
-// the test points.
+// The rest is what this oracle shares with others, as that of groups
+// (group_transfer.h).
+
+// Where the receiver's basis is tested: the middle, and near each edge.
 std::span<const UnitPoint> TestPoints(PatchShape shape);
+
+// The point of an element that is nearest to p, a little off its rim.
 UnitPoint NearestOn(const TransferEnd& end, Vec3f p);
+
+// The value at a point of the second-order function that has these values at
+// the transfer nodes.
 float SecondOrderAt(PatchShape shape,
                     UnitPoint at,
                     const std::array<float, kTransferNodes>& at_nodes);
+
+// The RMS over an element of what the basis cannot follow, per RMS at the test
+// points.
 float ResidualScale(const Basis& basis);
 
 }  // namespace enfilade

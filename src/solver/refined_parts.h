@@ -16,9 +16,10 @@ namespace enfilade {
 
 class RefinedParts {
  public:
-  // A part that makes more links is cut: the same ones in every run.
+  // A part that makes more links is cut, at the same places in every run.
   static constexpr size_t kMostPartLinks = 8000;
-  // As many may wait for their turn, beside those of the part whose turn it is.
+  // At most so many wait for their turn, beside those of the part whose turn it
+  // is.
   static constexpr size_t kMostLinks = 32000;
 
   // From a part on. The refiner is borrowed.

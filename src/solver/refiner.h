@@ -82,9 +82,10 @@ struct RawLinks {
 
 // How many links a part of the work may make.
 struct LinkLimit {
-  // Beyond that it is to be cut, if it can be.
+  // A part that makes more is to be cut, if it can be.
   size_t most = SIZE_MAX;
-  // Beyond `most_together` of all parts that count here it is to be done again.
+  // Counts the links of all parts that are made at the same time. A part that
+  // brings it above `most_together` is to be made again later.
   std::atomic<size_t>* together = nullptr;
   size_t most_together = SIZE_MAX;
 };
@@ -128,7 +129,7 @@ class Refiner {
   struct Source : RadiantEnd {
     uint32_t patch = 0;
     ElementPath path = kRootPath;
-    ElementId element;  // this one, or where detail is 0 one above it
+    ElementId element;  // itself, or an ancestor that has no detail
   };
 
   struct Receiver {
@@ -321,11 +322,11 @@ class Refiner {
   RefineSide source_;
   const Blockers* blockers_;
   const Basis* basis_;
-  float shadows_;  // what occlusion that is not known counts
+  float shadows_;  // weight of unknown occlusion; more in higher orders
   bool constant_basis_;
   std::vector<uint32_t> receiver_front_;
   std::vector<uint32_t> source_front_;
-  // Per cluster, the largest of its items'.
+  // Per cluster, the largest value of its items.
   std::vector<float> weights_;
   std::vector<float> peaks_;   // radiosity, W/m2
   std::vector<float> fluxes_;  // radiosity times area, W

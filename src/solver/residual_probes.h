@@ -29,12 +29,12 @@ struct ResidualProbe {
   Point3 origin;      // of its rays
   double weight = 0;  // m2: the area that it stands for
   uint64_t key = 0;
-  uint32_t visible = 0;  // index of the cells that its cell sees
+  uint32_t visible = 0;  // index into ProbeBatch::visible
 };
 
 struct ProbeBatch {
   std::vector<ResidualProbe> probes;
-  std::vector<std::vector<CellId>> visible;  // sets of cells
+  std::vector<std::vector<CellId>> visible;  // what the cells of probes see
 };
 
 // Some of the strata of a round.

@@ -22,7 +22,8 @@ struct MethodOptions {
   // montecarlo (reference/form_factor_kinds.h).
   std::string form_factors = "exact";
   std::string projection = "galerkin";  // of matrix: or collocation
-  // At most so many elements, and no finer than that; 0: as the error asks.
+  // The finest dicing with at most so many elements, whatever its error; 0: as
+  // fine as the error asks.
   uint64_t elements = 0;
   // Progressive and substructuring: add the light still to come, evenly.
   bool ambient = false;
@@ -67,7 +68,7 @@ struct SolveSummary {
   double push_pull_seconds = 0;
   double store_seconds = 0;
   double link_bytes_per_link = 0;
-  uint64_t bytes_read = 0;  // by rounds, residual's rays apart
+  uint64_t bytes_read = 0;  // by the rounds, without the residual's rays
   uint64_t bytes_belady = 0;
   uint64_t bytes_compulsory = 0;
 };

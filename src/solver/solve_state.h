@@ -27,7 +27,7 @@ struct CellRow {
   double squared_error = 0;  // of this round's links, (W/m)^2
   double area = 0;           // of its reflecting patches, m2
   double radius = 0.5;       // of the transport within it (semi_iteration.h)
-  double most_radius = 1;    // that has not made light grow
+  double most_radius = 1;    // limit of `radius`; above it, light grew
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
   HoldLevel hold = 0;        // of its gains
   uint64_t elements = 0;

@@ -31,11 +31,11 @@ std::optional<PointPair> RandomPair(const TransferEnd& receiver,
 // kernel peaks in a part of it, which random points miss.
 bool IsPeaked(float small_diameter, Vec3f small_center, const TransferEnd& end);
 
-// So many rays are looked at there.
+// Rays that are traced to where the kernel peaks.
 inline constexpr size_t kPeakRays = 16;
 
 // A pair drawn by the kernel: a random point of the smaller end, and where a
-// random direction from it meets the larger one. Nullopt where a few did not.
+// random direction from it meets the larger one; nullopt if a few tries fail.
 std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
                                     const TransferEnd& source,
                                     Random* random);

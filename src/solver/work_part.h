@@ -29,7 +29,7 @@ struct WorkPart {
 
   bool operator==(const WorkPart&) const = default;
 
-  // Its first part.
+  // The first of the parts that it is cut into.
   [[nodiscard]] WorkPart Narrowed() const {
     return {item, depth + 1, part << BitsAt(depth + 1)};
   }
