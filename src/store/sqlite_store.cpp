@@ -129,7 +129,7 @@ SqliteStore::~SqliteStore() {
       database_->Execute("ROLLBACK");
     }
   } catch (const std::exception&) {
-    // What is not rolled back now is when the file is opened next.
+    // If the rollback fails, SQLite rolls back when the file is opened next.
   }
 }
 
