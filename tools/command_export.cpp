@@ -14,6 +14,7 @@
 #include "tools/command.h"
 #include "tools/command_options.h"
 #include "tools/export.h"
+#include "tools/pending_file.h"
 #include "tools/probe.h"
 #include "tools/progress.h"
 #include "tools/report.h"
@@ -50,37 +51,26 @@ struct ExportCommand {
 // Calls write(stream) on a file that appears under `path` only if complete.
 void WriteFileInOneStep(const fs::path& path,
                         const std::function<void(std::ostream&)>& write) {
-  const fs::path part = path.string() + ".part";
-  try {
-    std::ofstream file(part, std::ios::binary | std::ios::trunc);
-    if (!file) {
-      throw DiskError(fmt::format("cannot write '{}': {}",
-                                  part.string(),
-                                  std::system_category().message(errno)));
-    }
+  PendingFile pending(path);
+  std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
+  if (file) {
     write(file);
     file.close();
-    if (!file) {
-      throw DiskError(fmt::format("cannot write '{}': {}",
-                                  part.string(),
-                                  std::system_category().message(errno)));
-    }
-    std::error_code failed;
-    fs::rename(part, path, failed);
-    if (failed) {
-      throw DiskError(fmt::format(
-          "cannot write '{}': {}", path.string(), failed.message()));
-    }
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    throw;
   }
+  if (!file) {
+    throw DiskError(fmt::format("cannot write '{}': {}",
+                                path.string(),
+                                std::system_category().message(errno)));
+  }
+  pending.Keep();
 }
 
 void ProbeCommand::Run() {
-  ApplyVerbosity(common);
+  BeginRun(common);
   options.Validate();
+  if (!output.empty()) {
+    RequireWritable(output);
+  }
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
   std::ifstream input(points);
@@ -112,7 +102,7 @@ Point3 PointOf(const std::vector<double>& xyz) {
 }
 
 void ExportCommand::Run() {
-  ApplyVerbosity(common);
+  BeginRun(common);
   if (!eye.empty()) {
     options.camera.eye = PointOf(eye);
   }
@@ -124,6 +114,7 @@ void ExportCommand::Run() {
     options.height = size.at(1);
   }
   options.Validate();
+  RequireWritable(output);
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
   Progress progress(Progress::ChooseOutput(common.verbose));

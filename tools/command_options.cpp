@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "tools/pending_file.h"
 #include "tools/pipeline_state.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -71,9 +72,12 @@ void SetExample(CLI::App& command, const std::string& example) {
   command.footer("Example:\n  " + example);
 }
 
-void ApplyVerbosity(const CommonOptions& options) {
+void BeginRun(const CommonOptions& options) {
   spdlog::set_level(options.verbose ? spdlog::level::info
                                     : spdlog::level::warn);
+  if (!options.report.empty()) {
+    RequireWritable(options.report);
+  }
 }
 
 void WriteReportIfAsked(const CommonOptions& options, const Json& report) {
@@ -87,6 +91,13 @@ std::unique_ptr<BlockStorage> OpenExistingStore(
   if (!std::filesystem::exists(path)) {
     throw InputError(fmt::format(
         "there is no store '{}'; make it with 'enfilade solve SCENE -o {}'",
+        path.string(),
+        path.string()));
+  }
+  if (IsSceneName(path)) {
+    throw InputError(fmt::format(
+        "'{}' is a scene, not a store; make one with 'enfilade solve {} -o "
+        "STORE'",
         path.string(),
         path.string()));
   }

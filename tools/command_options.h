@@ -46,13 +46,14 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options);
 // Ends the help of a verb with an example.
 void SetExample(CLI::App& command, const std::string& example);
 
-// Applies --verbose.
-void ApplyVerbosity(const CommonOptions& options);
+// What every verb begins with: applies --verbose, and throws DiskError if the
+// report could not be written in the end.
+void BeginRun(const CommonOptions& options);
 
 // Writes the report if one was asked for.
 void WriteReportIfAsked(const CommonOptions& options, const Json& report);
 
-// OpenStore, but a path where nothing is, is an InputError.
+// OpenStore, but a path where nothing is, or a scene file, is an InputError.
 std::unique_ptr<BlockStorage> OpenExistingStore(
     const std::filesystem::path& path, StoreAccess access);
 

@@ -84,7 +84,7 @@ Json CompareReport(const CompareSummary& summary) {
 }
 
 void VerifyCommand::Run() {
-  ApplyVerbosity(common);
+  BeginRun(common);
   options.Validate();
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
@@ -113,7 +113,7 @@ void VerifyCommand::Run() {
 }
 
 void CompareCommand::Run() {
-  ApplyVerbosity(common);
+  BeginRun(common);
   options.Validate();
   LimitsInForce limits(common.limits);
   const auto store_a = OpenSolvedStore(a);

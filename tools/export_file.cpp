@@ -18,9 +18,13 @@ constexpr size_t kBufferBytes = 64 << 10;
 }  // namespace
 
 OutputFile::OutputFile(std::filesystem::path path)
-    : path_(std::move(path)), part_path_(path_.string() + ".part") {
-  descriptor_ =
-      open(part_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    : path_(std::move(path)), pending_(path_) {
+  if (pending_.IsStream()) {
+    throw UsageError(fmt::format(
+        "'{}' is a device or a pipe; give the name of a file", path_.string()));
+  }
+  descriptor_ = open(
+      pending_.Path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
     Fail(errno);
   }
@@ -29,7 +33,6 @@ OutputFile::OutputFile(std::filesystem::path path)
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) {
     close(descriptor_);
-    unlink(part_path_.c_str());
   }
 }
 
@@ -61,11 +64,10 @@ void OutputFile::Finish() {
   }
   const int closed = close(descriptor_);
   descriptor_ = -1;
-  if (closed != 0 || rename(part_path_.c_str(), path_.c_str()) != 0) {
-    const int error = errno;
-    unlink(part_path_.c_str());
-    Fail(error);
+  if (closed != 0) {
+    Fail(errno);
   }
+  pending_.Keep();
 }
 
 void SectionWriter::PutBytes(std::span<const std::byte> bytes) {

@@ -11,10 +11,13 @@
 #include <type_traits>
 #include <vector>
 
+#include "tools/pending_file.h"
+
 namespace enfilade {
 
-// Writes to `path`.part; Finish() moves it to `path`. Without Finish() nothing
-// is left. All members throw DiskError.
+// A file that is complete once it is finished; without Finish() nothing is left
+// (PendingFile). All members throw DiskError; the constructor throws UsageError
+// where there is a device or a pipe, which cannot be written in several places.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path);
@@ -34,7 +37,7 @@ class OutputFile {
   [[noreturn]] void Fail(int error) const;
 
   std::filesystem::path path_;
-  std::filesystem::path part_path_;
+  PendingFile pending_;
   int descriptor_ = -1;
   uint64_t size_ = 0;
 };

@@ -15,10 +15,6 @@ namespace {
 
 constexpr size_t kFlushBytes = size_t{1} << 16;
 
-std::filesystem::path PartOf(const std::filesystem::path& path) {
-  return path.string() + ".part";
-}
-
 [[noreturn]] void ThrowDiskError(const std::filesystem::path& path,
                                  const char* what) {
   throw DiskError(fmt::format("{}: {}: {}; choose another place or free space",
@@ -32,27 +28,18 @@ std::filesystem::path PartOf(const std::filesystem::path& path) {
 ObjWriter::ObjWriter(const std::filesystem::path& obj_path)
     : obj_path_(obj_path),
       mtl_path_(std::filesystem::path(obj_path).replace_extension(".mtl")),
-      obj_part_(PartOf(obj_path_)),
-      mtl_part_(PartOf(mtl_path_)) {
+      obj_file_(obj_path_),
+      mtl_file_(mtl_path_) {
   if (obj_path.extension() != ".obj") {
     throw UsageError(fmt::format(
         "{}: a generated scene is an OBJ file; give a name that ends in .obj",
         obj_path.string()));
   }
-  try {
-    obj_ = Open(obj_part_);
-    mtl_ = Open(mtl_part_);
-  } catch (...) {
-    RemoveParts();
-    throw;
-  }
+  obj_ = Open(obj_file_.Path());
+  mtl_ = Open(mtl_file_.Path());
   fmt::format_to(std::back_inserter(obj_text_),
                  "# metres, Z up\nmtllib {}\n",
                  mtl_path_.filename().string());
-}
-
-ObjWriter::~ObjWriter() {
-  RemoveParts();
 }
 
 ObjWriter::File ObjWriter::Open(const std::filesystem::path& path) {
@@ -76,18 +63,6 @@ void ObjWriter::FlushTo(const File& file,
     ThrowDiskError(path, "cannot be written");
   }
   text.clear();
-}
-
-void ObjWriter::RemoveParts() noexcept {
-  // Finish() empties the names when the parts have become the files.
-  std::error_code ignored;
-  obj_.reset();
-  mtl_.reset();
-  for (const std::filesystem::path& part : {obj_part_, mtl_part_}) {
-    if (!part.empty()) {
-      std::filesystem::remove(part, ignored);
-    }
-  }
 }
 
 MaterialId ObjWriter::DefineMaterial(const ObjMaterial& m) {
@@ -177,27 +152,18 @@ void ObjWriter::AddInstance(const ObjInstance& instance) {
 
 void ObjWriter::FlushIfLong() {
   if (obj_text_.size() >= kFlushBytes) {
-    FlushTo(obj_, obj_part_, obj_text_);
+    FlushTo(obj_, obj_file_.Path(), obj_text_);
   }
 }
 
 void ObjWriter::Finish() {
   ENFILADE_CHECK(obj_ != nullptr, "{} finished twice", obj_path_.string());
-  FlushTo(mtl_, mtl_part_, mtl_text_);
-  FlushTo(obj_, obj_part_, obj_text_);
-  Close(std::move(mtl_), mtl_part_);
-  Close(std::move(obj_), obj_part_);
-  std::error_code error;
-  std::filesystem::rename(mtl_part_, mtl_path_, error);
-  if (!error) {
-    std::filesystem::rename(obj_part_, obj_path_, error);
-  }
-  if (error) {
-    throw DiskError(fmt::format(
-        "{}: cannot be put in place: {}", obj_path_.string(), error.message()));
-  }
-  obj_part_.clear();
-  mtl_part_.clear();
+  FlushTo(mtl_, mtl_file_.Path(), mtl_text_);
+  FlushTo(obj_, obj_file_.Path(), obj_text_);
+  Close(std::move(mtl_), mtl_file_.Path());
+  Close(std::move(obj_), obj_file_.Path());
+  mtl_file_.Keep();
+  obj_file_.Keep();
 }
 
 }  // namespace enfilade

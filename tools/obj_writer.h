@@ -25,6 +25,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/pending_file.h"
 #include <fmt/format.h>
 
 namespace enfilade {
@@ -50,7 +51,6 @@ class ObjWriter {
   // Requires a path that ends in ".obj" (UsageError); materials go to the same
   // path with ".mtl".
   explicit ObjWriter(const std::filesystem::path& obj_path);
-  ~ObjWriter();
   ObjWriter(const ObjWriter&) = delete;
   ObjWriter& operator=(const ObjWriter&) = delete;
 
@@ -101,14 +101,13 @@ class ObjWriter {
   void FlushTo(const File& file,
                const std::filesystem::path& path,
                fmt::memory_buffer& text);
-  void RemoveParts() noexcept;
   void FlushIfLong();
   uint64_t VertexIndex(Point3 point);
 
   std::filesystem::path obj_path_;
   std::filesystem::path mtl_path_;
-  std::filesystem::path obj_part_;
-  std::filesystem::path mtl_part_;
+  PendingFile obj_file_;
+  PendingFile mtl_file_;
   File obj_;
   File mtl_;
   fmt::memory_buffer obj_text_;

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "tools/pending_file.h"
 #include "tools/progress.h"
 #include <fmt/format.h>
 
@@ -132,22 +133,16 @@ Json SolveReport(const BlockStorage& store,
 }
 
 void WriteReport(const std::filesystem::path& path, const Json& report) {
-  const std::filesystem::path part = path.string() + ".part";
-  std::ofstream file(part, std::ios::binary | std::ios::trunc);
+  PendingFile pending(path);
+  std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
   file << report.dump(2) << '\n';
   file.close();
-  std::error_code renamed;
-  if (file) {
-    std::filesystem::rename(part, path, renamed);
+  if (!file) {
+    throw DiskError(fmt::format("cannot write the report '{}': {}",
+                                path.string(),
+                                std::system_category().message(errno)));
   }
-  if (!file || renamed) {
-    const std::string reason =
-        renamed ? renamed.message() : std::system_category().message(errno);
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw DiskError(
-        fmt::format("cannot write the report '{}': {}", path.string(), reason));
-  }
+  pending.Keep();
 }
 
 std::string FormatBytes(double bytes) {
@@ -175,18 +170,20 @@ std::string SummaryText(const Json& report) {
       number("cells"),
       number("portals"),
       number("visible_pairs"));
-  text += fmt::format(
-      "solution  {} patches, {} elements, {} links, {} sweeps, "
-      "{}, basis {}\n",
-      number("patches"),
-      number("elements"),
-      number("links"),
-      number("sweeps"),
-      report.at("method").get<std::string>(),
-      report.at("basis").get<std::string>());
-  text += fmt::format("error     {:.4f} estimated, {:.4f} requested\n",
-                      number("estimated_error"),
-                      number("requested_error"));
+  if (number("elements") > 0) {  // else there is no solution yet
+    text += fmt::format(
+        "solution  {} patches, {} elements, {} links, {} sweeps, "
+        "{}, basis {}\n",
+        number("patches"),
+        number("elements"),
+        number("links"),
+        number("sweeps"),
+        report.at("method").get<std::string>(),
+        report.at("basis").get<std::string>());
+    text += fmt::format("error     {:.4f} estimated, {:.4f} requested\n",
+                        number("estimated_error"),
+                        number("requested_error"));
+  }
   text += fmt::format("cost      {}, peak {} (cap {}), store {}\n",
                       FormatDuration(number("wall_seconds")),
                       bytes("peak_rss_bytes"),

@@ -1,0 +1,87 @@
+#include "tools/pending_file.h"
+
+#include "base/error.h"
+
+#include <array>
+#include <filesystem>
+#include <iterator>
+#include <string>
+
+#include "tests/tools/run_program.h"
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(PendingFile, AppearsOnlyWhenItIsKept) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "a.json";
+  PendingFile file(path);
+  WriteFile(file.Path(), "new");
+  EXPECT_FALSE(fs::exists(path));
+  file.Keep();
+  EXPECT_EQ(ReadFile(path), "new");
+}
+
+TEST(PendingFile, WhatWasThereStaysUnlessItIsKept) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "a.json";
+  WriteFile(path, "old");
+  {
+    const PendingFile file(path);
+    WriteFile(file.Path(), "half of the n");
+  }
+  EXPECT_EQ(ReadFile(path), "old");
+  const fs::directory_iterator entries(folder.Path());
+  EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
+}
+
+TEST(PendingFile, LinksAreFollowed) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "target", "old");
+  fs::create_symlink(folder / "target", folder / "link");
+  PendingFile file(folder / "link");
+  WriteFile(file.Path(), "new");
+  file.Keep();
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(ReadFile(folder / "target"), "new");
+}
+
+// A pipe that were renamed over would be gone for its readers.
+TEST(PendingFile, PipesAreWrittenAsTheyAre) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "pipe";
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  const int reader = open(path.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  {
+    PendingFile file(path);
+    EXPECT_TRUE(file.IsStream());
+    WriteFile(file.Path(), "new");
+    file.Keep();
+  }
+  std::array<char, 8> got{};
+  EXPECT_EQ(read(reader, got.data(), got.size()), 3);
+  close(reader);
+  EXPECT_TRUE(fs::is_fifo(path));
+}
+
+TEST(PendingFile, StandardOutputIsNoFileToReplace) {
+  EXPECT_TRUE(PendingFile("/dev/stdout").IsStream());
+}
+
+TEST(PendingFile, WhatCannotBeWrittenIsADiskErrorAtOnce) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(RequireWritable(folder / "no/such/a.json"), DiskError);
+  EXPECT_THROW(RequireWritable(folder.Path()), DiskError);
+  EXPECT_NO_THROW(RequireWritable(folder / "a.json"));
+  EXPECT_TRUE(fs::is_empty(folder.Path()));
+}
+
+}  // namespace
+}  // namespace enfilade

@@ -1,0 +1,83 @@
+#include "tools/pending_file.h"
+
+#include "base/error.h"
+
+#include <cerrno>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void Fail(const fs::path& path, const std::string& reason) {
+  throw DiskError(fmt::format("cannot write '{}': {}", path.string(), reason));
+}
+
+// A device or a pipe. What /dev/stdout leads to may be a file, which is open
+// already and must not be replaced.
+bool IsStreamAt(const fs::path& path) {
+  std::error_code failed;
+  const std::string name = fs::absolute(path, failed).lexically_normal();
+  return name.starts_with("/dev/") ||
+         (fs::exists(path, failed) && !fs::is_regular_file(path, failed));
+}
+
+// The file that a path stands for, links followed; it may not be there yet.
+fs::path TargetOf(const fs::path& path) {
+  std::error_code failed;
+  return fs::is_symlink(path, failed) && !IsStreamAt(path)
+             ? fs::weakly_canonical(path)
+             : path;
+}
+
+}  // namespace
+
+PendingFile::PendingFile(const fs::path& path)
+    : target_(TargetOf(path)), part_(target_) {
+  std::error_code failed;
+  if (fs::is_directory(target_, failed)) {
+    Fail(path, "it is a folder");
+  }
+  if (IsStreamAt(target_)) {
+    return;
+  }
+  part_ += ".part";
+  const fs::path folder =
+      target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, failed)) {
+    Fail(
+        path,
+        fmt::format("there is no folder '{}'; make it first", folder.string()));
+  }
+  if (access(folder.c_str(), W_OK) != 0) {
+    Fail(path, std::generic_category().message(errno));
+  }
+}
+
+PendingFile::~PendingFile() {
+  if (!kept_ && !IsStream()) {
+    std::error_code ignored;
+    fs::remove(part_, ignored);
+  }
+}
+
+void PendingFile::Keep() {
+  if (!IsStream()) {
+    std::error_code failed;
+    fs::rename(part_, target_, failed);
+    if (failed) {
+      Fail(target_, failed.message());
+    }
+  }
+  kept_ = true;
+}
+
+void RequireWritable(const fs::path& path) {
+  const PendingFile file(path);
+}
+
+}  // namespace enfilade
