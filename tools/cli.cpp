@@ -5,6 +5,9 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "tools/command.h"
 #include "tools/pipeline_limits.h"
@@ -54,20 +57,39 @@ void AddCommands(CLI::App& app) {
   AddFlatlandCommand(app);
 }
 
+// The names of what an app or a verb has below it.
+std::string NamesBelow(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    names.push_back(command->get_name());
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 // What is wrong with a command line that CLI11 refuses, and where to look.
 std::string UsageText(const CLI::App& app,
                       const CLI::ParseError& error,
-                      const std::string& first_word) {
+                      std::span<char* const> words) {
+  const auto is_name = [&](size_t i) {
+    return i < words.size() && *words[i] != '\0' && *words[i] != '-';
+  };
   const auto verbs = app.get_subcommands();
-  if (!verbs.empty()) {
-    return fmt::format(
-        "{} (see 'enfilade {} --help')", error.what(), verbs[0]->get_name());
+  if (verbs.empty()) {
+    return is_name(1) ? fmt::format("there is no verb '{}'; there are: {}",
+                                    words[1],
+                                    NamesBelow(app))
+                      : fmt::format("{} (see 'enfilade --help')", error.what());
   }
-  if (first_word.empty() || first_word.front() == '-') {
-    return fmt::format("{} (see 'enfilade --help')", error.what());
+  const CLI::App& verb = *verbs[0];
+  const bool has_kinds = !verb.get_subcommands({}).empty();
+  if (has_kinds && verb.get_subcommands().empty() && is_name(2)) {
+    return fmt::format("there is no {} '{}'; there are: {}",
+                       verb.get_name(),
+                       words[2],
+                       NamesBelow(verb));
   }
-  return fmt::format("there is no verb '{}' (see 'enfilade --help')",
-                     first_word);
+  return fmt::format(
+      "{} (see 'enfilade {} --help')", error.what(), verb.get_name());
 }
 
 int ParseAndRun(CLI::App& app, int argc, char** argv) {
@@ -78,8 +100,8 @@ int ParseAndRun(CLI::App& app, int argc, char** argv) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
       return app.exit(error);  // --help and --version
     }
-    const std::string first_word = argc > 1 ? argv[1] : "";
-    return Fail(ExitCode::kUsage, UsageText(app, error, first_word));
+    return Fail(ExitCode::kUsage,
+                UsageText(app, error, {argv, static_cast<size_t>(argc)}));
   }
 }
 
@@ -103,7 +125,7 @@ int RunCommandLine(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return Fail(ExitCode::kDoesNotFit, "the system has no memory left");
   } catch (const std::exception& error) {
-    return Fail(ExitCode::kBug,
+    return Fail(ExitCode::kNotDone,
                 fmt::format("{} (a bug: please report it with the command)",
                             error.what()));
   }

@@ -22,6 +22,11 @@ struct FlatlandCommand {
   std::filesystem::path out;
 
   void Run() const {
+    if (out.extension() != ".svg") {
+      throw UsageError(fmt::format(
+          "'{}': the picture is an SVG; give a name that ends in .svg",
+          out.string()));
+    }
     if (!std::has_single_bit(elements) || elements < 4 || elements > 512) {
       throw UsageError(fmt::format(
           "--elements {}: give a power of two from 4 to 512", elements));

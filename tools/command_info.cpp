@@ -5,7 +5,7 @@
 
 #include <filesystem>
 #include <memory>
-#include <system_error>
+#include <vector>
 
 #include "tools/command.h"
 #include "tools/command_options.h"
@@ -22,7 +22,8 @@ namespace {
 
 struct InfoCommand {
   CommonOptions common;
-  SceneOptions scene;  // if it is a scene
+  SceneOptions scene;                        // if it is a scene
+  std::vector<const CLI::Option*> of_scene;  // the options of `scene`
   std::string store;
   uint64_t audit_rays = 0;
 
@@ -45,10 +46,7 @@ class TemporaryStore {
 
   ~TemporaryStore() {
     store_.reset();
-    for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
-      std::error_code ignored;
-      std::filesystem::remove(path_.string() + suffix, ignored);
-    }
+    RemoveStoreFiles(path_);
   }
 
   TemporaryStore(const TemporaryStore&) = delete;
@@ -155,7 +153,7 @@ void InfoCommand::Finish(const BlockStorage& storage,
   }
   WriteReportIfAsked(common, report);
   if (missed > 0) {
-    throw Error(ExitCode::kBug,
+    throw Error(ExitCode::kNotDone,
                 fmt::format("{} rays join cells that the visible sets keep "
                             "apart; please report this with the scene",
                             missed));
@@ -189,6 +187,15 @@ void InfoCommand::RunOnScene() const {
 }
 
 void InfoCommand::RunOnStore() const {
+  for (const CLI::Option* option : of_scene) {
+    if (option->count() > 0) {
+      throw UsageError(
+          fmt::format("{} is for a scene file; '{}' is a store, which has its "
+                      "own settings",
+                      option->get_name(),
+                      store));
+    }
+  }
   LimitsInForce limits(common.limits);
   const auto storage = OpenExistingStore(store, StoreAccess::kRead);
   const SolveSettings settings = LoadSettings(*storage);
@@ -202,7 +209,7 @@ void InfoCommand::RunOnStore() const {
 }
 
 void InfoCommand::Run() const {
-  ApplyVerbosity(common);
+  BeginRun(common);
   if (IsSceneName(store)) {
     RunOnScene();
   } else {
@@ -231,7 +238,11 @@ void AddInfoCommand(CLI::App& app) {
                    "Check the visible sets with this many rays")
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("RAYS");
+  const size_t others = command->get_options().size();
   AddSceneOptions(*command, options->scene);
+  const auto all = command->get_options();
+  options->of_scene.assign(all.begin() + static_cast<ptrdiff_t>(others),
+                           all.end());
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade info office.enf --report office.json\n"

@@ -100,7 +100,7 @@ void ReportSolve(const fs::path& path,
   WriteReportIfAsked(common, report);
   fmt::print("{}", SummaryText(report));
   if (!summary.converged) {
-    throw Error(ExitCode::kBug,
+    throw Error(ExitCode::kNotDone,
                 fmt::format("the requested error {} was not reached; {:.4f} "
                             "is estimated. The solution is kept in '{}'",
                             settings.error,
@@ -109,19 +109,12 @@ void ReportSolve(const fs::path& path,
   }
 }
 
-void RemoveStore(const fs::path& path) {
-  for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
-    std::error_code ignored;
-    fs::remove(path.string() + suffix, ignored);
-  }
-}
-
 // A new store that holds the settings. Under its name from the first instant
 // it can be resumed: it is made under another and renamed.
 std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
                                             const fs::path& path) {
   const fs::path part = path.string() + ".part";
-  RemoveStore(part);
+  RemoveStoreFiles(part);
   {
     const auto store = CreateStore(part);
     SaveSettings(*store, settings);
@@ -131,7 +124,7 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
   std::error_code failed;
   fs::rename(part, path, failed);
   if (failed) {
-    RemoveStore(part);
+    RemoveStoreFiles(part);
     throw DiskError(fmt::format(
         "cannot make the store '{}': {}", path.string(), failed.message()));
   }
@@ -160,7 +153,7 @@ void SolveCommand::ChooseByMethod() {
 }
 
 void SolveCommand::Run() {
-  ApplyVerbosity(common);
+  BeginRun(common);
   ChooseByMethod();
   const SolveSettings settings = SettingsOf(scene, options);
   if (fs::exists(store)) {
@@ -182,14 +175,14 @@ void SolveCommand::Run() {
         storage != nullptr && LoadStage(*storage) < Stage::kImported;
     storage.reset();
     if (worthless) {
-      RemoveStore(store);
+      RemoveStoreFiles(store);
     }
     throw;
   }
 }
 
 void ResumeCommand::Run() {
-  ApplyVerbosity(common);
+  BeginRun(common);
   auto storage = OpenExistingStore(store, StoreAccess::kWrite);
   SolveSettings settings = LoadSettings(*storage);
   if (LoadStage(*storage) < Stage::kImported) {

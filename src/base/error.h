@@ -1,6 +1,7 @@
 // Errors of the world: what a user can meet and mend. Each carries the exit
 // code of the command line and is caught once, in main. Bugs are CHECKs
-// (check.h); a solve that does not converge is a result, not an error.
+// (check.h); a solve that does not converge is a result (SolveSummary), which
+// the command line alone turns into an exit code.
 
 #pragma once
 
@@ -11,7 +12,7 @@ namespace enfilade {
 
 enum class ExitCode : int {
   kSuccess = 0,
-  kBug = 1,
+  kNotDone = 1,  // the requested error was not reached, or a bug
   kUsage = 2,
   kBadInput = 3,
   kDoesNotFit = 4,

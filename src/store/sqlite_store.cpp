@@ -457,6 +457,13 @@ std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
   return std::make_unique<SqliteStore>(std::move(parts));
 }
 
+void RemoveStoreFiles(const std::filesystem::path& path) {
+  for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
+    std::error_code ignored;
+    std::filesystem::remove(Beside(path, suffix), ignored);
+  }
+}
+
 std::unique_ptr<BlockStorage> CreateStoreInMemory() {
   Parts parts{{}, StoreAccess::kWrite, nullptr, nullptr};
   parts.database =

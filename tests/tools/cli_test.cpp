@@ -91,6 +91,42 @@ TEST(Cli, NonsenseIsAUsageError) {
   }
 }
 
+TEST(Cli, WhatIsNotThereIsNamedBesideWhatIs) {
+  const auto verb = RunProgram({"frobnicate"});
+  EXPECT_TRUE(Contains(verb.err, "'frobnicate'; there are: solve,"))
+      << verb.err;
+  const auto scene = RunProgram({"scene", "palace", "a.obj"});
+  EXPECT_EQ(scene.exit_code, 2);
+  EXPECT_TRUE(Contains(scene.err, "no scene 'palace'; there are: chairs,"))
+      << scene.err;
+  ExpectOneErrorLine(scene);
+}
+
+TEST(Cli, OptionsOfScenesAreRefusedForStores) {
+  const TemporaryFolder folder;
+  const auto result = RunProgram({"info", folder / "a.enf", "--error", "0.01"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(Contains(result.err, "--error is for a scene")) << result.err;
+  ExpectOneErrorLine(result);
+}
+
+TEST(Cli, SceneInThePlaceOfAStoreIsBadInput) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  for (const char* verb : {"resume", "verify"}) {
+    const auto result = RunProgram({verb, folder / "room.obj"});
+    EXPECT_EQ(result.exit_code, 3) << result.err;
+    EXPECT_TRUE(Contains(result.err, "is a scene, not a store")) << result.err;
+  }
+}
+
+TEST(Cli, FlatlandDrawsOnlySvg) {
+  const TemporaryFolder folder;
+  const auto result = RunProgram({"flatland", folder / "matrix.png"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder / "matrix.png"));
+}
+
 TEST(Cli, ErrorOutOfRangeIsAUsageError) {
   const TemporaryFolder folder;
   WriteRoomScene(folder / "room.obj", 0);
@@ -190,6 +226,29 @@ TEST(Cli, StoreInAMissingFolderIsADiskError) {
       {"solve", folder / "room.obj", "-o", folder / "no/such/room.enf"});
   EXPECT_EQ(result.exit_code, 6) << result.err;
   ExpectOneErrorLine(result);
+}
+
+// Said before the work is done, not after it.
+TEST(Cli, ReportInAMissingFolderIsRefusedAtOnce) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  const auto result = RunProgram({"solve",
+                                  folder / "room.obj",
+                                  "-o",
+                                  folder / "room.enf",
+                                  "--report",
+                                  folder / "no/such/room.json"});
+  EXPECT_EQ(result.exit_code, 6);
+  EXPECT_TRUE(Contains(result.err, "room.json")) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "room.enf"));
+}
+
+TEST(Cli, ReportToStandardOutputIsPrinted) {
+  const TemporaryFolder folder;
+  const auto result = RunProgram(
+      {"scene", "parallel", folder / "two.obj", "--report", "/dev/stdout"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(std::filesystem::is_symlink("/dev/stdout"));
 }
 
 }  // namespace
