@@ -10,7 +10,9 @@
 #include "solver/residual_check.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -35,6 +37,19 @@ constexpr uint64_t kLeastResidualRays = 8 << 20;
 // To locate the error: one ray per this many links, but at least these.
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kLeastLocatingRays = 1 << 20;
+
+// What is being done, and how far the rounds before have come.
+std::string PhaseText(const SolveState& state) {
+  std::string text =
+      fmt::format("round {} {}",
+                  state.rounds.size() + 1,
+                  state.phase == SolvePhase::kRefine ? "refine" : "propagate");
+  if (!state.rounds.empty()) {
+    text += fmt::format(", error {:.3f} so far",
+                        state.rounds.back().estimated_error);
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -432,6 +447,7 @@ void Engine::Settle(const Receiver& r) {
   }
   state_.relit |= !was_lit && IsLit(r.id) && r.sources.size() > 1;
   r.tree->UpdateDetail();
+  assert(r.tree->IsValid());
   pager_.MarkDirty(r.id);
   pager_.MarkReceivedDirty(r.id);
 }
@@ -466,12 +482,7 @@ void Engine::CheckPoint() {
   if (options_.progress) {
     const double fraction = static_cast<double>(state_.next_cell) /
                             static_cast<double>(state_.cells.size());
-    options_.progress(
-        fraction,
-        fmt::format(
-            "round {} {}",
-            state_.rounds.size() + 1,
-            state_.phase == SolvePhase::kRefine ? "refine" : "propagate"));
+    options_.progress(fraction, PhaseText(state_));
   }
 }
 

@@ -77,6 +77,7 @@ class StoredTree : public ::testing::Test {
 
 TEST_F(StoredTree, ComesBackWhole) {
   CellTree loaded = SavedAndLoaded();
+  EXPECT_TRUE(loaded.IsValid());
   ASSERT_EQ(loaded.Size(), tree_.Size());
   EXPECT_EQ(loaded.Digest(received_.gathered),
             tree_.Digest(received_.gathered));
