@@ -44,8 +44,6 @@ class MaterialTable {
     return materials_;
   }
 
-  [[nodiscard]] const Overrides& TheOverrides() const { return overrides_; }
-
   // Appends a finished material.
   MaterialId Append(Material material);
 

@@ -22,7 +22,6 @@ void PolygonSink::Add(std::span<const Point3> polygon) {
     Flush();
   }
   cleaner_.Add(polygon);
-  has_light_ = has_light_ || emits_;
 }
 
 void PolygonSink::Flush() {

@@ -31,16 +31,12 @@ class PolygonSink {
     return cleaner_.Counts();
   }
 
-  // An emitting material was used by a polygon.
-  [[nodiscard]] bool HasLight() const { return has_light_; }
-
  private:
   MeshCleaner cleaner_;
   SceneWriter* writer_;
   Face face_;  // material and object of the pending polygons
   bool oriented_ = false;
   bool emits_ = false;
-  bool has_light_ = false;
 };
 
 }  // namespace enfilade

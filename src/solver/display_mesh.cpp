@@ -43,12 +43,6 @@ uint64_t DisplayMesh::SizeBytes() const {
          points_.size() * sizeof(double);  // VertexAreas
 }
 
-size_t DisplayMesh::TriangleCount() const {
-  size_t count = 0;
-  ForEachTriangle([&](const DisplayTriangle&) { ++count; });
-  return count;
-}
-
 std::vector<double> DisplayMesh::VertexAreas() const {
   std::vector<double> areas(points_.size());
   ForEachTriangle([&](const DisplayTriangle& t) {

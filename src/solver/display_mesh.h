@@ -75,8 +75,6 @@ class DisplayMesh {
     }
   }
 
-  [[nodiscard]] size_t TriangleCount() const;
-
   // A third of the triangles around each vertex, m2. What it takes is in the
   // mesh's charge.
   [[nodiscard]] std::vector<double> VertexAreas() const;

@@ -202,12 +202,6 @@ int64_t Statement::Integer(int column) const {
   return sqlite3_column_int64(handle_, column);
 }
 
-std::span<const std::byte> Statement::Blob(int column) const {
-  const void* data = sqlite3_column_blob(handle_, column);
-  const int size = sqlite3_column_bytes(handle_, column);
-  return {static_cast<const std::byte*>(data), static_cast<size_t>(size)};
-}
-
 std::string_view Statement::Text(int column) const {
   const void* data = sqlite3_column_text(handle_, column);
   const int size = sqlite3_column_bytes(handle_, column);

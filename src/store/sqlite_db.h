@@ -78,7 +78,6 @@ class Statement {
 
   [[nodiscard]] int64_t Integer(int column) const;
   // Valid until the next step or reset.
-  [[nodiscard]] std::span<const std::byte> Blob(int column) const;
   [[nodiscard]] std::string_view Text(int column) const;
 
  private:
