@@ -151,8 +151,11 @@ void FindCandidates(const BuildingView& view,
     auto& cells = search.cells;
     std::sort(cells.begin(), cells.end());
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    // Of a cell that reflects nothing (the sky before a window) no path asks.
     for (const CellId cell : cells) {
-      tree.AppendLampsOfCell(cell, search.candidates);
+      if (!search.points.empty()) {
+        tree.AppendLampsOfCell(cell, search.candidates);
+      }
     }
     auto& candidates = search.candidates;
     std::sort(candidates.begin(), candidates.end());

@@ -59,6 +59,24 @@ TEST(SeenEmittersTest, ChoicesGoToTheLampsOfTheRoom) {
   EXPECT_GE(own, 850);
 }
 
+// The sky before a window is a cell of its own, which has no point that could
+// receive.
+TEST(SeenEmittersTest, ASkyThatReflectsNothingIsSeenAndSeesNothing) {
+  FakeBuilding building;
+  const MaterialId grey = building.AddMaterial({.5, .5, .5}, {});
+  const MaterialId sky = building.AddMaterial({}, {1, 1, 1});
+  building.Add({0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
+  building.AddCell();
+  building.Add({5, 0, 0}, {0, 0, 4}, {0, 4, 0}, sky);
+  MemoryBudget budget(kModest);
+  const EmitterTree tree(building.View(), budget, 1 << 20);
+  SeenEmitters seen(tree);
+  EXPECT_GT(seen.Learn(building.View(), budget, kMostBytes, 1), 0U);
+  const auto choice = seen.Choose(CellId(0U), {1, 1, 0}, {0, 0, 1}, .5);
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->emitter->cell, CellId(1U));
+}
+
 // A bulb in a box that is open below, 5 mm above the floor: hardly a point of
 // the room sees it, and those inside see nothing else.
 TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
