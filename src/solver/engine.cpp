@@ -38,6 +38,30 @@ constexpr uint64_t kLeastResidualRays = 8 << 20;
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kLeastLocatingRays = 1 << 20;
 
+// Nothing in the building has a reflectance: its light is what lamps send.
+bool ReflectsNothing(const BlockStorage& store,
+                     const SceneInfo& scene,
+                     size_t cells) {
+  for (size_t i = 0; i < cells; ++i) {
+    const CellPatches cell = LoadCellPatches(store, CellId(i));
+    for (const Patch& p : cell.patches) {
+      if (p.reflects &&
+          MaxChannel(scene.materials.at(p.material.Index()).reflectance) > 0) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+// Surfaces that all reflect so much and emit nothing.
+SurfaceTable AllGrey(const SurfaceTable& like, float reflectance) {
+  SurfaceTable grey = like;
+  std::fill(grey.reflectance.begin(), grey.reflectance.end(), reflectance);
+  std::fill(grey.exitance.begin(), grey.exitance.end(), 0.0F);
+  return grey;
+}
+
 // What is being done, and how far the rounds before have come.
 std::string PhaseText(const SolveState& state) {
   std::string text =
@@ -67,6 +91,7 @@ Engine::Engine(BlockStorage& store,
       device_(budget, scene_.bounds.Center()),
       pager_(store, scene_, partition_, shape_, device_, budget),
       workspace_(ReserveWorkspace()),
+      is_black_(ReflectsNothing(store, scene_, partition_.cells.size())),
       last_commit_(std::chrono::steady_clock::now()) {
   if (!LoadSolveState(store, &state_)) {
     Start();
@@ -127,8 +152,10 @@ void Engine::Start() {
     area += row.area;
   }
   // A guess until the first round has measured it: as if nothing were lost.
-  const double reflectance =
-      std::min(reflecting / std::max(area, 1e-12), kMostGuessedReflectance);
+  const double reflectance = is_black_
+                                 ? double{kLeastWeightReflectance}
+                                 : std::min(reflecting / std::max(area, 1e-12),
+                                            kMostGuessedReflectance);
   state_.mean_reflected =
       emitted / std::max(area, 1e-12) * reflectance / (1 - reflectance);
   StartRound(FirstTau(state_, area, patches));
@@ -187,7 +214,7 @@ void Engine::FinishRound() {
                  "the light of round {} is not finite",
                  state_.rounds.size());
   last_commit_ = {};  // long ago: the end of a round is worth a commit
-  if (IsWorthChecking(state_)) {
+  if (!is_black_ && IsWorthChecking(state_)) {
     CheckResidual();
   }
   state_.converged = HasMetError(state_);
@@ -439,6 +466,14 @@ void Engine::Settle(const Receiver& r) {
   row.peak = r.tree->Sent().MaxAbs();
   now.Subtract(r.tree->Sent());
   row.residual = SumOverLeaves(*r.tree, patches, now).absolute;
+  if (is_black_) {
+    now.Clear();
+    now = PushPull(*r.tree,
+                   r.received->gathered,
+                   patches,
+                   AllGrey(surfaces_, kLeastWeightReflectance));
+    row.reflected = SumOverLeaves(*r.tree, patches, now).value;
+  }
   row.elements = r.tree->Size();
   row.processed = ++state_.tick;
   if (r.tree->Delta().MaxAbs() > 0) {

@@ -103,7 +103,10 @@ class Engine {
   MemoryCharge workspace_;
   SolveState state_;
   double area_ = 0;  // of all reflecting patches, m2
-  CellCare care_;    // of the cell whose links are made; else empty
+  // Nothing reflects: the irradiance is solved for, and its error is measured
+  // as if all surfaces had kLeastWeightReflectance.
+  bool is_black_ = false;
+  CellCare care_;  // of the cell whose links are made; else empty
   std::chrono::steady_clock::time_point last_commit_;
   double commit_cost_ = 0;  // seconds, of the last one
 };

@@ -39,6 +39,10 @@
 
 namespace enfilade {
 
+// Black surfaces receive too, for probes, but need less care: errors on them
+// count as if they had this reflectance.
+inline constexpr float kLeastWeightReflectance = 0.1F;
+
 struct RefineOptions {
   double tau = 1;                // W/m: largest weighted error of a link
   double tau_weak = 1;           // W/m: transfers below are sampled

@@ -10,9 +10,6 @@
 namespace enfilade {
 namespace {
 
-// Black surfaces receive too, for probes, but need less care.
-constexpr float kLeastWeightReflectance = 0.1F;
-
 // By how much detail may be concentrated for it to be looked for.
 constexpr float kMostConcentration = 16;
 

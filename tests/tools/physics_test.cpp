@@ -196,6 +196,35 @@ TEST(Squares, FaceToFaceMatchTheClosedForm) {
   }
 }
 
+// Where nothing reflects, irradiance is all there is to solve for.
+TEST(Squares, BlackOnesReceiveTheClosedForm) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "a.mtl",
+            "newmtl black\nKd 0 0 0\nnewmtl lamp\nKd 0 0 0\nKe 1 1 1\n");
+  WriteFile(folder / "a.obj",
+            "mtllib a.mtl\n"
+            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+            "v 0 0 1\nv 0 1 1\nv 1 1 1\nv 1 0 1\n"
+            "usemtl black\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n");
+  ASSERT_FALSE(SolveIn(folder, "m2", "0.01").empty());
+  const auto store = OpenStore(folder / "a.enf", StoreAccess::kRead);
+  MemoryBudget budget(1ULL << 30);
+  const Solution solution(*store, budget);
+  double received = 0;  // W, on the upper side of the square at z = 0
+  for (size_t i = 0; i < solution.CellCount(); ++i) {
+    solution.ForEachLeaf(CellId(i), [&](const LeafElement& leaf) {
+      const Vec3 area = AreaVector(leaf.corners);
+      if (area.z > 0 && std::abs(leaf.corners[0].z) < 1e-6) {
+        for (const Rgb& irradiance : leaf.irradiance) {
+          received += area.z * irradiance[0] /
+                      static_cast<double>(leaf.irradiance.size());
+        }
+      }
+    });
+  }
+  EXPECT_NEAR(received, 0.199825, 0.01 * 0.199825);
+}
+
 TEST(Squares, AtARightAngleMatchTheClosedForm) {
   for (const Expected& expected :
        {Expected{"0", 0.100022}, {"0.1", 0.081412}, {"1", 0.016405}}) {
