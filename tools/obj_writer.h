@@ -51,8 +51,6 @@ class ObjWriter {
   // Requires a path that ends in ".obj" (UsageError); materials go to the same
   // path with ".mtl".
   explicit ObjWriter(const std::filesystem::path& obj_path);
-  ObjWriter(const ObjWriter&) = delete;
-  ObjWriter& operator=(const ObjWriter&) = delete;
 
   MaterialId DefineMaterial(const ObjMaterial& material);
 
