@@ -1,6 +1,7 @@
 #include "tools/command_options.h"
 
 #include "base/error.h"
+#include "solver/solve.h"
 
 #include <map>
 #include <string>
@@ -113,6 +114,13 @@ std::unique_ptr<BlockStorage> OpenSolvedStore(
         fmt::format("'{}' holds no solution yet; run 'enfilade resume {}'",
                     path.string(),
                     path.string()));
+  }
+  if (!LoadSolveSummary(*store).converged) {
+    spdlog::warn(
+        "the solve in '{}' has not reached the error that was asked for: its "
+        "light may be far from right; see 'enfilade info {}'",
+        path.string(),
+        path.string());
   }
   return store;
 }

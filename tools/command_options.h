@@ -58,7 +58,7 @@ std::unique_ptr<BlockStorage> OpenExistingStore(
     const std::filesystem::path& path, StoreAccess access);
 
 // OpenExistingStore for reading; throws InputError unless the store has got
-// as far as a solution (complete or not).
+// as far as a solution. Warns if the solve is not complete.
 std::unique_ptr<BlockStorage> OpenSolvedStore(
     const std::filesystem::path& path);
 
