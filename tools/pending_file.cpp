@@ -18,11 +18,12 @@ namespace fs = std::filesystem;
 }
 
 // A device or a pipe. What /dev/stdout leads to may be a file, which is open
-// already and must not be replaced.
+// already and must not be replaced; below /dev/shm are files like others.
 bool IsStreamAt(const fs::path& path) {
   std::error_code failed;
   const std::string name = fs::absolute(path, failed).lexically_normal();
-  return name.starts_with("/dev/") ||
+  return name == "/dev/stdout" || name == "/dev/stderr" ||
+         name.starts_with("/dev/fd/") ||
          (fs::exists(path, failed) && !fs::is_regular_file(path, failed));
 }
 
@@ -38,23 +39,9 @@ fs::path TargetOf(const fs::path& path) {
 
 PendingFile::PendingFile(const fs::path& path)
     : target_(TargetOf(path)), part_(target_) {
-  std::error_code failed;
-  if (fs::is_directory(target_, failed)) {
-    Fail(path, "it is a folder");
-  }
-  if (IsStreamAt(target_)) {
-    return;
-  }
-  part_ += ".part";
-  const fs::path folder =
-      target_.has_parent_path() ? target_.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, failed)) {
-    Fail(
-        path,
-        fmt::format("there is no folder '{}'; make it first", folder.string()));
-  }
-  if (access(folder.c_str(), W_OK) != 0) {
-    Fail(path, std::generic_category().message(errno));
+  RequireWritable(path);
+  if (!IsStreamAt(target_)) {
+    part_ += ".part";
   }
 }
 
@@ -77,7 +64,24 @@ void PendingFile::Keep() {
 }
 
 void RequireWritable(const fs::path& path) {
-  const PendingFile file(path);
+  const fs::path target = TargetOf(path);
+  std::error_code failed;
+  if (fs::is_directory(target, failed)) {
+    Fail(path, "it is a folder");
+  }
+  if (IsStreamAt(target)) {
+    return;
+  }
+  const fs::path folder =
+      target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, failed)) {
+    Fail(
+        path,
+        fmt::format("there is no folder '{}'; make it first", folder.string()));
+  }
+  if (access(folder.c_str(), W_OK) != 0) {
+    Fail(path, std::generic_category().message(errno));
+  }
 }
 
 }  // namespace enfilade

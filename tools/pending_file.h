@@ -36,7 +36,8 @@ class PendingFile {
   bool kept_ = false;
 };
 
-// Throws as the constructor does; for what is written at the end of a long run.
+// Throws as the constructor does, and touches nothing: for what is written at
+// the end of a long run.
 void RequireWritable(const std::filesystem::path& path);
 
 }  // namespace enfilade

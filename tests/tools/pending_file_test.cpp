@@ -75,6 +75,17 @@ TEST(PendingFile, StandardOutputIsNoFileToReplace) {
   EXPECT_TRUE(PendingFile("/dev/stdout").IsStream());
 }
 
+TEST(PendingFile, FilesInSharedMemoryAreFiles) {
+  EXPECT_FALSE(PendingFile("/dev/shm/enfilade_pending_file_test").IsStream());
+}
+
+TEST(PendingFile, AskingWhetherItCouldBeWrittenTouchesNothing) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "a.json.part", "of another run");
+  RequireWritable(folder / "a.json");
+  EXPECT_EQ(ReadFile(folder / "a.json.part"), "of another run");
+}
+
 TEST(PendingFile, WhatCannotBeWrittenIsADiskErrorAtOnce) {
   const TemporaryFolder folder;
   EXPECT_THROW(RequireWritable(folder / "no/such/a.json"), DiskError);
