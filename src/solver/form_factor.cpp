@@ -272,9 +272,30 @@ void MaskKernel(uint16_t visible, Kernel* kernel) {
   }
 }
 
+bool IsCut(const TransferEnd& end, const PatchGeometry& patch) {
+  // Most are farther from the plane than they reach.
+  if (std::abs(Dot(end.center - patch.origin, patch.normal)) > end.diameter) {
+    return false;
+  }
+  const float tolerance = PlaneTolerance(patch);
+  const Corners corners = CornersOf(*end.patch, end.frame);
+  const auto lies = [&](float side) {
+    return [&patch, side, tolerance](Vec3f p) {
+      return side * Dot(p - patch.origin, patch.normal) > tolerance;
+    };
+  };
+  const auto all = corners.View();
+  return std::any_of(all.begin(), all.end(), lies(1)) &&
+         std::any_of(all.begin(), all.end(), lies(-1));
+}
+
+bool IsByColumns(const TransferEnd& receiver, const TransferEnd& source) {
+  return source.diameter < receiver.diameter && !IsCut(source, *receiver.patch);
+}
+
 Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source) {
-  return source.diameter < receiver.diameter ? KernelByColumns(receiver, source)
-                                             : KernelByRows(receiver, source);
+  return IsByColumns(receiver, source) ? KernelByColumns(receiver, source)
+                                       : KernelByRows(receiver, source);
 }
 
 }  // namespace enfilade

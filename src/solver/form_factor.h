@@ -63,9 +63,16 @@ std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
                                                 Vec3f n,
                                                 const TransferEnd& source);
 
-// For ends that are close: scaled to exact form factors, of the receiver's
-// nodes to the source where the source is the larger one, of the source's
-// nodes to the receiver (by reciprocity) where the receiver is.
+// Some of `end` lies before the plane of the patch and some behind it.
+bool IsCut(const TransferEnd& end, const PatchGeometry& patch);
+
+// Whether the exact form factors of a near transfer are those of the source's
+// nodes to the receiver (by reciprocity), or of the receiver's nodes to the
+// source. Those of the smaller end; but a source that the receiver's horizon
+// cuts has nodes that say nothing of the part which is seen.
+bool IsByColumns(const TransferEnd& receiver, const TransferEnd& source);
+
+// For ends that are close: scaled to exact form factors.
 Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source);
 
 // A source that is looked at from points close to it. Borrowed.

@@ -133,6 +133,11 @@ inline Vec3f PointOn(const PatchGeometry& patch,
          patch.v * (frame.b + frame.scale * t);
 }
 
+// What lies this close to the plane of a patch, m, may lie in it.
+inline float PlaneTolerance(const PatchGeometry& patch) {
+  return 1e-5F * (1 + patch.diameter);
+}
+
 inline float AreaOf(const PatchGeometry& patch, ElementFrame frame) {
   return patch.area * frame.scale * frame.scale;
 }

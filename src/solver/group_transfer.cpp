@@ -98,6 +98,11 @@ float GroupTransfer::Residual(const Basis& basis) const {
     square += residual * residual;
   }
   square /= static_cast<float>(tests.size());
+  const Vec3f lit_side = NormalOfCuts();
+  if (Dot(lit_side, lit_side) > 0) {
+    const float residual = residual_at(CornerAlong(r, lit_side));
+    square = std::max(square, kCornerShare * residual * residual);
+  }
   const Vec3f middle = (group_->box.low + group_->box.high) * 0.5F;
   const float diameter = Length(group_->box.Extent());
   const float distance = Length(middle - r.center);
@@ -114,6 +119,16 @@ float GroupTransfer::Residual(const Basis& basis) const {
               std::min(1.0F, (0.25F * group_->area + Dot(d, d)) / r.area);
   }
   return ResidualScale(basis) * std::sqrt(square);
+}
+
+Vec3f GroupTransfer::NormalOfCuts() const {
+  Vec3f sum;
+  for (size_t i = 0; i < facing_.count; ++i) {
+    if (IsCut(*receiver_, PatchAt(i))) {
+      sum = sum + PatchAt(i).normal;
+    }
+  }
+  return sum;
 }
 
 bool GroupTransfer::IsProvenClear(const Blockers& blockers) const {

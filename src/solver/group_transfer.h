@@ -92,6 +92,9 @@ class GroupTransfer {
     return patches_[members_[facing_.members[i]]];
   }
 
+  // The sum of the normals of the patches whose planes cut the receiver.
+  [[nodiscard]] Vec3f NormalOfCuts() const;
+
   const TransferEnd* receiver_;
   std::span<const PatchGeometry> patches_;
   const SourceGroup* group_;

@@ -107,7 +107,7 @@ NodeKernel FarNodeKernel(const NodeEnd& receiver, const NodeEnd& source) {
 
 NodeKernel NearNodeKernel(const NodeEnd& receiver, const NodeEnd& source) {
   NodeKernel kernel{};
-  if (source.end.diameter >= receiver.end.diameter) {
+  if (!IsByColumns(receiver.end, source.end)) {
     for (size_t g = 0; g < receiver.count; ++g) {
       const NodeRow row =
           ExactRow({receiver.At(g), receiver.end.patch->normal}, source);

@@ -59,6 +59,20 @@ float WeightedSum(const float* row,
 
 }  // namespace
 
+UnitPoint CornerAlong(const TransferEnd& end, Vec3f direction) {
+  constexpr float kRim = 0.03F;
+  const PatchGeometry& patch = *end.patch;
+  const float sign = end.frame.scale < 0 ? -1.0F : 1.0F;
+  const float along_u = sign * Dot(patch.u, direction);
+  const float along_v = sign * Dot(patch.v, direction);
+  const bool is_triangle = patch.shape == PatchShape::kTriangle;
+  const double low = kRim;
+  const double high = is_triangle ? 1 - 2 * kRim : 1 - kRim;
+  const bool far_u = along_u > 0 && !(is_triangle && along_v > along_u);
+  const bool far_v = along_v > 0 && !(is_triangle && far_u);
+  return {far_u ? high : low, far_v ? high : low};
+}
+
 UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
   const PatchGeometry& patch = *end.patch;
   const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
@@ -109,11 +123,12 @@ float ResidualScale(const Basis& basis) {
 
 bool IsNear(const TransferEnd& r, const TransferEnd& s) {
   return Length(s.center - r.center) - 0.5F * r.diameter <
-         kNearDiameters * s.diameter;
+             kNearDiameters * s.diameter ||
+         IsCut(s, *r.patch);
 }
 
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
-  const float tolerance = 1e-5F * (1 + patch.diameter);
+  const float tolerance = PlaneTolerance(patch);
   // Most are well in front: so is a corner then, whatever the rounding.
   if (Dot(end.center - patch.origin, patch.normal) > 10 * tolerance) {
     return false;
@@ -206,7 +221,7 @@ class LinkFit {
           WeightedSum(RowAt(basis.Node(g)).data(), source_->radiosity);
       mean += static_cast<float>(basis.Weight(g)) * at_nodes_[g];
     }
-    if (near_ && source_->end.diameter < receiver_->diameter && mean > 0) {
+    if (near_ && IsByColumns(*receiver_, source_->end) && mean > 0) {
       for (size_t g = 0; g < count_; ++g) {
         at_nodes_[g] *= flux / mean;
       }
@@ -290,6 +305,12 @@ float MeanSquareResidual(const TransferEnd& r,
     square += residual * residual;
   }
   square /= static_cast<float>(tests);
+  if (IsCut(r, *s.end.patch)) {
+    // What is lit may be a corner that no other point lies in.
+    const float residual =
+        light->ResidualAt(CornerAlong(r, s.end.patch->normal));
+    square = std::max(square, kCornerShare * residual * residual);
+  }
   if (s.end.diameter < 2 * r.diameter && near) {
     // A small source close to a large receiver peaks between its nodes: over
     // an area like the source's, widened by its distance.

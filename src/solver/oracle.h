@@ -44,7 +44,8 @@ Judgement Judge(const TransferEnd& receiver,
                 const RadiantEnd& source,
                 const Basis& basis);
 
-// Plain quadrature would be too crude for a link.
+// Plain quadrature would be too crude for a link: the ends are close, or the
+// receiver's horizon cuts the source.
 bool IsNear(const TransferEnd& receiver, const TransferEnd& source);
 
 // All of `end` lies behind (or in) the plane of the patch.
@@ -67,6 +68,16 @@ float ReceiverShare(uint16_t bits,
 
 // Where the receiver's basis is tested: the middle, and near each edge.
 std::span<const UnitPoint> TestPoints(PatchShape shape);
+
+// Where the plane of the source cuts the receiver, what is lit may be a corner
+// that neither nodes nor test points lie in: a ninth of a triangle, on which
+// irradiance rises from nothing. The mean square of such light over the
+// element, per square of what the corner gets.
+inline constexpr float kCornerShare = 0.1F;
+
+// The corner of an element that lies farthest along a direction, a little off
+// its rim.
+UnitPoint CornerAlong(const TransferEnd& end, Vec3f direction);
 
 // The point of an element that is nearest to p, a little off its rim.
 UnitPoint NearestOn(const TransferEnd& end, Vec3f p);
