@@ -8,6 +8,7 @@
 #include "base/bytes.h"
 #include "base/ids.h"
 #include "base/vec.h"
+#include "scene/face.h"
 
 #include <cstdint>
 #include <vector>
@@ -41,6 +42,13 @@ struct Patch {
 inline double PatchArea(const Patch& p) {
   return Length(Cross(p.u, p.v)) *
          (p.shape == PatchShape::kTriangle ? 0.5 : 1.0);
+}
+
+// Whether a patch of these materials reflects any light, and so counts where
+// the error is a mean over the surfaces (docs/error-measure.md).
+inline bool Reflects(const Patch& p, const std::vector<Material>& materials) {
+  return p.reflects &&
+         MaxChannel(materials.at(p.material.Index()).reflectance) > 0;
 }
 
 inline Vec3 PatchNormal(const Patch& p) {

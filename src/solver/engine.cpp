@@ -1,13 +1,11 @@
 #include "solver/engine.h"
 
-#include "base/check.h"
 #include "base/random.h"
 #include "base/stopwatch.h"
 #include "solver/cell_balance.h"
 #include "solver/cover.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
-#include "solver/residual_check.h"
 
 #include <algorithm>
 #include <cassert>
@@ -23,35 +21,31 @@ namespace {
 constexpr double kCoverShare = 6;
 // A cell counts as lit from this share of the mean radiosity on.
 constexpr double kDarkShare = 1e-6;
-constexpr uint32_t kMostRounds = 16;
 constexpr uint32_t kMostSweeps = 60;
 // Cycles of the balance within a cell, at most.
 constexpr uint32_t kMostCycles = 40;
 // The light before the first round is guessed with at most this reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
-// The residual is worth so many rays per link, and at least these: a round too
-// many costs more.
-constexpr uint64_t kResidualRaysPerLink = 4;
-constexpr uint64_t kLeastResidualRays = 8 << 20;
-// To locate the error: one ray per this many links, but at least these.
-constexpr uint64_t kLinksPerLocatingRay = 2;
-constexpr uint64_t kLeastLocatingRays = 1 << 20;
-
-// Nothing in the building has a reflectance: its light is what lamps send.
-bool ReflectsNothing(const BlockStorage& store,
-                     const SceneInfo& scene,
-                     size_t cells) {
+// The area of the sides that the error is a mean over, m2: those that reflect.
+double ReflectingArea(const BlockStorage& store,
+                      const SceneInfo& scene,
+                      size_t cells) {
+  double area = 0;
   for (size_t i = 0; i < cells; ++i) {
-    const CellPatches cell = LoadCellPatches(store, CellId(i));
-    for (const Patch& p : cell.patches) {
-      if (p.reflects &&
-          MaxChannel(scene.materials.at(p.material.Index()).reflectance) > 0) {
-        return false;
-      }
+    for (const Patch& p : LoadCellPatches(store, CellId(i)).patches) {
+      area += Reflects(p, scene.materials) ? PatchArea(p) : 0;
     }
   }
-  return true;
+  return area;
+}
+
+double AreaOfCells(const SolveState& state) {
+  double area = 0;
+  for (const CellRow& row : state.cells) {
+    area += row.area;
+  }
+  return area;
 }
 
 // Surfaces that all reflect so much and emit nothing.
@@ -91,13 +85,14 @@ Engine::Engine(BlockStorage& store,
       device_(budget, scene_.bounds.Center()),
       pager_(store, scene_, partition_, shape_, device_, budget),
       workspace_(ReserveWorkspace()),
-      is_black_(ReflectsNothing(store, scene_, partition_.cells.size())),
+      area_(ReflectingArea(store, scene_, partition_.cells.size())),
+      is_black_(area_ <= 0),
       last_commit_(std::chrono::steady_clock::now()) {
   if (!LoadSolveState(store, &state_)) {
     Start();
   }
-  for (const CellRow& row : state_.cells) {
-    area_ += row.area;
+  if (is_black_) {
+    area_ = AreaOfCells(state_);
   }
   pager_.Order().Watch(state_.cells);
   pager_.Order().StartSweep(state_.phase == SolvePhase::kRefine
@@ -133,7 +128,6 @@ void Engine::Start() {
   state_.error = options_.error;
   state_.cells.resize(partition_.cells.size());
   double emitted = 0;
-  double area = 0;
   double reflecting = 0;  // area times reflectance
   double patches = 0;
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
@@ -149,15 +143,14 @@ void Engine::Start() {
       reflecting += p.reflects ? PatchArea(p) * MeanChannel(m.reflectance) : 0;
       ++patches;
     }
-    area += row.area;
   }
+  const double all_area = std::max(AreaOfCells(state_), 1e-12);
+  const double area = is_black_ ? all_area : area_;
   // A guess until the first round has measured it: as if nothing were lost.
-  const double reflectance = is_black_
-                                 ? double{kLeastWeightReflectance}
-                                 : std::min(reflecting / std::max(area, 1e-12),
-                                            kMostGuessedReflectance);
-  state_.mean_reflected =
-      emitted / std::max(area, 1e-12) * reflectance / (1 - reflectance);
+  const double reflectance =
+      is_black_ ? double{kLeastWeightReflectance}
+                : std::min(reflecting / all_area, kMostGuessedReflectance);
+  state_.mean_reflected = emitted / area * reflectance / (1 - reflectance);
   StartRound(FirstTau(state_, area, patches));
 }
 
@@ -205,94 +198,6 @@ void Engine::TakeReads() {
   state_.times.bytes_read += reads.read;
   state_.times.bytes_belady += reads.belady;
   state_.times.bytes_compulsory += reads.compulsory;
-}
-
-void Engine::FinishRound() {
-  TakeReads();
-  state_.rounds.push_back(RecordRound(&state_, area_));
-  ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
-                 "the light of round {} is not finite",
-                 state_.rounds.size());
-  last_commit_ = {};  // long ago: the end of a round is worth a commit
-  if (!is_black_ && IsWorthChecking(state_)) {
-    CheckResidual();
-  }
-  state_.converged = HasMetError(state_);
-  if (state_.converged || IsExhausted(state_) ||
-      state_.rounds.size() >= kMostRounds) {
-    state_.phase = SolvePhase::kDone;
-    return;
-  }
-  ++state_.round;
-  StartRound(NextTau(state_));
-}
-
-// Rays look at what a round has reached: nothing else is in memory then but the
-// state.
-void Engine::CheckResidual() {
-  pager_.Flush();
-  pager_.EvictAll();
-  workspace_.Reset();
-  SaveSolveState(state_, *store_);
-  ResidualOptions options;
-  options.seed = MixKey(state_.seed, state_.round);
-  options.mean_reflected = state_.mean_reflected;
-  options.decide_at = ResidualAtError(state_.error);
-  options.most_rays = std::max(
-      kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
-  options.locating_rays = std::max(
-      kLeastLocatingRays, state_.rounds.back().links / kLinksPerLocatingRay);
-  options.is_constant = shape_.NodeStride() == 1;
-  PatchErrors by_patch;
-  const ResidualEstimate residual =
-      MeasureResidual(*store_, options, *budget_, &by_patch);
-  ReleaseFreedMemory();  // for the next round
-  TakeResidual({residual.least, residual.most}, &state_);
-  if (state_.rounds.size() > 1) {  // the first one is a guess everywhere
-    CareFor(by_patch);
-  }
-  workspace_ = ReserveWorkspace();
-}
-
-// Where the error is, patches are refined more carefully than others from now
-// on: so much that with the next tau it comes down to what is wanted.
-void Engine::CareFor(const PatchErrors& errors) {
-  RoundRecord& round = state_.rounds.back();
-  const MemoryCharge charge(*budget_,
-                            errors.MostKnown() * sizeof(LinkErrors),
-                            "the errors of patches that are known");
-  std::vector<LinkErrors> known;
-  known.reserve(errors.MostKnown());
-  LinkErrors rest = {errors.OfAll(), static_cast<double>(round.links)};
-  for (size_t i = 0; i < partition_.cells.size(); ++i) {
-    const size_t patches = partition_.cells[i].patches;
-    const std::vector<float> square = errors.Of(CellId(i), patches);
-    const CellCare care = LoadCellCare(*store_, CellId(i), patches);
-    for (size_t k = 0; k < patches; ++k) {
-      if (square[k] > 0) {
-        known.push_back({static_cast<double>(square[k]),
-                         static_cast<double>(care[k].links)});
-        rest.square -= known.back().square;
-        rest.links -= known.back().links;
-      }
-    }
-  }
-  rest.square = std::max(rest.square, 0.0);
-  const double level = LevelOfErrors(known, rest, WantedOfSquare(state_));
-  const double by_tau = RaiseOfCare(rest, level);
-  double gone = 0;
-  for (size_t i = 0; i < partition_.cells.size(); ++i) {
-    const size_t patches = partition_.cells[i].patches;
-    const std::vector<float> square = errors.Of(CellId(i), patches);
-    CellCare care = LoadCellCare(*store_, CellId(i), patches);
-    const double mended = RaiseCare(square, level, by_tau, &care);
-    if (mended > 0) {
-      SaveCellCare(care, CellId(i), *store_);
-      gone += mended;
-    }
-  }
-  round.cared_for =
-      gone > 0 ? std::min(1.0, gone / std::max(errors.OfAll(), gone)) : 0.0;
 }
 
 // ----------------------------------------------------------------- one cell

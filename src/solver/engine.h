@@ -102,7 +102,7 @@ class Engine {
   CellPager pager_;
   MemoryCharge workspace_;
   SolveState state_;
-  double area_ = 0;  // of all reflecting patches, m2
+  double area_ = 0;  // of all patches that reflect, m2; of all, if none does
   // Nothing reflects: the irradiance is solved for, and its error is measured
   // as if all surfaces had kLeastWeightReflectance.
   bool is_black_ = false;

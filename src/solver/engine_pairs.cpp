@@ -38,6 +38,7 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   options.tau = state_.tau;
   options.tau_weak = kWeakShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
+  options.counts_black = is_black_;
   const Refiner refiner(options,
                         {r.id,
                          r.geometry->patches,

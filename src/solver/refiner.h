@@ -48,6 +48,7 @@ struct RefineOptions {
   double tau_weak = 1;           // W/m: transfers below are sampled
   uint64_t seed = 0;             // of the visibility samples
   float least_diameter = 2e-5F;  // m; smaller elements are not split
+  bool counts_black = false;     // errors on surfaces that reflect nothing
 };
 
 // A cell as refinement sees it.
@@ -79,7 +80,8 @@ struct RawLink {
 struct RawLinks {
   std::vector<RawLink> links;
   std::vector<KernelShape> shapes;
-  double squared_error = 0;  // sum of squared weighted errors, (W/m)^2
+  double squared_error =
+      0;  // sum of squared weighted errors that count, (W/m)^2
   uint64_t rays = 0;
   bool overflowed = false;  // there were too many: of no use
 };
@@ -238,9 +240,12 @@ class Refiner {
               Task* task) const;
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
 
-  // Without the care of the receiver.
-  static float TrueError(const Receiver& r, float weighted) {
-    return weighted / r.care;
+  // What an error adds to those of the solution: without the care of the
+  // receiver, and nothing where that is black.
+  [[nodiscard]] float TrueError(const Receiver& r, float weighted) const {
+    const bool counts =
+        options_.counts_black || r.end.patch->max_reflectance > 0;
+    return counts ? weighted / r.care : 0;
   }
 
   static void AddLink(const RawLink& link, Task* task);

@@ -62,7 +62,7 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
       weights_.push_back(weights_.back() + weight);
     }
     for (const Patch& p : cell.patches) {
-      area_ += p.reflects ? PatchArea(p) : 0;
+      area_ += Reflects(p, solution.Scene().materials) ? PatchArea(p) : 0;
     }
   }
 }
@@ -83,7 +83,7 @@ std::vector<double> ProbeChooser::WeightsOf(CellId id,
 
 // Of the weight, W/m2.
 double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
-  if (!p.reflects) {
+  if (!Reflects(p, solution_->Scene().materials)) {
     return 0;
   }
   const Rgb& rho =
@@ -93,7 +93,7 @@ double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
     reflected += rho[c] * std::abs(irradiance[c]) / kRgbChannels;
   }
   const double least = p.is_enclosed ? kEnclosedShare : kOpenShare;
-  return MaxChannel(rho) > 0 ? reflected + least * mean_reflected_ : 0;
+  return reflected + least * mean_reflected_;
 }
 
 ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {

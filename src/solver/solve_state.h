@@ -25,7 +25,7 @@ struct CellRow {
   double residual = 0;       // integral of |radiosity not yet sent|, W
   double changed = 0;        // integral of (change in this round)^2, W^2/m2
   double squared_error = 0;  // of this round's links, (W/m)^2
-  double area = 0;           // of its reflecting patches, m2
+  double area = 0;           // of its patches that receive light, m2
   double radius = 0.5;       // of the transport within it (semi_iteration.h)
   double most_radius = 1;    // limit of `radius`; above it, light grew
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark

@@ -1,5 +1,4 @@
-// Refinement: sampled links are right on the average, fine links add up to a
-// hemisphere, and threads change nothing.
+// Refinement: fine links add up to a hemisphere, and threads change nothing.
 
 #include "solver/refiner.h"
 
@@ -27,278 +26,19 @@ namespace {
 using test::Append;
 using test::BoxPatches;
 using test::BrightCell;
+using test::Ceiling;
 using test::ExpectSame;
+using test::Floor;
 using test::FurnishedRoom;
 using test::GeometryOf;
 using test::kReflectance;
 using test::kRoom;
+using test::MeanGain;
+using test::RefineAll;
 using test::RefinedPart;
 using test::RefineInParts;
 using test::Scenery;
-
-std::vector<RawLinks> RefineAll(const RefineOptions& options,
-                                const RefineSide& receiver,
-                                const RefineSide& source,
-                                const Blockers& blockers) {
-  const Refiner refiner(options, receiver, source, blockers);
-  std::vector<RawLinks> links(refiner.ItemCount());
-  ParallelFor(links.size(),
-              [&](size_t i) { refiner.Refine({.item = i}, {}, &links[i]); });
-  return links;
-}
-
-// The mean gain over a receiver that is a parallelogram.
-double MeanGain(const RawLink& link) {
-  double sum = 0;
-  for (const float g : link.gain) {
-    sum += static_cast<double>(g) / kTransferNodes;
-  }
-  return sum;
-}
-
-// A parallelogram as n x n patches.
-std::vector<Patch> Tiled(const Patch& whole, int n) {
-  std::vector<Patch> tiles;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      Patch p = whole;
-      p.u = whole.u / n;
-      p.v = whole.v / n;
-      p.origin = whole.origin + p.u * i + p.v * j;
-      tiles.push_back(p);
-    }
-  }
-  return tiles;
-}
-
-// ----------------------------------------------------------- sampled links
-
-Patch Floor() {
-  return test::Rectangle(Point3{}, {1, 0, 0}, {0, 1, 0});
-}
-
-Patch Ceiling(double height) {
-  return test::Rectangle({0, 0, height}, {0, 1, 0}, {1, 0, 0});
-}
-
-struct Statistics {
-  double mean = 0;
-  double standard_error = 0;
-};
-
-Statistics StatisticsOf(double sum, double square, int count) {
-  const double mean = sum / count;
-  return {mean, std::sqrt((square / count - mean * mean) / count)};
-}
-
-// Over many seeds, what the floor's 4 x 4 tiles gain from tiles of 1 W/m2 that
-// are all too weak to be linked outright: its mean form factor to them.
-Statistics SampledFormFactor(const std::vector<Patch>& sources,
-                             const std::vector<Patch>& blockers,
-                             int seeds) {
-  const Basis basis(2);
-  const std::vector<Patch> floor = Tiled(Floor(), 4);
-  const BrightCell receiver(0, basis, floor);
-  const BrightCell source(1, basis, sources);
-  std::vector<Patch> all = floor;
-  Append(all, sources);
-  Append(all, blockers);
-  const Scenery scenery(all);
-  RefineOptions options;
-  options.tau = 1e9;
-  options.tau_weak = 1e9;
-  double sum = 0;
-  double square = 0;
-  for (int seed = 0; seed < seeds; ++seed) {
-    options.seed = MixKey(77, static_cast<uint64_t>(seed));
-    double gain = 0;
-    for (const RawLinks& item :
-         RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
-      for (const RawLink& link : item.links) {
-        gain += MeanGain(link) / 16;
-      }
-    }
-    sum += gain;
-    square += gain * gain;
-  }
-  return StatisticsOf(sum, square, seeds);
-}
-
-void ExpectUnbiased(const Statistics& seen, double form_factor) {
-  EXPECT_NEAR(seen.mean, form_factor, 3 * seen.standard_error);
-  // Enough seeds to see a bias of 1 %.
-  EXPECT_LT(3 * seen.standard_error, 0.01 * form_factor);
-}
-
-TEST(WeakLinks, AreUnbiasedBetweenParallelSquares) {
-  // The closed forms of scenes/parallel.md.
-  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(1), 20), {}, 30000), 0.199825);
-  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(2), 20), {}, 90000), 0.068590);
-}
-
-TEST(WeakLinks, AreUnbiasedCloseUp) {
-  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(0.1), 20), {}, 5000),
-                 0.826995);
-}
-
-TEST(WeakLinks, AreUnbiasedAroundACorner) {
-  // scenes/perpendicular.md; the tiles along the common edge touch.
-  const Patch wall = test::Rectangle(Point3{}, {0, 1, 0}, {0, 0, 1});
-  ExpectUnbiased(SampledFormFactor(Tiled(wall, 20), {}, 30000), 0.200044);
-}
-
-TEST(WeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
-  // A plate a third of a millimetre below half of the ceiling; what passes
-  // through that gap is less than its height over the plate's width.
-  Patch plate = Ceiling(1 - 3e-4);
-  plate.v = {0.5, 0, 0};
-  const Statistics seen =
-      SampledFormFactor(Tiled(Ceiling(1), 20), {plate}, 50000);
-  ExpectUnbiased(seen, 0.199825 / 2);
-}
-
-// A ball of which half is below a plate, straight above a small floor: those of
-// its facets that are seen cover half of (r / d)^2.
-TEST(WeakLinks, OfABulbAsOneAreUnbiased) {
-  const Basis basis(2);
-  const std::vector<Patch> floor =
-      Tiled(test::Rectangle({-0.01, -0.01, 0}, {0.02, 0, 0}, {0, 0.02, 0}), 4);
-  const std::vector<Patch> bulb = test::Bulb({0, 0, 1}, 0.05, 5);
-  std::vector<Patch> lit = bulb;
-  // Lamps are lamps where little of a cell emits.
-  lit.push_back(test::Rectangle({-1, -1, 3}, {0, 2, 0}, {2, 0, 0}));
-  const BrightCell receiver(0, basis, floor);
-  BrightCell source(1, basis, lit);
-  for (float& b : source.Tree().Sent()[ElementId(lit.size() - 1)]) {
-    b = 0;
-  }
-  const SourceGroups groups(source.Geometry());
-  ASSERT_EQ(groups.Roots().size(), 1U);
-  std::vector<Patch> all = floor;
-  Append(all, lit);
-  all.push_back(test::Rectangle({0, -1, 0.94}, {1, 0, 0}, {0, 2, 0}));
-  const Scenery scenery(all);
-  RefineSide side = source.Side();
-  side.groups = &groups;
-  double exact = 0;
-  for (const Patch& p : bulb) {
-    const std::vector<PatchGeometry> facet = GeometryOf({p});
-    const Corners corners = CornersOf(facet[0], {});
-    if (Dot(Vec3f{0, 0, 0} - facet[0].origin, facet[0].normal) > 0) {
-      exact += static_cast<double>(
-          PointToPolygon({0, 0, 0}, {0, 0, 1}, corners.View()));
-    }
-  }
-  RefineOptions options;
-  options.tau = 1e9;
-  options.tau_weak = 1e9;
-  double sum = 0;
-  double square = 0;
-  constexpr int kSeeds = 200000;
-  for (int seed = 0; seed < kSeeds; ++seed) {
-    options.seed = MixKey(78, static_cast<uint64_t>(seed));
-    double gain = 0;
-    for (const RawLinks& item :
-         RefineAll(options, receiver.Side(), side, scenery.All())) {
-      for (const RawLink& link : item.links) {
-        gain += link.kind == LinkKind::kGroup ? MeanGain(link) / 16 : 0;
-      }
-    }
-    sum += gain;
-    square += gain * gain;
-  }
-  const Statistics seen = StatisticsOf(sum, square, kSeeds);
-  EXPECT_NEAR(seen.mean, 0.5 * exact, 4 * seen.standard_error);
-  EXPECT_LT(4 * seen.standard_error, 0.1 * exact);
-}
-
-// A patch that is cared for n times as much gets the links of a solve with an
-// n-th of tau; their errors are what they are.
-TEST(Care, IsASmallerTauOfOnePatch) {
-  const Basis basis(2);
-  const std::vector<Patch> floor = Tiled(Floor(), 2);
-  const std::vector<Patch> ceiling = Tiled(Ceiling(0.5), 3);
-  const BrightCell receiver(0, basis, floor);
-  const BrightCell source(1, basis, ceiling);
-  std::vector<Patch> all = floor;
-  Append(all, ceiling);
-  all.push_back(test::Rectangle({0.2, 0.3, 0.3}, {0.4, 0, 0}, {0, 0.2, 0}));
-  const Scenery scenery(all);
-  constexpr uint32_t kCaredFor = 1;
-  constexpr float kCare = 8;
-  const auto links = [&](double tau, std::span<const PatchCare> care) {
-    RefineOptions options;
-    options.tau = tau;
-    options.tau_weak = tau / 2;
-    RefineSide side = receiver.Side();
-    side.care = care;
-    std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
-    double error = 0;
-    for (const RawLinks& item :
-         RefineAll(options, side, source.Side(), scenery.All())) {
-      for (const RawLink& link : item.links) {
-        made[link.receiver_patch == kCaredFor ? 1 : 0].emplace_back(
-            uint64_t{link.receiver_patch} << 32 | link.receiver_path,
-            link.source_path,
-            link.source_patch);
-      }
-      error += item.squared_error;
-    }
-    return std::make_pair(made, error);
-  };
-  std::vector<PatchCare> care(floor.size());
-  care[kCaredFor].care = kCare;
-  const auto [coarse, coarse_error] = links(0.02, {});
-  const auto [fine, fine_error] = links(0.02 / 8, {});
-  const auto [cared, cared_error] = links(0.02, care);
-  EXPECT_EQ(cared[0], coarse[0]);
-  EXPECT_EQ(cared[1], fine[1]);
-  EXPECT_GT(cared[1].size(), 2 * coarse[1].size());
-  EXPECT_LT(cared_error, coarse_error);
-  EXPECT_GT(cared_error, fine_error);
-}
-
-TEST(WeakLinks, StoreTheirGainToHalfPrecision) {
-  const Basis basis(2);
-  const BrightCell receiver(0, basis, Tiled(Floor(), 4));
-  const BrightCell source(1, basis, Tiled(Ceiling(0.5), 20));
-  const Scenery scenery({});
-  RefineOptions options;
-  options.tau = 1e9;
-  options.tau_weak = 1e9;
-  size_t links = 0;
-  for (const RawLinks& item :
-       RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
-    for (const RawLink& link : item.links) {
-      EXPECT_EQ(link.kind, LinkKind::kWeak);
-      EXPECT_NEAR(
-          static_cast<double>(DecodeCoefficient(link.value)) / MeanGain(link),
-          1,
-          std::ldexp(1, -11));
-      ++links;
-    }
-  }
-  EXPECT_GT(links, 0U);
-}
-
-TEST(WeakLinks, BringNothingFromBehind) {
-  const Basis basis(2);
-  const BrightCell receiver(0, basis, Tiled(Floor(), 4));
-  Patch away = Ceiling(1);
-  std::swap(away.u, away.v);  // faces up
-  const BrightCell source(1, basis, Tiled(away, 20));
-  const Scenery scenery({});
-  RefineOptions options;
-  options.tau_weak = 0.01;
-  options.tau = 0.02;
-  for (uint64_t seed = 0; seed < 100; ++seed) {
-    options.seed = seed;
-    for (const RawLinks& item :
-         RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
-      EXPECT_TRUE(item.links.empty());
-    }
-  }
-}
+using test::Tiled;
 
 // -------------------------------------------------------------- fine links
 
@@ -659,6 +399,52 @@ TEST_F(FinelyLinkedRoom, HasPartsBelowTheirLimit) {
 
 // Half of the ceiling is hidden. Whichever rays let a link be accepted, what
 // the links bring together must be half of what the bare ceiling would.
+// A patch that is cared for n times as much gets the links of a solve with an
+// n-th of tau; their errors are what they are.
+TEST(Care, IsASmallerTauOfOnePatch) {
+  const Basis basis(2);
+  const std::vector<Patch> floor = Tiled(Floor(), 2);
+  const std::vector<Patch> ceiling = Tiled(Ceiling(0.5), 3);
+  const BrightCell receiver(0, basis, floor);
+  const BrightCell source(1, basis, ceiling);
+  std::vector<Patch> all = floor;
+  Append(all, ceiling);
+  all.push_back(test::Rectangle({0.2, 0.3, 0.3}, {0.4, 0, 0}, {0, 0.2, 0}));
+  const Scenery scenery(all);
+  constexpr uint32_t kCaredFor = 1;
+  constexpr float kCare = 8;
+  const auto links = [&](double tau, std::span<const PatchCare> care) {
+    RefineOptions options;
+    options.tau = tau;
+    options.tau_weak = tau / 2;
+    RefineSide side = receiver.Side();
+    side.care = care;
+    std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
+    double error = 0;
+    for (const RawLinks& item :
+         RefineAll(options, side, source.Side(), scenery.All())) {
+      for (const RawLink& link : item.links) {
+        made[link.receiver_patch == kCaredFor ? 1 : 0].emplace_back(
+            uint64_t{link.receiver_patch} << 32 | link.receiver_path,
+            link.source_path,
+            link.source_patch);
+      }
+      error += item.squared_error;
+    }
+    return std::make_pair(made, error);
+  };
+  std::vector<PatchCare> care(floor.size());
+  care[kCaredFor].care = kCare;
+  const auto [coarse, coarse_error] = links(0.02, {});
+  const auto [fine, fine_error] = links(0.02 / 8, {});
+  const auto [cared, cared_error] = links(0.02, care);
+  EXPECT_EQ(cared[0], coarse[0]);
+  EXPECT_EQ(cared[1], fine[1]);
+  EXPECT_GT(cared[1].size(), 2 * coarse[1].size());
+  EXPECT_LT(cared_error, coarse_error);
+  EXPECT_GT(cared_error, fine_error);
+}
+
 TEST(Links, KeepRaysThatDidNotDecideOnThem) {
   Patch plate = Ceiling(1 - 3e-4);
   plate.v = {0.5, 0, 0};

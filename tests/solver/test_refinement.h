@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "solver/blockers.h"
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
@@ -107,6 +108,51 @@ inline void ExpectSame(const RawLink& a, const RawLink& b) {
   EXPECT_EQ(a.value, b.value);
   EXPECT_EQ(a.shape_index, b.shape_index);
   EXPECT_EQ(a.gain, b.gain);
+}
+
+// The links of all items of work.
+inline std::vector<RawLinks> RefineAll(const RefineOptions& options,
+                                       const RefineSide& receiver,
+                                       const RefineSide& source,
+                                       const Blockers& blockers) {
+  const Refiner refiner(options, receiver, source, blockers);
+  std::vector<RawLinks> links(refiner.ItemCount());
+  ParallelFor(links.size(),
+              [&](size_t i) { refiner.Refine({.item = i}, {}, &links[i]); });
+  return links;
+}
+
+// The mean gain over a receiver that is a parallelogram.
+inline double MeanGain(const RawLink& link) {
+  double sum = 0;
+  for (const float g : link.gain) {
+    sum += static_cast<double>(g) / kTransferNodes;
+  }
+  return sum;
+}
+
+// A parallelogram as n x n patches.
+inline std::vector<Patch> Tiled(const Patch& whole, int n) {
+  std::vector<Patch> tiles;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      Patch p = whole;
+      p.u = whole.u / n;
+      p.v = whole.v / n;
+      p.origin = whole.origin + p.u * i + p.v * j;
+      tiles.push_back(p);
+    }
+  }
+  return tiles;
+}
+
+// Squares of 1 m that face each other.
+inline Patch Floor() {
+  return Rectangle(Point3{}, {1, 0, 0}, {0, 1, 0});
+}
+
+inline Patch Ceiling(double height) {
+  return Rectangle({0, 0, height}, {0, 1, 0}, {1, 0, 0});
 }
 
 struct RefinedPart {

@@ -11,6 +11,7 @@
 #include "solver/received_light.h"
 #include "solver/residual_probes.h"
 #include "solver/solve.h"
+#include "solver/solve_state.h"
 #include "store/sqlite_store.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
@@ -153,12 +154,43 @@ TEST(ResidualCheck, IsTheDirectLightOfADarkSolution) {
       squares += 0.25 * f * f / (kSteps * kSteps);
     }
   }
-  const double all_sides = 4;  // m2
-  const double expected = std::sqrt(squares / all_sides);
+  // Those of the lamp, which are black, do not count.
+  const double reflecting_sides = 2;  // m2
+  const double expected = std::sqrt(squares / reflecting_sides);
   const ResidualEstimate residual = Measure(scene, 1);
   EXPECT_NEAR(residual.value, expected, 0.03 * expected);
   EXPECT_LT(residual.low, expected);
   EXPECT_GT(residual.high, expected);
+}
+
+// What the error is relative to is a mean over the sides that reflect: a black
+// backdrop of 100 m2, which lights nothing, changes neither the mean nor what
+// is predicted. With it, light that the links lack would weigh a tenth.
+TEST(ResidualCheck, IsAMeanOverWhatReflects) {
+  const std::string black = "newmtl black\nKd 0 0 0\n";
+  const std::string obj =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+      "usemtl square\nf 1 2 3 4\nusemtl lamp\nf 8 7 6 5\n";
+  const std::string mtl =
+      "newmtl square\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 1 1 1\n";
+  const SolvedScene bare(obj, mtl, 0.05);
+  const SolvedScene before_black(
+      obj +
+          "v -5 -5 -1\nv 5 -5 -1\nv 5 5 -1\nv -5 5 -1\nusemtl black\n"
+          "f 9 10 11 12\n",
+      mtl + black,
+      0.05);
+  SolveState without;
+  SolveState with;
+  ASSERT_TRUE(LoadSolveState(*bare.store, &without));
+  ASSERT_TRUE(LoadSolveState(*before_black.store, &with));
+  EXPECT_NEAR(with.mean_reflected,
+              without.mean_reflected,
+              0.01 * without.mean_reflected);
+  EXPECT_LT(with.rounds.back().predicted_error,
+            2 * without.rounds.back().predicted_error);
+  EXPECT_GT(with.rounds.back().predicted_error,
+            0.5 * without.rounds.back().predicted_error);
 }
 
 // Inside of the furnace a bounce leaves half of the light, outside nothing is

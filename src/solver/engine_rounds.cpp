@@ -1,0 +1,118 @@
+// The part of the engine that ends a round: what its error is, and where.
+
+#include "base/check.h"
+#include "base/memory.h"
+#include "base/random.h"
+#include "solver/engine.h"
+#include "solver/error_control.h"
+#include "solver/patch_errors.h"
+#include "solver/residual_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace enfilade {
+namespace {
+
+constexpr uint32_t kMostRounds = 16;
+
+// The residual is worth so many rays per link, and at least these: a round too
+// many costs more.
+constexpr uint64_t kResidualRaysPerLink = 4;
+constexpr uint64_t kLeastResidualRays = 8 << 20;
+// To locate the error: one ray per this many links, but at least these.
+constexpr uint64_t kLinksPerLocatingRay = 2;
+constexpr uint64_t kLeastLocatingRays = 1 << 20;
+
+}  // namespace
+
+void Engine::FinishRound() {
+  TakeReads();
+  state_.rounds.push_back(RecordRound(&state_, area_));
+  ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
+                 "the light of round {} is not finite",
+                 state_.rounds.size());
+  last_commit_ = {};  // long ago: the end of a round is worth a commit
+  if (!is_black_ && IsWorthChecking(state_)) {
+    CheckResidual();
+  }
+  state_.converged = HasMetError(state_);
+  if (state_.converged || IsExhausted(state_) ||
+      state_.rounds.size() >= kMostRounds) {
+    state_.phase = SolvePhase::kDone;
+    return;
+  }
+  ++state_.round;
+  StartRound(NextTau(state_));
+}
+
+// Rays look at what a round has reached: nothing else is in memory then but the
+// state.
+void Engine::CheckResidual() {
+  pager_.Flush();
+  pager_.EvictAll();
+  workspace_.Reset();
+  SaveSolveState(state_, *store_);
+  ResidualOptions options;
+  options.seed = MixKey(state_.seed, state_.round);
+  options.mean_reflected = state_.mean_reflected;
+  options.decide_at = ResidualAtError(state_.error);
+  options.most_rays = std::max(
+      kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
+  options.locating_rays = std::max(
+      kLeastLocatingRays, state_.rounds.back().links / kLinksPerLocatingRay);
+  options.is_constant = shape_.NodeStride() == 1;
+  PatchErrors by_patch;
+  const ResidualEstimate residual =
+      MeasureResidual(*store_, options, *budget_, &by_patch);
+  ReleaseFreedMemory();  // for the next round
+  TakeResidual({residual.least, residual.most}, &state_);
+  if (state_.rounds.size() > 1) {  // the first one is a guess everywhere
+    CareFor(by_patch);
+  }
+  workspace_ = ReserveWorkspace();
+}
+
+// Where the error is, patches are refined more carefully than others from now
+// on: so much that with the next tau it comes down to what is wanted.
+void Engine::CareFor(const PatchErrors& errors) {
+  RoundRecord& round = state_.rounds.back();
+  const MemoryCharge charge(*budget_,
+                            errors.MostKnown() * sizeof(LinkErrors),
+                            "the errors of patches that are known");
+  std::vector<LinkErrors> known;
+  known.reserve(errors.MostKnown());
+  LinkErrors rest = {errors.OfAll(), static_cast<double>(round.links)};
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    const size_t patches = partition_.cells[i].patches;
+    const std::vector<float> square = errors.Of(CellId(i), patches);
+    const CellCare care = LoadCellCare(*store_, CellId(i), patches);
+    for (size_t k = 0; k < patches; ++k) {
+      if (square[k] > 0) {
+        known.push_back({static_cast<double>(square[k]),
+                         static_cast<double>(care[k].links)});
+        rest.square -= known.back().square;
+        rest.links -= known.back().links;
+      }
+    }
+  }
+  rest.square = std::max(rest.square, 0.0);
+  const double level = LevelOfErrors(known, rest, WantedOfSquare(state_));
+  const double by_tau = RaiseOfCare(rest, level);
+  double gone = 0;
+  for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    const size_t patches = partition_.cells[i].patches;
+    const std::vector<float> square = errors.Of(CellId(i), patches);
+    CellCare care = LoadCellCare(*store_, CellId(i), patches);
+    const double mended = RaiseCare(square, level, by_tau, &care);
+    if (mended > 0) {
+      SaveCellCare(care, CellId(i), *store_);
+      gone += mended;
+    }
+  }
+  round.cared_for =
+      gone > 0 ? std::min(1.0, gone / std::max(errors.OfAll(), gone)) : 0.0;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,204 @@
+// Sampled links: right on the average, whatever each of them is.
+
+#include "base/random.h"
+#include "solver/refiner.h"
+#include "solver/source_group.h"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "tests/solver/test_bulbs.h"
+#include "tests/solver/test_cells.h"
+#include "tests/solver/test_refinement.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::Append;
+using test::BrightCell;
+using test::Ceiling;
+using test::Floor;
+using test::GeometryOf;
+using test::MeanGain;
+using test::RefineAll;
+using test::Scenery;
+using test::Tiled;
+
+struct Statistics {
+  double mean = 0;
+  double standard_error = 0;
+};
+
+Statistics StatisticsOf(double sum, double square, int count) {
+  const double mean = sum / count;
+  return {mean, std::sqrt((square / count - mean * mean) / count)};
+}
+
+// Over many seeds, what the floor's 4 x 4 tiles gain from tiles of 1 W/m2 that
+// are all too weak to be linked outright: its mean form factor to them.
+Statistics SampledFormFactor(const std::vector<Patch>& sources,
+                             const std::vector<Patch>& blockers,
+                             int seeds) {
+  const Basis basis(2);
+  const std::vector<Patch> floor = Tiled(Floor(), 4);
+  const BrightCell receiver(0, basis, floor);
+  const BrightCell source(1, basis, sources);
+  std::vector<Patch> all = floor;
+  Append(all, sources);
+  Append(all, blockers);
+  const Scenery scenery(all);
+  RefineOptions options;
+  options.tau = 1e9;
+  options.tau_weak = 1e9;
+  double sum = 0;
+  double square = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    options.seed = MixKey(77, static_cast<uint64_t>(seed));
+    double gain = 0;
+    for (const RawLinks& item :
+         RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+      for (const RawLink& link : item.links) {
+        gain += MeanGain(link) / 16;
+      }
+    }
+    sum += gain;
+    square += gain * gain;
+  }
+  return StatisticsOf(sum, square, seeds);
+}
+
+void ExpectUnbiased(const Statistics& seen, double form_factor) {
+  EXPECT_NEAR(seen.mean, form_factor, 3 * seen.standard_error);
+  // Enough seeds to see a bias of 1 %.
+  EXPECT_LT(3 * seen.standard_error, 0.01 * form_factor);
+}
+
+TEST(WeakLinks, AreUnbiasedBetweenParallelSquares) {
+  // The closed forms of scenes/parallel.md.
+  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(1), 20), {}, 30000), 0.199825);
+  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(2), 20), {}, 90000), 0.068590);
+}
+
+TEST(WeakLinks, AreUnbiasedCloseUp) {
+  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(0.1), 20), {}, 5000),
+                 0.826995);
+}
+
+TEST(WeakLinks, AreUnbiasedAroundACorner) {
+  // scenes/perpendicular.md; the tiles along the common edge touch.
+  const Patch wall = test::Rectangle(Point3{}, {0, 1, 0}, {0, 0, 1});
+  ExpectUnbiased(SampledFormFactor(Tiled(wall, 20), {}, 30000), 0.200044);
+}
+
+TEST(WeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
+  // A plate a third of a millimetre below half of the ceiling; what passes
+  // through that gap is less than its height over the plate's width.
+  Patch plate = Ceiling(1 - 3e-4);
+  plate.v = {0.5, 0, 0};
+  const Statistics seen =
+      SampledFormFactor(Tiled(Ceiling(1), 20), {plate}, 50000);
+  ExpectUnbiased(seen, 0.199825 / 2);
+}
+
+// A ball of which half is below a plate, straight above a small floor: those of
+// its facets that are seen cover half of (r / d)^2.
+TEST(WeakLinks, OfABulbAsOneAreUnbiased) {
+  const Basis basis(2);
+  const std::vector<Patch> floor =
+      Tiled(test::Rectangle({-0.01, -0.01, 0}, {0.02, 0, 0}, {0, 0.02, 0}), 4);
+  const std::vector<Patch> bulb = test::Bulb({0, 0, 1}, 0.05, 5);
+  std::vector<Patch> lit = bulb;
+  // Lamps are lamps where little of a cell emits.
+  lit.push_back(test::Rectangle({-1, -1, 3}, {0, 2, 0}, {2, 0, 0}));
+  const BrightCell receiver(0, basis, floor);
+  BrightCell source(1, basis, lit);
+  for (float& b : source.Tree().Sent()[ElementId(lit.size() - 1)]) {
+    b = 0;
+  }
+  const SourceGroups groups(source.Geometry());
+  ASSERT_EQ(groups.Roots().size(), 1U);
+  std::vector<Patch> all = floor;
+  Append(all, lit);
+  all.push_back(test::Rectangle({0, -1, 0.94}, {1, 0, 0}, {0, 2, 0}));
+  const Scenery scenery(all);
+  RefineSide side = source.Side();
+  side.groups = &groups;
+  double exact = 0;
+  for (const Patch& p : bulb) {
+    const std::vector<PatchGeometry> facet = GeometryOf({p});
+    const Corners corners = CornersOf(facet[0], {});
+    if (Dot(Vec3f{0, 0, 0} - facet[0].origin, facet[0].normal) > 0) {
+      exact += static_cast<double>(
+          PointToPolygon({0, 0, 0}, {0, 0, 1}, corners.View()));
+    }
+  }
+  RefineOptions options;
+  options.tau = 1e9;
+  options.tau_weak = 1e9;
+  double sum = 0;
+  double square = 0;
+  constexpr int kSeeds = 200000;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    options.seed = MixKey(78, static_cast<uint64_t>(seed));
+    double gain = 0;
+    for (const RawLinks& item :
+         RefineAll(options, receiver.Side(), side, scenery.All())) {
+      for (const RawLink& link : item.links) {
+        gain += link.kind == LinkKind::kGroup ? MeanGain(link) / 16 : 0;
+      }
+    }
+    sum += gain;
+    square += gain * gain;
+  }
+  const Statistics seen = StatisticsOf(sum, square, kSeeds);
+  EXPECT_NEAR(seen.mean, 0.5 * exact, 4 * seen.standard_error);
+  EXPECT_LT(4 * seen.standard_error, 0.1 * exact);
+}
+
+TEST(WeakLinks, StoreTheirGainToHalfPrecision) {
+  const Basis basis(2);
+  const BrightCell receiver(0, basis, Tiled(Floor(), 4));
+  const BrightCell source(1, basis, Tiled(Ceiling(0.5), 20));
+  const Scenery scenery({});
+  RefineOptions options;
+  options.tau = 1e9;
+  options.tau_weak = 1e9;
+  size_t links = 0;
+  for (const RawLinks& item :
+       RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+    for (const RawLink& link : item.links) {
+      EXPECT_EQ(link.kind, LinkKind::kWeak);
+      EXPECT_NEAR(
+          static_cast<double>(DecodeCoefficient(link.value)) / MeanGain(link),
+          1,
+          std::ldexp(1, -11));
+      ++links;
+    }
+  }
+  EXPECT_GT(links, 0U);
+}
+
+TEST(WeakLinks, BringNothingFromBehind) {
+  const Basis basis(2);
+  const BrightCell receiver(0, basis, Tiled(Floor(), 4));
+  Patch away = Ceiling(1);
+  std::swap(away.u, away.v);  // faces up
+  const BrightCell source(1, basis, Tiled(away, 20));
+  const Scenery scenery({});
+  RefineOptions options;
+  options.tau_weak = 0.01;
+  options.tau = 0.02;
+  for (uint64_t seed = 0; seed < 100; ++seed) {
+    options.seed = seed;
+    for (const RawLinks& item :
+         RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+      EXPECT_TRUE(item.links.empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
