@@ -80,8 +80,8 @@ struct RawLink {
 struct RawLinks {
   std::vector<RawLink> links;
   std::vector<KernelShape> shapes;
-  double squared_error =
-      0;  // sum of squared weighted errors that count, (W/m)^2
+  // The sum of the squares of weighted errors that count, (W/m)^2.
+  double squared_error = 0;
   uint64_t rays = 0;
   bool overflowed = false;  // there were too many: of no use
 };
