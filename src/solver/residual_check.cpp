@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "partition/partition.h"
 #include "solver/lamps.h"
+#include "solver/outlier_sum.h"
 #include "solver/reflected_error.h"
 #include "solver/residual_probes.h"
 #include "solver/solution.h"
@@ -38,6 +39,8 @@ constexpr uint64_t kRaysPerPoint = uint64_t{kHalves} * kSamples;
 // An interval of this half-width, relative, is narrow.
 constexpr double kNarrowInterval = 0.06;
 constexpr double kDeviations = 1.96;
+// More is asked for where points are left out, since the choice is free.
+constexpr double kCertainDeviations = 3;
 // Of solutions that are constant on their elements: error over what rays see of
 // it, less 1, per share of the light that a bounce leaves:
 // docs/decisions/residual-check.md.
@@ -389,19 +392,14 @@ class ResidualMeter {
                   probe.on.patch,
                   chooser_.ShareOf(probe.on.cell, probe.on.patch),
                   weighted);
-    sum_ += weighted;
-    squares_ += weighted * weighted;
-    ++points_;
+    sum_.Add(weighted);
   }
 
   [[nodiscard]] ResidualEstimate Estimate() const {
-    const auto n = static_cast<double>(points_);
-    const double local = sum_ / n;
+    const SampledMean local = sum_.MeanWithout(0);
     const ErrorIntegral reflected = reflected_.Integral();
-    const double mean = local + reflected.value;
-    const double deviation =
-        std::hypot(std::sqrt(std::max(0.0, squares_ / n - local * local) / n),
-                   reflected.deviation);
+    const double mean = local.value + reflected.value;
+    const double deviation = std::hypot(local.deviation, reflected.deviation);
     const double slopes = options_.is_constant && seen_area_ > 0
                               ? kSlopesPerBounce * reflected_area_ / seen_area_
                               : 0;
@@ -413,10 +411,22 @@ class ResidualMeter {
     return {relative(mean),
             relative(mean - kDeviations * deviation),
             relative(mean + kDeviations * deviation),
-            mean > kDeviations * deviation ? relative(mean) : 0,
+            relative(mean > kDeviations * deviation ? mean : CertainPart()),
             relative(mean + deviation),
-            points_,
+            sum_.Count(),
             rays_};
+  }
+
+  // Where all points together leave open whether there is any error: that of
+  // all but the few that leave it open.
+  [[nodiscard]] double CertainPart() const {
+    for (size_t k = 1; k <= OutlierSum::kMostOutliers; ++k) {
+      const SampledMean others = sum_.MeanWithout(k);
+      if (others.value > kCertainDeviations * others.deviation) {
+        return others.value;
+      }
+    }
+    return 0;
   }
 
   [[nodiscard]] bool IsDecided(const ResidualEstimate& e) const {
@@ -438,13 +448,11 @@ class ResidualMeter {
   size_t traced_points_;  // at a time
   size_t batch_points_;   // looked up at a time
   MemoryCharge batch_charge_;
-  double sum_ = 0;
-  double squares_ = 0;
+  OutlierSum sum_;  // of the squared residuals, weighted
   // Of the probes, m2: times the share of their hemispheres that is closed, and
   // times that again and the reflectance.
   double seen_area_ = 0;
   double reflected_area_ = 0;
-  uint64_t points_ = 0;
   uint64_t rays_ = 0;
 };
 

@@ -47,7 +47,8 @@ struct ResidualEstimate {
   double low = 0;
   double high = 0;
   // Between which another estimate of the error is believed: the value, if
-  // there is any error to be seen at all, and one standard deviation above it.
+  // there is any error to be seen at all (or by all points but a few, where
+  // these alone make the value uncertain), and one standard deviation above it.
   double least = 0;
   double most = 0;
   uint64_t points = 0;
