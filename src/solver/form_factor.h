@@ -66,10 +66,10 @@ std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
 // Some of `end` lies before the plane of the patch and some behind it.
 bool IsCut(const TransferEnd& end, const PatchGeometry& patch);
 
-// Whether the exact form factors of a near transfer are those of the source's
-// nodes to the receiver (by reciprocity), or of the receiver's nodes to the
-// source. Those of the smaller end; but a source that the receiver's horizon
-// cuts has nodes that say nothing of the part which is seen.
+// Whether a near transfer gets the exact form factors of the source's nodes to
+// the receiver (by reciprocity) rather than those of the receiver's nodes to
+// the source: it gets those of the smaller end, but the nodes of a source that
+// the receiver's horizon cuts say nothing of the part which is seen.
 bool IsByColumns(const TransferEnd& receiver, const TransferEnd& source);
 
 // For ends that are close: scaled to exact form factors.
