@@ -27,8 +27,7 @@ enum class BlockKind : uint8_t {
   kCellTree = 5,     // a = cell; b = 0 elements, 1 what they send, c = page
   kLinks = 6,        // a = receiver cell, b = source cell, c = chunk
   kTrace = 7,        // triangles for tracing; a = 0 the table, 1 + i chunk i
-  kScratch = 8,      // working data of a stage before the solve; erased when
-                     // the stage ends
+  kScratch = 8,      // working data, erased before the next commit
   kSolveCells = 9,   // the solve's table of cells; one block
   kCellCare = 10,    // how carefully patches are refined; a = cell
   kReceived = 11,    // what the elements of a cell have received; a = cell,

@@ -1,10 +1,13 @@
 #include "solver/cell_balance.h"
 
 #include "base/stopwatch.h"
+#include "solver/coefficient_pages.h"
 #include "solver/gather.h"
 #include "solver/held_gain.h"
 
 #include <algorithm>
+#include <functional>
+#include <vector>
 
 namespace enfilade {
 namespace {
@@ -19,18 +22,25 @@ constexpr double kMostGrowth = 3;
 constexpr int kCycleSteps = 8;
 constexpr const char* kPurpose = "the working arrays of a cell";
 
+BlockKey AsideKey(CellId cell) {
+  return {BlockKind::kScratch, cell.value};
+}
+
 }  // namespace
 
 CellBalance::CellBalance(const BalancedCell& cell,
                          const SurfaceTable& surfaces,
                          CellPager& pager,
+                         BlockStorage& store,
                          SolveTimes* times)
-    : cell_(cell), surfaces_(&surfaces), pager_(&pager), times_(times) {
+    : cell_(cell),
+      surfaces_(&surfaces),
+      pager_(&pager),
+      store_(&store),
+      times_(times) {
   HoldGains();
-  const uint64_t array = cell.tree->Sent().SizeBytes();
-  work_charge_ = pager.Reserve(2 * array, kPurpose);
   if (!cell.tree->HasDelta()) {
-    pager.Reserve(array, kPurpose).Reset();  // room for it
+    pager.Reserve(cell.tree->Sent().SizeBytes(), kPurpose).Reset();
     cell.tree->StartDelta();
     pager.MarkDirty(cell.id);
   }
@@ -43,19 +53,64 @@ void CellBalance::HoldGains() {
   kept_ = HeldShares(*cell_.tree, gain, cell_.geometry->patches, level);
 }
 
-CoefficientArray CellBalance::Radiosity() const {
+ReflectingCell CellBalance::Reflecting() const {
+  return {*cell_.tree,
+          cell_.geometry->patches,
+          *surfaces_,
+          &cell_.received->gathered,
+          &kept_};
+}
+
+void CellBalance::VisitUnsent(const UnsentVisitor& visit) const {
   const Stopwatch watch(&times_->push_pull_seconds);
-  return PushPull(*cell_.tree,
-                  cell_.received->gathered,
-                  cell_.geometry->patches,
-                  *surfaces_,
-                  kept_);
+  const CellTree& tree = *cell_.tree;
+  const ReflectingCell reflecting = Reflecting();
+  std::vector<std::vector<float>> unsent(
+      BlockCount(reflecting), std::vector<float>(tree.Shape().Stride()));
+  VisitRadiosity(reflecting,
+                 [&](size_t block, ElementId e, std::span<const float> b) {
+                   const auto sent = tree.Sent()[e];
+                   std::transform(b.begin(),
+                                  b.end(),
+                                  sent.begin(),
+                                  unsent[block].begin(),
+                                  std::minus<>());
+                   visit(block, e, b, unsent[block]);
+                 });
+}
+
+CellBalance::Light CellBalance::Sum() const {
+  std::vector<LeafSums> all(BlockCount(Reflecting()));
+  std::vector<LeafSums> unsent(all.size());
+  VisitUnsent([&](size_t block,
+                  ElementId e,
+                  std::span<const float> radiosity,
+                  std::span<const float> difference) {
+    AddIfLeaf(e, radiosity, &all[block]);
+    AddIfLeaf(e, difference, &unsent[block]);
+  });
+  return {Total(all).value, Total(unsent).absolute};
+}
+
+void CellBalance::AddIfLeaf(ElementId id,
+                            std::span<const float> values,
+                            LeafSums* sums) const {
+  const Element& e = cell_.tree->At(id);
+  if (e.first_child == 0) {
+    AddLeaf(cell_.tree->Shape(),
+            cell_.geometry->patches[e.patch],
+            e.frame,
+            values,
+            sums);
+  }
 }
 
 bool CellBalance::RunCycle(double tolerance) {
   CellRow& row = *cell_.row;
   SemiIteration iteration(row.radius);
+  PutDeltaAside();
   const CycleEnd end = Iterate(tolerance, &iteration);
+  TakeDeltaBack();
   if (end == CycleEnd::kSettled) {
     return true;
   }
@@ -72,19 +127,48 @@ bool CellBalance::RunCycle(double tolerance) {
   return false;
 }
 
+// The delta becomes what the other cells have been told of, all of `sent` but
+// the delta; that stays as it is while `sent` changes.
+void CellBalance::PutDeltaAside() {
+  CellTree& tree = *cell_.tree;
+  tree.Delta().Blend(1, tree.Sent(), -1);
+  const uint64_t bytes = tree.Sent().SizeBytes();
+  step_charge_ = pager_->ReserveIfPossible(bytes, kPurpose);
+  is_delta_stored_ = step_charge_.Bytes() < bytes;
+  if (is_delta_stored_) {
+    const Stopwatch watch(&times_->store_seconds);
+    SavePages(*store_, AsideKey(cell_.id), {&tree.Delta()});
+    tree.ForgetDelta();
+    pager_->MarkDirty(cell_.id);
+    step_charge_ = pager_->Reserve(bytes, kPurpose);
+  }
+}
+
+void CellBalance::TakeDeltaBack() {
+  CellTree& tree = *cell_.tree;
+  step_charge_.Reset();
+  if (is_delta_stored_) {
+    const Stopwatch watch(&times_->store_seconds);
+    pager_->Reserve(tree.Sent().SizeBytes(), kPurpose).Reset();
+    tree.StartDelta();
+    pager_->MarkDirty(cell_.id);
+    LoadPages(*store_, AsideKey(cell_.id), {&tree.Delta()});
+    store_->EraseAll(BlockKind::kScratch, cell_.id.value);
+  }
+  tree.Delta().Blend(1, tree.Sent(), -1);
+}
+
 CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
                                            SemiIteration* iteration) {
   CellTree& tree = *cell_.tree;
-  const auto& patches = cell_.geometry->patches;
-  const GatherSide side{patches, &tree, &cell_.geometry->groups};
+  const GatherSide side{
+      cell_.geometry->patches, &tree, &cell_.geometry->groups};
   CoefficientArray step(tree.Shape().Stride());
   step.GrowTo(tree.Size());
   double first = 0;
   double last = 0;
   for (int i = 0; i < kCycleSteps; ++i) {
-    CoefficientArray unsent = Radiosity();
-    unsent.Subtract(tree.Sent());
-    last = SumOverLeaves(tree, patches, unsent).absolute;
+    last = NextStep(static_cast<float>(iteration->NextWeight()), &step);
     first = i == 0 ? last : first;
     if (last <= tolerance) {
       return CycleEnd::kSettled;
@@ -92,19 +176,32 @@ CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
     if (last > kMostGrowth * first) {
       return CycleEnd::kGrew;
     }
-    const auto weight = static_cast<float>(iteration->NextWeight(last));
-    step.Blend(weight, unsent, weight - 1);
+    iteration->Saw(last);
     const Stopwatch watch(&times_->gather_seconds);
     const LinkEnds ends{tree.Size(), tree.Size(), side.groups->All().size()};
     pager_->VisitLinks({cell_.id, cell_.id}, ends, [&](const LinkBlock& block) {
       Gather(block, side, side, step, cell_.received->gathered);
     });
     tree.Sent().Add(step);
-    tree.Delta().Add(step);
     pager_->MarkDirty(cell_.id);
     pager_->MarkReceivedDirty(cell_.id);
   }
   return last < first ? CycleEnd::kShrank : CycleEnd::kGrew;
+}
+
+double CellBalance::NextStep(float weight, CoefficientArray* step) const {
+  std::vector<LeafSums> sums(BlockCount(Reflecting()));
+  VisitUnsent([&](size_t block,
+                  ElementId e,
+                  std::span<const float> /*radiosity*/,
+                  std::span<const float> unsent) {
+    AddIfLeaf(e, unsent, &sums[block]);
+    const auto own = (*step)[e];
+    for (size_t k = 0; k < own.size(); ++k) {
+      own[k] = weight * unsent[k] + (weight - 1) * own[k];
+    }
+  });
+  return Total(sums).absolute;
 }
 
 }  // namespace enfilade

@@ -4,9 +4,15 @@
 // cycles, between which the store may be committed. Where unsent light grows,
 // the semi-iteration's radius yields first and then the gains are held
 // (held_gain.h): both are remembered in the cell's row.
+//
+// Memory: beside the cell's tree and what it has received, one more array of
+// coefficients, the step, for the time of a cycle. Meanwhile the tree does
+// without its delta: if the budget has no room for both, that waits in the
+// store. The bits do not depend on it.
 
 #pragma once
 
+#include "base/block_storage.h"
 #include "base/memory.h"
 #include "solver/cell_pager.h"
 #include "solver/element_tree.h"
@@ -14,6 +20,10 @@
 #include "solver/received_light.h"
 #include "solver/semi_iteration.h"
 #include "solver/solve_state.h"
+
+#include <cstddef>
+#include <functional>
+#include <span>
 
 namespace enfilade {
 
@@ -28,33 +38,58 @@ struct BalancedCell {
 class CellBalance {
  public:
   // All are borrowed. The links that the cell has with itself must not change
-  // while it is balanced.
+  // while it is balanced. The tree has a delta from then on.
   CellBalance(const BalancedCell& cell,
               const SurfaceTable& surfaces,
               CellPager& pager,
+              BlockStorage& store,
               SolveTimes* times);
 
   // Some steps. True if no more than `tolerance`, W, is unsent; false if there
   // should be another cycle.
   bool RunCycle(double tolerance);
 
-  // E + rho H of what the cell has gathered, as its leaves keep it.
-  [[nodiscard]] CoefficientArray Radiosity() const;
+  struct Light {
+    double leaving = 0;  // the cell's surfaces, E + rho H, W
+    double unsent = 0;   // what of it links have not been told of, absolute, W
+  };
+
+  // Of what the cell has gathered.
+  [[nodiscard]] Light Sum() const;
 
  private:
   // How the unsent light fared in some steps.
   enum class CycleEnd : uint8_t { kSettled, kShrank, kGrew };
 
-  CycleEnd Iterate(double tolerance, SemiIteration* iteration);
+  // With the radiosity of an element and what of it is unsent.
+  using UnsentVisitor = std::function<void(size_t block,
+                                           ElementId e,
+                                           std::span<const float> radiosity,
+                                           std::span<const float> unsent)>;
+
+  [[nodiscard]] ReflectingCell Reflecting() const;
+  // As VisitRadiosity.
+  void VisitUnsent(const UnsentVisitor& visit) const;
+  void AddIfLeaf(ElementId id,
+                 std::span<const float> values,
+                 LeafSums* sums) const;
   void HoldGains();
+  // In between, `sent` changes and the delta is not asked for.
+  void PutDeltaAside();
+  void TakeDeltaBack();
+  CycleEnd Iterate(double tolerance, SemiIteration* iteration);
+  // Makes the step before into the next one. Returns how much was unsent, W.
+  double NextStep(float weight, CoefficientArray* step) const;
 
   BalancedCell cell_;
   const SurfaceTable* surfaces_;
   CellPager* pager_;
+  BlockStorage* store_;
   SolveTimes* times_;
   CoefficientArray kept_{1};  // shares that leaves keep
   MemoryCharge kept_charge_;
-  MemoryCharge work_charge_;
+  MemoryCharge step_charge_;
+  bool is_delta_stored_ = false;
 };
 
 }  // namespace enfilade

@@ -114,6 +114,7 @@ CellId CellPager::SourceOf(ItemKey key) {
 CachedThing CellPager::ThingOf(ItemKey key) {
   switch (key.kind) {
     case ItemKind::kTree:
+    case ItemKind::kNews:
       return {{BlockKind::kCellTree, key.cell}};
     case ItemKind::kReceived:
       return {{BlockKind::kReceived, key.cell}};
@@ -335,6 +336,10 @@ Box CellPager::BoundsOf(CellId cell) const {
 std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   const ItemKey key{ItemKind::kTree, cell.value};
   if (Find(key) == nullptr) {
+    if (const auto news = items_.find({ItemKind::kNews, cell.value});
+        news != items_.end()) {
+      Drop(news);  // what it shows may change from now on
+    }
     const auto geometry = Geometry(cell);
     std::shared_ptr<CellTree> tree;
     const uint64_t read_before = store_->Stats().bytes_read;
@@ -347,8 +352,36 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
       tree = std::make_shared<CellTree>(std::move(*stored));
     } else {
       tree = std::make_shared<CellTree>(shape_, geometry->patches);
-      tree->Sent() = EmittedRadiosity(*tree, geometry->patches, surfaces_);
+      tree->Sent() = PushPull({*tree, geometry->patches, surfaces_});
     }
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(ThingOf(key), read);
+    room.Reset();
+    const uint64_t bytes = tree->SizeBytes();
+    MakeRoom(bytes, kTreePurpose);
+    Insert(key, std::move(tree), bytes);
+  }
+  return Use<CellTree>(key);
+}
+
+std::shared_ptr<const CellTree> CellPager::News(CellId cell) {
+  if (Find({ItemKind::kTree, cell.value}) != nullptr) {
+    return Tree(cell);
+  }
+  const ItemKey key{ItemKind::kNews, cell.value};
+  if (Find(key) == nullptr) {
+    const size_t elements = CellTree::StoredSize(*store_, cell);
+    const uint64_t whole = CellTree::BytesFor(elements, shape_);
+    if (ReserveIfPossible(whole, kTreePurpose).Bytes() == whole) {
+      return Tree(cell);
+    }
+    const auto geometry = Geometry(cell);
+    MemoryCharge room =
+        Reserve(CellTree::NewsBytesFor(elements, shape_), kTreePurpose);
+    const uint64_t read_before = store_->Stats().bytes_read;
+    auto tree = std::make_shared<CellTree>(
+        CellTree::LoadNews(*store_, cell, shape_, geometry->patches).value());
     const uint64_t read = store_->Stats().bytes_read - read_before;
     trace_.AddRead(read);
     trace_.SetStored(ThingOf(key), read);

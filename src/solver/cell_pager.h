@@ -89,6 +89,10 @@ class CellPager {
   // The stored tree, or a new one with the emitted radiosity sent.
   std::shared_ptr<CellTree> Tree(CellId cell);
 
+  // For gathering what the cell has sent last: its tree, which must be there,
+  // or no more of it than elements and delta where there is no room for all.
+  std::shared_ptr<const CellTree> News(CellId cell);
+
   // The tree was changed, and may have grown: it will be written back.
   void MarkDirty(CellId cell);
 
@@ -151,6 +155,7 @@ class CellPager {
     kObstacles,
     kOccluder,
     kTree,
+    kNews,
     kReceived,
     kLinks  // last
   };

@@ -37,6 +37,7 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   switch (key.kind) {
     case ItemKind::kGeometry:
     case ItemKind::kTree:
+    case ItemKind::kNews:
       return next_use_.OfCell(cell);
     case ItemKind::kReceived:
       return next_use_.OfTurn(cell);

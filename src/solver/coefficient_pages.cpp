@@ -22,13 +22,20 @@ size_t TakePage(const Bytes& bytes,
                 std::initializer_list<CoefficientArray*> arrays) {
   ByteReader in(bytes);
   const size_t saved = in.GetVarint();
-  if (saved > (*arrays.begin())->Size()) {
+  const auto has_more = [&](const CoefficientArray* array) {
+    return array->Size() > 0 && saved > array->Size();
+  };
+  if (std::any_of(arrays.begin(), arrays.end(), has_more)) {
     throw DamagedStoreError("a cell has more coefficients than elements");
   }
   const size_t count =
       std::min(kPageElements, saved - std::min(saved, page * kPageElements));
   for (CoefficientArray* array : arrays) {
-    GetShuffled(&in, array->Page(page).first(count * array->Stride()));
+    if (array->Size() == 0) {
+      in.GetArray<uint8_t>();
+    } else {
+      GetShuffled(&in, array->Page(page).first(count * array->Stride()));
+    }
   }
   return saved;
 }

@@ -18,8 +18,8 @@ void SavePages(BlockStorage& store,
                std::initializer_list<const CoefficientArray*> arrays);
 
 // Fills arrays of the same number of elements with what was saved, which may be
-// of fewer: the rest stays as it is. Returns of how many. DamagedStoreError if
-// they do not match what was saved.
+// of fewer: the rest stays as it is; one without elements is passed over.
+// Returns of how many. DamagedStoreError if they do not match what was saved.
 size_t LoadPages(const BlockStorage& store,
                  BlockKey first,
                  std::initializer_list<CoefficientArray*> arrays);

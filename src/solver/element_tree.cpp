@@ -245,6 +245,22 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
   return tree;
 }
 
+std::optional<CellTree> CellTree::LoadNews(
+    const BlockStorage& store,
+    CellId cell,
+    TreeShape shape,
+    std::span<const PatchGeometry> patches) {
+  auto tree = LoadElements(store, cell, shape, patches);
+  if (tree) {
+    tree->StartDelta();
+    LoadPages(store, PagesKey(cell), {&tree->sent_, &tree->delta_});
+    if (tree->delta_.MaxAbs() == 0) {
+      tree->ForgetDelta();
+    }
+  }
+  return tree;
+}
+
 size_t CellTree::StoredSize(const BlockStorage& store, CellId cell) {
   const auto structure = store.Get(StructureKey(cell));
   if (!structure) {
@@ -259,6 +275,10 @@ uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
   // Two arrays of coefficients and detail.
   const size_t floats = 2 * shape.Stride() + 1;
   return ElementBytesFor(elements) + elements * floats * sizeof(float);
+}
+
+uint64_t CellTree::NewsBytesFor(size_t elements, TreeShape shape) {
+  return ElementBytesFor(elements) + elements * shape.Stride() * sizeof(float);
 }
 
 uint64_t CellTree::ElementBytesFor(size_t elements) {

@@ -84,11 +84,20 @@ class CellTree {
       TreeShape shape,
       std::span<const PatchGeometry> patches);
 
+  // For gathering from it: the same with its delta alone. It must not grow.
+  static std::optional<CellTree> LoadNews(
+      const BlockStorage& store,
+      CellId cell,
+      TreeShape shape,
+      std::span<const PatchGeometry> patches);
+
   // Elements of the stored tree; 0 if there is none.
   static size_t StoredSize(const BlockStorage& store, CellId cell);
 
-  // What a tree of so many elements takes, and one without coefficients.
+  // What a tree of so many elements takes, one with its delta alone, and one
+  // without coefficients.
   static uint64_t BytesFor(size_t elements, TreeShape shape);
+  static uint64_t NewsBytesFor(size_t elements, TreeShape shape);
   static uint64_t ElementBytesFor(size_t elements);
 
   // Writes the structure and, page by page, the coefficients.

@@ -357,6 +357,7 @@ void Engine::Settle(const Receiver& r) {
       {r.id, r.geometry.get(), r.tree.get(), r.received.get(), &row},
       surfaces_,
       pager_,
+      *store_,
       &state_.times);
   const double tolerance = ToleratedResidual(state_, row);
   while (state_.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
@@ -365,20 +366,15 @@ void Engine::Settle(const Receiver& r) {
   }
   const bool was_lit = IsLit(r.id);
   const auto& patches = r.geometry->patches;
-  CoefficientArray now = balance.Radiosity();
-  row.reflected = SumOverLeaves(*r.tree, patches, now).value -
-                  EmittedFlux(patches, surfaces_);
+  const CellBalance::Light light = balance.Sum();
+  row.residual = light.unsent;
+  row.reflected =
+      is_black_ ? LeavingFlux({*r.tree,
+                               patches,
+                               AllGrey(surfaces_, kLeastWeightReflectance),
+                               &r.received->gathered})
+                : light.leaving - EmittedFlux(patches, surfaces_);
   row.peak = r.tree->Sent().MaxAbs();
-  now.Subtract(r.tree->Sent());
-  row.residual = SumOverLeaves(*r.tree, patches, now).absolute;
-  if (is_black_) {
-    now.Clear();
-    now = PushPull(*r.tree,
-                   r.received->gathered,
-                   patches,
-                   AllGrey(surfaces_, kLeastWeightReflectance));
-    row.reflected = SumOverLeaves(*r.tree, patches, now).value;
-  }
   row.elements = r.tree->Size();
   row.processed = ++state_.tick;
   if (r.tree->Delta().MaxAbs() > 0) {

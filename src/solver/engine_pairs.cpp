@@ -122,7 +122,7 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
   }
   pager_.Order().MoveTo(r.id, source);
   const auto geometry = pager_.Geometry(source);
-  const auto tree = pager_.Tree(source);
+  const auto tree = pager_.News(source);
   if (!tree->HasDelta()) {
     return;
   }

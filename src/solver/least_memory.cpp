@@ -94,7 +94,8 @@ class NeedFinder {
     need.tree = CellTree::BytesFor(elements, shape_);
     need.delta = elements * shape_.Stride() * sizeof(float);
     need.received = ReceivedLight::BytesFor(elements, shape_);
-    need.balance = 2 * need.delta + HeldSharesBytesFor(elements, shape_);
+    // The step takes the place of the delta (cell_balance.h).
+    need.balance = HeldSharesBytesFor(elements, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
     need.care = patches * sizeof(PatchCare);
     const uint64_t held = BlockersHeldBytes(blockers);

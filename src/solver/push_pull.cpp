@@ -1,32 +1,12 @@
 #include "solver/push_pull.h"
 
+#include "base/parallel.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace enfilade {
 namespace {
-
-// irradiance[child] += restriction of irradiance[parent], from the roots down.
-void PushDown(const CellTree& tree,
-              std::span<const PatchGeometry> patches,
-              CoefficientArray* irradiance) {
-  const TreeShape& shape = tree.Shape();
-  std::vector<float> pushed(shape.Stride());
-  for (size_t i = 0; i < tree.Size(); ++i) {
-    const Element& e = tree.At(ElementId(i));
-    if (e.first_child == 0) {
-      continue;
-    }
-    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
-    for (size_t c = 0; c < kChildren; ++c) {
-      PushTo(basis, shape, c, (*irradiance)[ElementId(i)], pushed);
-      const auto child = (*irradiance)[ElementId(e.first_child + c)];
-      for (size_t k = 0; k < child.size(); ++k) {
-        child[k] += pushed[k];
-      }
-    }
-  }
-}
 
 void ReflectAtLeaf(const TreeShape& shape,
                    const PatchGeometry& patch,
@@ -45,91 +25,155 @@ void ReflectAtLeaf(const TreeShape& shape,
   }
 }
 
-// Leaves become radiosity, inner elements the projection of their children.
-void ReflectAndPullUp(const CellTree& tree,
-                      std::span<const PatchGeometry> patches,
-                      const SurfaceTable& surfaces,
-                      const CoefficientArray& kept,
-                      CoefficientArray* values) {
-  const TreeShape& shape = tree.Shape();
-  for (size_t i = tree.Size(); i-- > 0;) {
-    const Element& e = tree.At(ElementId(i));
-    const auto own = (*values)[ElementId(i)];
-    if (e.first_child == 0) {
-      ReflectAtLeaf(shape,
-                    patches[e.patch],
-                    surfaces,
-                    kept.Size() == 0 ? nullptr : kept.At(i),
-                    own);
-      continue;
-    }
-    std::fill(own.begin(), own.end(), 0.0F);
-    const ShapeBasis& basis = shape.basis->On(patches[e.patch].shape);
-    for (size_t c = 0; c < kChildren; ++c) {
-      PullFrom(basis, shape, c, (*values)[ElementId(e.first_child + c)], own);
-    }
-  }
-}
+// Goes down the trees of some patches with the irradiance of each element and
+// back up with its radiosity: one of each per level is all that it holds.
+class TreeWalk {
+ public:
+  TreeWalk(const ReflectingCell& cell,
+           size_t block,
+           const RadiosityVisitor& visit)
+      : cell_(cell),
+        shape_(cell.tree.Shape()),
+        block_(block),
+        visit_(visit),
+        irradiance_((kMaxLevel + 2) * shape_.Stride()),
+        radiosity_(irradiance_.size()) {}
 
-CoefficientArray KeepAll(const CellTree& tree) {
-  return CoefficientArray(tree.Shape().NodeStride());
-}
+  void VisitPatch(size_t patch) {
+    std::fill(irradiance_.begin(), irradiance_.end(), 0.0F);
+    basis_ = &shape_.basis->On(cell_.patches[patch].shape);
+    Visit(ElementId(patch), 0);
+  }
+
+ private:
+  std::span<float> At(size_t level, std::vector<float>* values) const {
+    const size_t stride = shape_.Stride();
+    return std::span(*values).subspan(level * stride, stride);
+  }
+
+  // Its irradiance is that of its parent, restricted, so far.
+  void Visit(ElementId id, size_t level) {
+    const std::span<float> irradiance = At(level, &irradiance_);
+    const std::span<float> radiosity = At(level, &radiosity_);
+    if (cell_.gathered != nullptr) {
+      const float* own = cell_.gathered->At(id.Index());
+      for (float& h : irradiance) {
+        h += *own++;
+      }
+    }
+    const Element& e = cell_.tree.At(id);
+    if (e.first_child == 0) {
+      std::copy(irradiance.begin(), irradiance.end(), radiosity.begin());
+      const bool keeps_all = cell_.kept == nullptr || cell_.kept->Size() == 0;
+      ReflectAtLeaf(shape_,
+                    cell_.patches[e.patch],
+                    cell_.surfaces,
+                    keeps_all ? nullptr : cell_.kept->At(id.Index()),
+                    radiosity);
+    } else {
+      std::fill(radiosity.begin(), radiosity.end(), 0.0F);
+      for (size_t c = 0; c < kChildren; ++c) {
+        PushTo(*basis_, shape_, c, irradiance, At(level + 1, &irradiance_));
+        Visit(ElementId(e.first_child + c), level + 1);
+        PullFrom(*basis_, shape_, c, At(level + 1, &radiosity_), radiosity);
+      }
+    }
+    visit_(block_, id, radiosity);
+  }
+
+  const ReflectingCell& cell_;
+  const TreeShape& shape_;
+  size_t block_;
+  const RadiosityVisitor& visit_;
+  const ShapeBasis* basis_ = nullptr;
+  std::vector<float> irradiance_;  // by level
+  std::vector<float> radiosity_;
+};
 
 }  // namespace
 
-CoefficientArray PushPull(const CellTree& tree,
-                          const CoefficientArray& gathered,
-                          std::span<const PatchGeometry> patches,
-                          const SurfaceTable& surfaces,
-                          const CoefficientArray& kept) {
-  CoefficientArray values = gathered;
-  PushDown(tree, patches, &values);
-  ReflectAndPullUp(tree, patches, surfaces, kept, &values);
+size_t BlockCount(const ReflectingCell& cell) {
+  return (cell.tree.PatchCount() + kBlockPatches - 1) / kBlockPatches;
+}
+
+void VisitRadiosity(const ReflectingCell& cell, const RadiosityVisitor& visit) {
+  const size_t patches = cell.tree.PatchCount();
+  ParallelFor(BlockCount(cell), [&](size_t block) {
+    TreeWalk walk(cell, block, visit);
+    const size_t end = std::min(patches, (block + 1) * kBlockPatches);
+    for (size_t patch = block * kBlockPatches; patch < end; ++patch) {
+      walk.VisitPatch(patch);
+    }
+  });
+}
+
+CoefficientArray PushPull(const ReflectingCell& cell) {
+  CoefficientArray values(cell.tree.Shape().Stride());
+  values.GrowTo(cell.tree.Size());
+  VisitRadiosity(cell,
+                 [&](size_t /*block*/, ElementId e, std::span<const float> b) {
+                   std::copy(b.begin(), b.end(), values[e].begin());
+                 });
   return values;
 }
 
-CoefficientArray PushPull(const CellTree& tree,
-                          const CoefficientArray& gathered,
-                          std::span<const PatchGeometry> patches,
-                          const SurfaceTable& surfaces) {
-  return PushPull(tree, gathered, patches, surfaces, KeepAll(tree));
+LeafSums Total(const std::vector<LeafSums>& blocks) {
+  LeafSums total;
+  for (const LeafSums& sums : blocks) {
+    total.value += sums.value;
+    total.absolute += sums.absolute;
+    total.squared += sums.squared;
+  }
+  return total;
 }
 
-CoefficientArray EmittedRadiosity(const CellTree& tree,
-                                  std::span<const PatchGeometry> patches,
-                                  const SurfaceTable& surfaces) {
-  CoefficientArray values(tree.Shape().Stride());
-  values.GrowTo(tree.Size());
-  ReflectAndPullUp(tree, patches, surfaces, KeepAll(tree), &values);
-  return values;
+void AddLeaf(const TreeShape& shape,
+             const PatchGeometry& patch,
+             ElementFrame leaf,
+             std::span<const float> values,
+             LeafSums* sums) {
+  const ShapeBasis& basis = shape.basis->On(patch.shape);
+  const double area = static_cast<double>(AreaOf(patch, leaf)) /
+                      static_cast<double>(shape.channels);
+  for (size_t c = 0; c < shape.channels; ++c) {
+    for (size_t q = 0; q < basis.NodeCount(); ++q) {
+      const double v = static_cast<double>(values[c * shape.NodeStride() + q]);
+      const double w = area * basis.Weight(q);
+      sums->value += w * v;
+      sums->absolute += w * std::abs(v);
+      sums->squared += w * v * v;
+    }
+  }
 }
 
 LeafSums SumOverLeaves(const CellTree& tree,
                        std::span<const PatchGeometry> patches,
                        const CoefficientArray& values) {
-  const TreeShape& shape = tree.Shape();
   LeafSums sums;
   for (size_t i = 0; i < tree.Size(); ++i) {
     const Element& e = tree.At(ElementId(i));
-    if (e.first_child != 0) {
-      continue;
-    }
-    const PatchGeometry& patch = patches[e.patch];
-    const ShapeBasis& basis = shape.basis->On(patch.shape);
-    const auto own = values[ElementId(i)];
-    const double area = static_cast<double>(AreaOf(patch, e.frame)) /
-                        static_cast<double>(shape.channels);
-    for (size_t c = 0; c < shape.channels; ++c) {
-      for (size_t q = 0; q < basis.NodeCount(); ++q) {
-        const double v = static_cast<double>(own[c * shape.NodeStride() + q]);
-        const double w = area * basis.Weight(q);
-        sums.value += w * v;
-        sums.absolute += w * std::abs(v);
-        sums.squared += w * v * v;
-      }
+    if (e.first_child == 0) {
+      AddLeaf(
+          tree.Shape(), patches[e.patch], e.frame, values[ElementId(i)], &sums);
     }
   }
   return sums;
+}
+
+double LeavingFlux(const ReflectingCell& cell) {
+  std::vector<LeafSums> sums(BlockCount(cell));
+  VisitRadiosity(
+      cell, [&](size_t block, ElementId id, std::span<const float> radiosity) {
+        const Element& e = cell.tree.At(id);
+        if (e.first_child == 0) {
+          AddLeaf(cell.tree.Shape(),
+                  cell.patches[e.patch],
+                  e.frame,
+                  radiosity,
+                  &sums[block]);
+        }
+      });
+  return Total(sums).value;
 }
 
 float MeanReflected(const PatchGeometry& patch,

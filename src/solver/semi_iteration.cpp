@@ -10,18 +10,21 @@ constexpr double kLargestRadius = 0.99;
 
 }  // namespace
 
-double SemiIteration::NextWeight(double unsent) {
+double SemiIteration::NextWeight() {
   if (steps_ == 0) {
     weight_ = 1;
   } else if (steps_ == 1) {
     weight_ = 1 / (1 - 0.5 * radius_ * radius_);
-    early_ = unsent;
   } else {
     weight_ = 1 / (1 - 0.25 * radius_ * radius_ * weight_);
   }
-  last_ = unsent;
   ++steps_;
   return weight_;
+}
+
+void SemiIteration::Saw(double unsent) {
+  early_ = steps_ == 2 ? unsent : early_;
+  last_ = unsent;
 }
 
 double SemiIteration::LearntRadius() const {

@@ -16,8 +16,11 @@ class SemiIteration {
   // `radius`: the largest eigenvalue of T as far as it is known, in (0, 1).
   explicit SemiIteration(double radius) : radius_(radius) {}
 
-  // The weight of the next step; `unsent` is the norm of what it starts from.
-  double NextWeight(double unsent);
+  // The weight of the next step.
+  double NextWeight();
+
+  // The norm of what that step started from.
+  void Saw(double unsent);
 
   // The radius by what was seen since the beginning: larger than it was told if
   // the unsent radiosity fell more slowly than that allows.

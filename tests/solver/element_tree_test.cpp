@@ -114,6 +114,24 @@ TEST_F(StoredTree, ForReadingComesWithoutCoefficients) {
   EXPECT_LT(4 * foreseen, CellTree::BytesFor(tree_.Size(), shape_));
 }
 
+TEST_F(StoredTree, ForGatheringComesWithItsDeltaAlone) {
+  tree_.Save(store_, kCell);
+  const CellTree news =
+      CellTree::LoadNews(store_, kCell, shape_, patches_).value();
+  ASSERT_EQ(news.Size(), tree_.Size());
+  ExpectSame(news.Delta(), tree_.Delta());
+  EXPECT_EQ(news.Sent().Size(), 0U);
+  const uint64_t foreseen = CellTree::NewsBytesFor(tree_.Size(), shape_);
+  EXPECT_GE(news.SizeBytes(), foreseen);
+  EXPECT_LT(news.SizeBytes(), foreseen + foreseen / 4);
+}
+
+TEST_F(StoredTree, WithoutDeltaHasNoNews) {
+  tree_.ForgetDelta();
+  tree_.Save(store_, kCell);
+  EXPECT_FALSE(CellTree::LoadNews(store_, kCell, shape_, patches_)->HasDelta());
+}
+
 TEST_F(StoredTree, LacksNoCoefficients) {
   tree_.Save(store_, kCell);
   store_.Erase({BlockKind::kCellTree, kCell.value, 1, 0});

@@ -2,7 +2,9 @@
 
 #include "solver/push_pull.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "tests/solver/test_cells.h"
 #include <gtest/gtest.h>
@@ -90,15 +92,16 @@ class PushPullTest : public ::testing::TestWithParam<size_t> {
 };
 
 TEST_P(PushPullTest, DarkElementsHaveTheirEmission) {
-  const CoefficientArray b = EmittedRadiosity(tree_, patches_, Surfaces());
+  const CoefficientArray b = PushPull({tree_, patches_, Surfaces()});
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     EXPECT_NEAR(b[e][at], Emitted(e, c), kFloatRounding);
   });
 }
 
 TEST_P(PushPullTest, WithoutIrradianceOnlyEmissionIsLeft) {
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
-  const CoefficientArray e = EmittedRadiosity(tree_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
+  const CoefficientArray e = PushPull({tree_, patches_, Surfaces()});
   for (size_t i = 0; i < tree_.Size(); ++i) {
     for (size_t k = 0; k < b.Stride(); ++k) {
       EXPECT_EQ(b[ElementId(i)][k], e[ElementId(i)][k]);
@@ -112,7 +115,8 @@ TEST_P(PushPullTest, ConstantIrradianceOfTheRootIsReflectedEverywhere) {
       gathered_[e][at] = 2 + static_cast<float>(c);
     }
   });
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     const float h = 2 + static_cast<float>(c);
     EXPECT_NEAR(b[e][at], Emitted(e, c) + kReflectances[c] * h, kFloatRounding);
@@ -123,7 +127,8 @@ TEST_P(PushPullTest, IrradianceOfAPointIsTheSumOverItsElements) {
   // 1 on every element: a leaf at level n has n + 1.
   ForEachNode(
       [&](ElementId e, size_t, size_t, size_t at) { gathered_[e][at] = 1; });
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     const Element& element = tree_.At(e);
     if (element.first_child == 0) {
@@ -148,7 +153,8 @@ void FillAtRandom(CoefficientArray* values) {
 
 TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
   FillAtRandom(&gathered_);
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   ForEachNode([&](ElementId e, size_t c, size_t g, size_t at) {
     const uint32_t child = tree_.At(e).first_child;
     if (child == 0) {
@@ -178,7 +184,8 @@ TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
 
 TEST_P(PushPullTest, SumOverLeavesIsTheIntegralOverTheRoots) {
   FillAtRandom(&gathered_);
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   double roots = 0;
   ForEachNode([&](ElementId e, size_t, size_t q, size_t at) {
     if (IsRoot(e)) {
@@ -210,7 +217,8 @@ TEST_P(PushPullTest, WhatTheBasisHoldsAtTheRootIsReproducedOnTheLeaves) {
       gathered_[e][at] = static_cast<float>(field(node.a, node.b));
     }
   });
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   ForEachNode([&](ElementId e, size_t c, size_t q, size_t at) {
     const ElementFrame f = tree_.At(e).frame;
     const UnitPoint node = BasisOf(e).Node(q);
@@ -229,7 +237,8 @@ TEST_P(PushPullTest, BlackPatchesOnlyEmit) {
   for (PatchGeometry& p : patches_) {
     p.reflects = false;
   }
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
     EXPECT_NEAR(b[e][at], Emitted(e, c), kFloatRounding);
   });
@@ -248,8 +257,9 @@ TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
     }
   }
   const CoefficientArray some =
-      PushPull(tree_, gathered_, patches_, Surfaces(), kept);
-  const CoefficientArray all = PushPull(tree_, gathered_, patches_, Surfaces());
+      PushPull({tree_, patches_, Surfaces(), &gathered_, &kept});
+  const CoefficientArray all =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   ForEachNode([&](ElementId e, size_t c, size_t q, size_t at) {
     if (tree_.At(e).first_child == 0) {
       const double emitted = static_cast<double>(Emitted(e, c));
@@ -261,7 +271,35 @@ TEST_P(PushPullTest, LeavesReflectTheShareThatTheyKeep) {
   });
 }
 
+// ------------------------------------------------------------------- order
+
+TEST_P(PushPullTest, EveryElementIsVisitedOnceAndAfterItsChildren) {
+  const SurfaceTable surfaces = Surfaces();
+  const ReflectingCell cell{tree_, patches_, surfaces};
+  std::vector<int> visits(tree_.Size());
+  VisitRadiosity(
+      cell, [&](size_t block, ElementId id, std::span<const float> radiosity) {
+        const Element& e = tree_.At(id);
+        EXPECT_EQ(block, e.patch / kBlockPatches);
+        EXPECT_EQ(radiosity.size(), tree_.Shape().Stride());
+        ++visits[id.Index()];
+        for (size_t c = 0; e.first_child != 0 && c < kChildren; ++c) {
+          EXPECT_EQ(visits[e.first_child + c], 1);
+        }
+      });
+  EXPECT_EQ(std::count(visits.begin(), visits.end(), 1),
+            static_cast<std::ptrdiff_t>(visits.size()));
+}
+
 // ------------------------------------------------------------------- sums
+
+TEST_P(PushPullTest, LeavingFluxIsTheSumOverAllLeaves) {
+  FillAtRandom(&gathered_);
+  const SurfaceTable surfaces = Surfaces();
+  const ReflectingCell cell{tree_, patches_, surfaces, &gathered_};
+  const double flux = SumOverLeaves(tree_, patches_, PushPull(cell)).value;
+  EXPECT_NEAR(LeavingFlux(cell), flux, 1e-12 * std::abs(flux));
+}
 
 TEST_P(PushPullTest, MeanReflectedIsWhatIsBeyondEmission) {
   ForEachNode([&](ElementId e, size_t c, size_t, size_t at) {
@@ -269,7 +307,8 @@ TEST_P(PushPullTest, MeanReflectedIsWhatIsBeyondEmission) {
       gathered_[e][at] = c == 1 ? 4 : 1;
     }
   });
-  const CoefficientArray b = PushPull(tree_, gathered_, patches_, Surfaces());
+  const CoefficientArray b =
+      PushPull({tree_, patches_, Surfaces(), &gathered_});
   for (size_t i = 0; i < patches_.size(); ++i) {
     // 0.5 * 4 in the second channel is the largest.
     EXPECT_NEAR(

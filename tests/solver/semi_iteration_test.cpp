@@ -59,7 +59,8 @@ class Iterated {
 
   void Step(SemiIteration* iteration) {
     const Vector unsent = Unsent();
-    Step(iteration->NextWeight(Norm(unsent)), unsent);
+    Step(iteration->NextWeight(), unsent);
+    iteration->Saw(Norm(unsent));
   }
 
   void Step(double weight, const Vector& unsent) {

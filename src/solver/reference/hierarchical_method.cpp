@@ -136,7 +136,7 @@ double Hierarchy::PushAndPull() {
   for (size_t c = 0; c < solution_.trees.size(); ++c) {
     CellTree& tree = solution_.trees[c];
     CoefficientArray radiosity = PushPull(
-        tree, solution_.gathered[c], scene_.PatchesOf(c), scene_.Surfaces());
+        {tree, scene_.PatchesOf(c), scene_.Surfaces(), &solution_.gathered[c]});
     CoefficientArray gained = radiosity;
     gained.Subtract(tree.Sent());
     change += SumOverLeaves(tree, scene_.PatchesOf(c), gained).absolute;
@@ -184,7 +184,7 @@ Hierarchy::Hierarchy(const ReferenceScene& scene,
     const auto patches = scene.PatchesOf(c);
     cell_of_.insert(cell_of_.end(), patches.size(), c);
     CellTree tree({&basis, kRgbChannels}, patches);
-    tree.Sent() = EmittedRadiosity(tree, patches, scene.Surfaces());
+    tree.Sent() = PushPull({tree, patches, scene.Surfaces()});
     solution_.trees.push_back(std::move(tree));
   }
   links_.resize(cell_of_.size());

@@ -80,8 +80,8 @@ TreeSolution MakeTrees(const ReferenceScene& scene,
   for (size_t c = 0; c < made.trees.size(); ++c) {
     CellTree& tree = made.trees[c];
     made.gathered[c].GrowTo(tree.Size());
-    tree.Sent() =
-        PushPull(tree, made.gathered[c], scene.PatchesOf(c), scene.Surfaces());
+    tree.Sent() = PushPull(
+        {tree, scene.PatchesOf(c), scene.Surfaces(), &made.gathered[c]});
     tree.UpdateDetail();
   }
   return made;
