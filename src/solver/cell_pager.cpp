@@ -131,6 +131,13 @@ CellPager::Item* CellPager::Find(ItemKey key) {
   return it == items_.end() ? nullptr : &it->second;
 }
 
+// All that was read from the store since `read_before` was for this item.
+void CellPager::NoteRead(ItemKey key, uint64_t read_before) {
+  const uint64_t read = store_->Stats().bytes_read - read_before;
+  trace_.AddRead(read);
+  trace_.SetStored(ThingOf(key), read);
+}
+
 // `bytes` are charged to the budget, or are so by the value itself.
 void CellPager::Insert(ItemKey key,
                        std::shared_ptr<void> value,
@@ -354,9 +361,7 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
       tree = std::make_shared<CellTree>(shape_, geometry->patches);
       tree->Sent() = PushPull({*tree, geometry->patches, surfaces_});
     }
-    const uint64_t read = store_->Stats().bytes_read - read_before;
-    trace_.AddRead(read);
-    trace_.SetStored(ThingOf(key), read);
+    NoteRead(key, read_before);
     room.Reset();
     const uint64_t bytes = tree->SizeBytes();
     MakeRoom(bytes, kTreePurpose);
@@ -382,9 +387,7 @@ std::shared_ptr<const CellTree> CellPager::News(CellId cell) {
     const uint64_t read_before = store_->Stats().bytes_read;
     auto tree = std::make_shared<CellTree>(
         CellTree::LoadNews(*store_, cell, shape_, geometry->patches).value());
-    const uint64_t read = store_->Stats().bytes_read - read_before;
-    trace_.AddRead(read);
-    trace_.SetStored(ThingOf(key), read);
+    NoteRead(key, read_before);
     room.Reset();
     const uint64_t bytes = tree->SizeBytes();
     MakeRoom(bytes, kTreePurpose);
@@ -402,9 +405,7 @@ std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
     const uint64_t read_before = store_->Stats().bytes_read;
     auto received = std::make_shared<ReceivedLight>(
         ReceivedLight::Load(*store_, cell, shape_, elements));
-    const uint64_t read = store_->Stats().bytes_read - read_before;
-    trace_.AddRead(read);
-    trace_.SetStored(ThingOf(key), read);
+    NoteRead(key, read_before);
     room.Reset();
     const uint64_t bytes = received->SizeBytes();
     MakeRoom(bytes, kReceivedPurpose);

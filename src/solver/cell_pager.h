@@ -187,6 +187,7 @@ class CellPager {
   static CellId SourceOf(ItemKey key);
   static CachedThing ThingOf(ItemKey key);
   Item* Find(ItemKey key);
+  void NoteRead(ItemKey key, uint64_t read_before);
   void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   void SetHeld(ItemKey key, Item* item, uint64_t bytes);
   template <typename T>
