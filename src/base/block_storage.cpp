@@ -29,6 +29,8 @@ std::string_view KindName(BlockKind kind) {
       return "care of patches";
     case BlockKind::kReceived:
       return "received light";
+    case BlockKind::kCellDelta:
+      return "change of a cell's light";
   }
   return "unknown kind";
 }

@@ -32,6 +32,8 @@ enum class BlockKind : uint8_t {
   kCellCare = 10,    // how carefully patches are refined; a = cell
   kReceived = 11,    // what the elements of a cell have received; a = cell,
                      // b = 0 irradiance, 1 gains, c = page
+  kCellDelta = 12,   // the last change of what a cell sends; a = cell,
+                     // c = page
 };
 
 struct BlockKey {

@@ -39,11 +39,15 @@ CellBalance::CellBalance(const BalancedCell& cell,
       store_(&store),
       times_(times) {
   HoldGains();
-  if (!cell.tree->HasDelta()) {
-    pager.Reserve(cell.tree->Sent().SizeBytes(), kPurpose).Reset();
-    cell.tree->StartDelta();
-    pager.MarkDirty(cell.id);
+  if (cell.delta->Size() == 0) {
+    StartDelta();
   }
+}
+
+void CellBalance::StartDelta() {
+  pager_->Reserve(cell_.tree->Sent().SizeBytes(), kPurpose).Reset();
+  cell_.delta->GrowTo(cell_.tree->Size());
+  pager_->MarkDeltaDirty(cell_.id);
 }
 
 void CellBalance::HoldGains() {
@@ -130,32 +134,29 @@ bool CellBalance::RunCycle(double tolerance) {
 // The delta becomes what the other cells have been told of, all of `sent` but
 // the delta; that stays as it is while `sent` changes.
 void CellBalance::PutDeltaAside() {
-  CellTree& tree = *cell_.tree;
-  tree.Delta().Blend(1, tree.Sent(), -1);
-  const uint64_t bytes = tree.Sent().SizeBytes();
+  const CoefficientArray& sent = cell_.tree->Sent();
+  cell_.delta->Blend(1, sent, -1);
+  const uint64_t bytes = sent.SizeBytes();
   step_charge_ = pager_->ReserveIfPossible(bytes, kPurpose);
   is_delta_stored_ = step_charge_.Bytes() < bytes;
   if (is_delta_stored_) {
     const Stopwatch watch(&times_->store_seconds);
-    SavePages(*store_, AsideKey(cell_.id), {&tree.Delta()});
-    tree.ForgetDelta();
-    pager_->MarkDirty(cell_.id);
+    SavePages(*store_, AsideKey(cell_.id), *cell_.delta);
+    cell_.delta->Clear();
+    pager_->MarkDeltaDirty(cell_.id);
     step_charge_ = pager_->Reserve(bytes, kPurpose);
   }
 }
 
 void CellBalance::TakeDeltaBack() {
-  CellTree& tree = *cell_.tree;
   step_charge_.Reset();
   if (is_delta_stored_) {
     const Stopwatch watch(&times_->store_seconds);
-    pager_->Reserve(tree.Sent().SizeBytes(), kPurpose).Reset();
-    tree.StartDelta();
-    pager_->MarkDirty(cell_.id);
-    LoadPages(*store_, AsideKey(cell_.id), {&tree.Delta()});
+    StartDelta();
+    LoadPages(*store_, AsideKey(cell_.id), cell_.tree->Size(), cell_.delta);
     store_->EraseAll(BlockKind::kScratch, cell_.id.value);
   }
-  tree.Delta().Blend(1, tree.Sent(), -1);
+  cell_.delta->Blend(1, cell_.tree->Sent(), -1);
 }
 
 CellBalance::CycleEnd CellBalance::Iterate(double tolerance,

@@ -6,15 +6,16 @@
 // (held_gain.h): both are remembered in the cell's row.
 //
 // Memory: beside the cell's tree and what it has received, one more array of
-// coefficients, the step, for the time of a cycle. Meanwhile the tree does
-// without its delta: if the budget has no room for both, that waits in the
-// store. The bits do not depend on it.
+// coefficients, the step, for the time of a cycle. Meanwhile the delta is not
+// needed: if the budget has no room for both, it waits in the store. The bits
+// do not depend on it.
 
 #pragma once
 
 #include "base/block_storage.h"
 #include "base/memory.h"
 #include "solver/cell_pager.h"
+#include "solver/coefficient_array.h"
 #include "solver/element_tree.h"
 #include "solver/push_pull.h"
 #include "solver/received_light.h"
@@ -31,6 +32,7 @@ struct BalancedCell {
   CellId id;
   const CellGeometry* geometry = nullptr;
   CellTree* tree = nullptr;
+  CoefficientArray* delta = nullptr;
   ReceivedLight* received = nullptr;
   CellRow* row = nullptr;
 };
@@ -38,7 +40,7 @@ struct BalancedCell {
 class CellBalance {
  public:
   // All are borrowed. The links that the cell has with itself must not change
-  // while it is balanced. The tree has a delta from then on.
+  // while it is balanced. The delta is of all elements from then on.
   CellBalance(const BalancedCell& cell,
               const SurfaceTable& surfaces,
               CellPager& pager,
@@ -75,6 +77,7 @@ class CellBalance {
                  LeafSums* sums) const;
   void HoldGains();
   // In between, `sent` changes and the delta is not asked for.
+  void StartDelta();
   void PutDeltaAside();
   void TakeDeltaBack();
   CycleEnd Iterate(double tolerance, SemiIteration* iteration);

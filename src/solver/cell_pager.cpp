@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "partition/patch.h"
+#include "solver/cell_delta.h"
 
 #include <algorithm>
 #include <numeric>
@@ -15,6 +16,7 @@ constexpr double kBoundsMargin = 5e-3;
 
 constexpr std::string_view kGeometryPurpose = "the geometry of a cell";
 constexpr std::string_view kTreePurpose = "the element trees of a cell";
+constexpr std::string_view kDeltaPurpose = "what a cell has sent last";
 constexpr std::string_view kReceivedPurpose = "what a cell has received";
 
 // Of a cell's geometry while it is made of its patches, which are decoded.
@@ -114,8 +116,11 @@ CellId CellPager::SourceOf(ItemKey key) {
 CachedThing CellPager::ThingOf(ItemKey key) {
   switch (key.kind) {
     case ItemKind::kTree:
-    case ItemKind::kNews:
-      return {{BlockKind::kCellTree, key.cell}};
+    case ItemKind::kElements:
+      return {{BlockKind::kCellTree, key.cell},
+              static_cast<uint32_t>(key.kind)};
+    case ItemKind::kDelta:
+      return {{BlockKind::kCellDelta, key.cell}};
     case ItemKind::kReceived:
       return {{BlockKind::kReceived, key.cell}};
     case ItemKind::kLinks:
@@ -129,13 +134,6 @@ CachedThing CellPager::ThingOf(ItemKey key) {
 CellPager::Item* CellPager::Find(ItemKey key) {
   const auto it = items_.find(key);
   return it == items_.end() ? nullptr : &it->second;
-}
-
-// All that was read from the store since `read_before` was for this item.
-void CellPager::NoteRead(ItemKey key, uint64_t read_before) {
-  const uint64_t read = store_->Stats().bytes_read - read_before;
-  trace_.AddRead(read);
-  trace_.SetStored(ThingOf(key), read);
 }
 
 // `bytes` are charged to the budget, or are so by the value itself.
@@ -170,6 +168,28 @@ std::shared_ptr<T> CellPager::Use(ItemKey key, bool is_along) {
     item.use = use;
   }
   return std::static_pointer_cast<T>(use);
+}
+
+// The same of one that `read` takes from the store if it is not there. Room
+// first, of `bytes()`: it is in nobody's charge while it is read.
+template <typename T, typename Bytes, typename Read>
+std::shared_ptr<T> CellPager::UseStored(ItemKey key,
+                                        std::string_view what,
+                                        const Bytes& bytes,
+                                        const Read& read) {
+  if (Find(key) == nullptr) {
+    const uint64_t read_before = store_->Stats().bytes_read;
+    MemoryCharge room = Reserve(bytes(), what);
+    auto value = std::make_shared<T>(read());
+    const uint64_t read_bytes = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read_bytes);
+    trace_.SetStored(ThingOf(key), read_bytes);
+    room.Reset();
+    const uint64_t held = value->SizeBytes();
+    MakeRoom(held, what);
+    Insert(key, std::move(value), held);
+  }
+  return Use<T>(key);
 }
 
 // What is not taken by others.
@@ -342,85 +362,103 @@ Box CellPager::BoundsOf(CellId cell) const {
 
 std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   const ItemKey key{ItemKind::kTree, cell.value};
-  if (Find(key) == nullptr) {
-    if (const auto news = items_.find({ItemKind::kNews, cell.value});
-        news != items_.end()) {
-      Drop(news);  // what it shows may change from now on
-    }
-    const auto geometry = Geometry(cell);
-    std::shared_ptr<CellTree> tree;
-    const uint64_t read_before = store_->Stats().bytes_read;
-    // Room first: the tree is not in anybody's charge while it is read.
-    const uint64_t expected =
-        CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
-    MemoryCharge room = Reserve(expected, kTreePurpose);
-    if (auto stored =
-            CellTree::Load(*store_, cell, shape_, geometry->patches)) {
-      tree = std::make_shared<CellTree>(std::move(*stored));
-    } else {
-      tree = std::make_shared<CellTree>(shape_, geometry->patches);
-      tree->Sent() = PushPull({*tree, geometry->patches, surfaces_});
-    }
-    NoteRead(key, read_before);
-    room.Reset();
-    const uint64_t bytes = tree->SizeBytes();
-    MakeRoom(bytes, kTreePurpose);
-    Insert(key, std::move(tree), bytes);
+  if (Find(key) != nullptr) {
+    return Use<CellTree>(key);
   }
-  return Use<CellTree>(key);
+  if (const auto elements = items_.find({ItemKind::kElements, cell.value});
+      elements != items_.end()) {
+    Drop(elements);  // what it shows may change from now on
+  }
+  const auto geometry = Geometry(cell);
+  const auto& patches = geometry->patches;
+  return UseStored<CellTree>(
+      key,
+      kTreePurpose,
+      [&] {
+        return CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
+      },
+      [&] {
+        if (auto stored = CellTree::Load(*store_, cell, shape_, patches)) {
+          return std::move(*stored);
+        }
+        CellTree tree(shape_, patches);
+        tree.Sent() = PushPull({tree, patches, surfaces_});
+        return tree;
+      });
 }
 
-std::shared_ptr<const CellTree> CellPager::News(CellId cell) {
+std::shared_ptr<const CellTree> CellPager::Elements(CellId cell) {
   if (Find({ItemKind::kTree, cell.value}) != nullptr) {
     return Tree(cell);
   }
-  const ItemKey key{ItemKind::kNews, cell.value};
-  if (Find(key) == nullptr) {
-    const size_t elements = CellTree::StoredSize(*store_, cell);
-    const uint64_t whole = CellTree::BytesFor(elements, shape_);
-    if (ReserveIfPossible(whole, kTreePurpose).Bytes() == whole) {
-      return Tree(cell);
-    }
-    const auto geometry = Geometry(cell);
-    MemoryCharge room =
-        Reserve(CellTree::NewsBytesFor(elements, shape_), kTreePurpose);
-    const uint64_t read_before = store_->Stats().bytes_read;
-    auto tree = std::make_shared<CellTree>(
-        CellTree::LoadNews(*store_, cell, shape_, geometry->patches).value());
-    NoteRead(key, read_before);
-    room.Reset();
-    const uint64_t bytes = tree->SizeBytes();
-    MakeRoom(bytes, kTreePurpose);
-    Insert(key, std::move(tree), bytes);
+  const auto geometry = Geometry(cell);
+  return UseStored<CellTree>(
+      {ItemKind::kElements, cell.value},
+      kTreePurpose,
+      [&] {
+        return CellTree::ElementBytesFor(CellTree::StoredSize(*store_, cell));
+      },
+      [&] {
+        return CellTree::LoadElements(*store_, cell, shape_, geometry->patches)
+            .value();
+      });
+}
+
+std::shared_ptr<CoefficientArray> CellPager::Delta(CellId cell) {
+  const auto tree = Elements(cell);
+  const auto bytes_for = [this](size_t elements) {
+    return CoefficientArray::BytesFor(elements, shape_.Stride());
+  };
+  auto delta = UseStored<CoefficientArray>(
+      {ItemKind::kDelta, cell.value},
+      kDeltaPurpose,
+      [&] { return bytes_for(tree->Size()); },
+      [&] { return LoadDelta(*store_, cell, shape_, tree->Size()); });
+  if (delta->Size() > 0 && delta->Size() < tree->Size()) {
+    Reserve(bytes_for(tree->Size() - delta->Size()), kDeltaPurpose).Reset();
+    GrowDelta(*tree, delta.get());
+    // In the store too, whether it was there or only here: the same bits.
+    MarkDeltaDirty(cell);
   }
-  return Use<CellTree>(key);
+  return delta;
 }
 
 std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
   const ItemKey key{ItemKind::kReceived, cell.value};
   const size_t elements = Tree(cell)->Size();
-  if (Find(key) == nullptr) {
-    MemoryCharge room =
-        Reserve(ReceivedLight::BytesFor(elements, shape_), kReceivedPurpose);
-    const uint64_t read_before = store_->Stats().bytes_read;
-    auto received = std::make_shared<ReceivedLight>(
-        ReceivedLight::Load(*store_, cell, shape_, elements));
-    NoteRead(key, read_before);
-    room.Reset();
-    const uint64_t bytes = received->SizeBytes();
-    MakeRoom(bytes, kReceivedPurpose);
-    Insert(key, std::move(received), bytes);
-  }
-  auto received = Use<ReceivedLight>(key);
-  if (received->gathered.Size() < elements) {
+  const auto bytes_for = [this](size_t count) {
+    return ReceivedLight::BytesFor(count, shape_);
+  };
+  auto received = UseStored<ReceivedLight>(
+      key,
+      kReceivedPurpose,
+      [&] { return bytes_for(elements); },
+      [&] { return ReceivedLight::Load(*store_, cell, shape_, elements); });
+  if (const size_t known = received->gathered.Size(); known < elements) {
+    Reserve(bytes_for(elements - known), kReceivedPurpose).Reset();
     received->GrowTo(elements);
     Recharge(key, received->SizeBytes(), kReceivedPurpose);
   }
   return received;
 }
 
+void CellPager::ForgetDelta(CellId cell) {
+  const auto delta = items_.find({ItemKind::kDelta, cell.value});
+  if (delta != items_.end()) {
+    ENFILADE_CHECK(delta->second.use.expired(), "what is forgotten is in use");
+    delta->second.dirty = false;
+    Drop(delta);
+  }
+  EraseDelta(*store_, cell);
+}
+
 void CellPager::MarkDirty(CellId cell) {
   MarkItemDirty<CellTree>({ItemKind::kTree, cell.value}, kTreePurpose);
+}
+
+void CellPager::MarkDeltaDirty(CellId cell) {
+  MarkItemDirty<CoefficientArray>({ItemKind::kDelta, cell.value},
+                                  kDeltaPurpose);
 }
 
 void CellPager::MarkReceivedDirty(CellId cell) {
@@ -455,6 +493,10 @@ void CellPager::Write(ItemKey key, Item* item) {
   const uint64_t written_before = store_->Stats().bytes_written;
   if (key.kind == ItemKind::kTree) {
     std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
+  } else if (key.kind == ItemKind::kDelta) {
+    const auto& delta =
+        *std::static_pointer_cast<CoefficientArray>(item->value);
+    SaveDelta(*store_, cell, delta);
   } else {
     std::static_pointer_cast<ReceivedLight>(item->value)->Save(*store_, cell);
   }

@@ -1,7 +1,7 @@
 // What a subproblem needs of its cells, paged in under the memory budget:
-// geometry, blockers, element trees, what they have received, and links. All
-// kinds share one pool, from which what is needed last and not in use goes
-// first; what is dirty is written back on the way out.
+// geometry, blockers, element trees, what they have sent last, what they have
+// received, and links. All kinds share one pool, from which what is needed last
+// and not in use goes first; what is dirty is written back on the way out.
 
 #pragma once
 
@@ -89,12 +89,22 @@ class CellPager {
   // The stored tree, or a new one with the emitted radiosity sent.
   std::shared_ptr<CellTree> Tree(CellId cell);
 
-  // For gathering what the cell has sent last: its tree, which must be there,
-  // or no more of it than elements and delta where there is no room for all.
-  std::shared_ptr<const CellTree> News(CellId cell);
+  // The same, or its elements alone if it is not in memory: for gathering from
+  // them. It must be there.
+  std::shared_ptr<const CellTree> Elements(CellId cell);
 
   // The tree was changed, and may have grown: it will be written back.
   void MarkDirty(CellId cell);
+
+  // What the cell has sent last, of no element if there is nothing; like
+  // Received, it must be asked for anew where the tree has grown.
+  std::shared_ptr<CoefficientArray> Delta(CellId cell);
+
+  // Likewise.
+  void MarkDeltaDirty(CellId cell);
+
+  // Nothing was sent. It must not be in use.
+  void ForgetDelta(CellId cell);
 
   // What the elements of the tree have received, for the cell's turn; it must
   // be asked for anew where the tree has grown as another's source.
@@ -155,7 +165,8 @@ class CellPager {
     kObstacles,
     kOccluder,
     kTree,
-    kNews,
+    kElements,
+    kDelta,
     kReceived,
     kLinks  // last
   };
@@ -187,11 +198,15 @@ class CellPager {
   static CellId SourceOf(ItemKey key);
   static CachedThing ThingOf(ItemKey key);
   Item* Find(ItemKey key);
-  void NoteRead(ItemKey key, uint64_t read_before);
   void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   void SetHeld(ItemKey key, Item* item, uint64_t bytes);
   template <typename T>
   std::shared_ptr<T> Use(ItemKey key, bool is_along = false);
+  template <typename T, typename Bytes, typename Read>
+  std::shared_ptr<T> UseStored(ItemKey key,
+                               std::string_view what,
+                               const Bytes& bytes,
+                               const Read& read);
   // `what` names it to the budget.
   template <typename T>
   void MarkItemDirty(ItemKey key, std::string_view what);

@@ -37,8 +37,10 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   switch (key.kind) {
     case ItemKind::kGeometry:
     case ItemKind::kTree:
-    case ItemKind::kNews:
       return next_use_.OfCell(cell);
+    case ItemKind::kElements:
+    case ItemKind::kDelta:
+      return next_use_.OfNews(cell);
     case ItemKind::kReceived:
       return next_use_.OfTurn(cell);
     case ItemKind::kObstacles:

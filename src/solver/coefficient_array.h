@@ -33,6 +33,11 @@ class CoefficientArray {
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
+  // What one of so many elements takes.
+  static uint64_t BytesFor(size_t elements, size_t stride) {
+    return elements * stride * sizeof(float);
+  }
+
   float* At(size_t element) {
     return &pages_[element / kPageElements][element % kPageElements * stride_];
   }

@@ -6,22 +6,21 @@
 #include "solver/coefficient_array.h"
 
 #include <cstddef>
-#include <initializer_list>
 
 namespace enfilade {
 
-// Writes arrays of one cell, of the same number of elements, to the blocks that
-// follow `first` by `c`: a page of each to a block. One without elements counts
-// as zeros, of the stride it has.
+// Writes an array of one cell to the blocks that follow `first` by `c`: a page
+// to each.
 void SavePages(BlockStorage& store,
                BlockKey first,
-               std::initializer_list<const CoefficientArray*> arrays);
+               const CoefficientArray& array);
 
-// Fills arrays of the same number of elements with what was saved, which may be
-// of fewer: the rest stays as it is; one without elements is passed over.
-// Returns of how many. DamagedStoreError if they do not match what was saved.
+// Fills an array with what was saved, at most so many elements, and grows it
+// where it has fewer; what it has beyond them stays as it is. Returns how many
+// were saved. DamagedStoreError if that contradicts itself or is more.
 size_t LoadPages(const BlockStorage& store,
                  BlockKey first,
-                 std::initializer_list<CoefficientArray*> arrays);
+                 size_t most_elements,
+                 CoefficientArray* array);
 
 }  // namespace enfilade

@@ -104,9 +104,6 @@ void CellTree::AppendRoots(std::span<const PatchGeometry> patches) {
 
 void CellTree::GrowCoefficients() {
   sent_.GrowTo(elements_.Size());
-  if (HasDelta()) {
-    delta_.GrowTo(elements_.Size());
-  }
   detail_.GrowTo(elements_.Size());
 }
 
@@ -126,9 +123,6 @@ void CellTree::Split(ElementId e, PatchShape patch_shape) {
   for (size_t c = 0; c < kChildren; ++c) {
     const ElementId child(first + c);
     PushTo(basis, shape_, c, sent_[e], sent_[child]);
-    if (HasDelta()) {
-      PushTo(basis, shape_, c, delta_[e], delta_[child]);
-    }
   }
 }
 
@@ -194,7 +188,7 @@ void CellTree::Save(BlockStorage& store, CellId cell) const {
   structure.PutVarint(patch_count_);
   structure.PutArray(std::span<const uint32_t>(parents));
   store.Put(StructureKey(cell), structure.View());
-  SavePages(store, PagesKey(cell), {&sent_, &delta_});
+  SavePages(store, PagesKey(cell), sent_);
 }
 
 std::optional<CellTree> CellTree::LoadElements(
@@ -231,32 +225,12 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
                                        std::span<const PatchGeometry> patches) {
   auto tree = LoadElements(store, cell, shape, patches);
   if (tree) {
-    tree->StartDelta();
     tree->GrowCoefficients();
-    if (LoadPages(store, PagesKey(cell), {&tree->sent_, &tree->delta_}) !=
-        tree->Size()) {
+    const size_t size = tree->Size();
+    if (LoadPages(store, PagesKey(cell), size, &tree->sent_) != size) {
       throw DamagedStoreError("an element tree lacks coefficients");
     }
-    if (tree->delta_.MaxAbs() == 0) {
-      tree->ForgetDelta();
-    }
     tree->UpdateDetail();
-  }
-  return tree;
-}
-
-std::optional<CellTree> CellTree::LoadNews(
-    const BlockStorage& store,
-    CellId cell,
-    TreeShape shape,
-    std::span<const PatchGeometry> patches) {
-  auto tree = LoadElements(store, cell, shape, patches);
-  if (tree) {
-    tree->StartDelta();
-    LoadPages(store, PagesKey(cell), {&tree->sent_, &tree->delta_});
-    if (tree->delta_.MaxAbs() == 0) {
-      tree->ForgetDelta();
-    }
   }
   return tree;
 }
@@ -272,13 +246,8 @@ size_t CellTree::StoredSize(const BlockStorage& store, CellId cell) {
 }
 
 uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
-  // Two arrays of coefficients and detail.
-  const size_t floats = 2 * shape.Stride() + 1;
+  const size_t floats = shape.Stride() + 1;  // coefficients and detail
   return ElementBytesFor(elements) + elements * floats * sizeof(float);
-}
-
-uint64_t CellTree::NewsBytesFor(size_t elements, TreeShape shape) {
-  return ElementBytesFor(elements) + elements * shape.Stride() * sizeof(float);
 }
 
 uint64_t CellTree::ElementBytesFor(size_t elements) {
@@ -300,8 +269,8 @@ uint64_t CellTree::Digest(const CoefficientArray& gathered) const {
 }
 
 uint64_t CellTree::SizeBytes() const {
-  return elements_.SizeBytes() + sent_.SizeBytes() + delta_.SizeBytes() +
-         detail_.SizeBytes() + patch_shapes_.capacity();
+  return elements_.SizeBytes() + sent_.SizeBytes() + detail_.SizeBytes() +
+         patch_shapes_.capacity();
 }
 
 bool CellTree::IsValid() const {
@@ -314,7 +283,7 @@ bool CellTree::IsValid() const {
       return false;
     }
   }
-  return sent_.IsFinite() && delta_.IsFinite();
+  return sent_.IsFinite();
 }
 
 }  // namespace enfilade

@@ -1,10 +1,9 @@
-// The element trees of one cell and what the elements send; what they receive
-// is beside it, in received_light.h.
+// The element trees of one cell and what the elements send. What has changed of
+// that, and what they receive, is beside it: cell_delta.h, received_light.h.
 //
 //   paper  here      per element, channel and node
-//   B      sent      radiosity that all links have been told of, W/m2
-//   dB     delta     the last change of `sent`, which links of other cells may
-//                    still have to be told of
+//   B      sent      radiosity that the cell's own links have been told of,
+//   W/m2
 //
 // Elements are numbered in the order of their creation: the roots are the
 // patches, children follow their parent, four in a row. So a loop upwards is a
@@ -77,15 +76,9 @@ class CellTree {
                                       TreeShape shape,
                                       std::span<const PatchGeometry> patches);
 
-  // For reading the solution: the same without coefficients. It must not grow.
+  // The same without coefficients, for gathering from it and for reading the
+  // solution. It must not grow.
   static std::optional<CellTree> LoadElements(
-      const BlockStorage& store,
-      CellId cell,
-      TreeShape shape,
-      std::span<const PatchGeometry> patches);
-
-  // For gathering from it: the same with its delta alone. It must not grow.
-  static std::optional<CellTree> LoadNews(
       const BlockStorage& store,
       CellId cell,
       TreeShape shape,
@@ -94,10 +87,8 @@ class CellTree {
   // Elements of the stored tree; 0 if there is none.
   static size_t StoredSize(const BlockStorage& store, CellId cell);
 
-  // What a tree of so many elements takes, one with its delta alone, and one
-  // without coefficients.
+  // What a tree of so many elements takes, and one without coefficients.
   static uint64_t BytesFor(size_t elements, TreeShape shape);
-  static uint64_t NewsBytesFor(size_t elements, TreeShape shape);
   static uint64_t ElementBytesFor(size_t elements);
 
   // Writes the structure and, page by page, the coefficients.
@@ -128,19 +119,7 @@ class CellTree {
   // Coefficients: Stride() floats per element, [channel][node].
   CoefficientArray& Sent() { return sent_; }
 
-  // What `sent` has gained since StartDelta. Before that, and while links are
-  // made, there is none and it takes no memory.
-  CoefficientArray& Delta() { return delta_; }
-
-  [[nodiscard]] bool HasDelta() const { return delta_.Size() > 0; }
-
-  void ForgetDelta() { delta_.Clear(); }
-
-  void StartDelta() { delta_.GrowTo(Size()); }
-
   [[nodiscard]] const CoefficientArray& Sent() const { return sent_; }
-
-  [[nodiscard]] const CoefficientArray& Delta() const { return delta_; }
 
   // RMS over the element of what its children's `sent` has beyond its own,
   // largest over the channels. Zero at leaves; valid after UpdateDetail.
@@ -152,12 +131,15 @@ class CellTree {
 
   [[nodiscard]] const TreeShape& Shape() const { return shape_; }
 
+  [[nodiscard]] PatchShape ShapeOf(uint32_t patch) const {
+    return patch_shapes_[patch];
+  }
+
   // Children follow parents, frames nest, every coefficient is finite.
   [[nodiscard]] bool IsValid() const;
 
  private:
-  explicit CellTree(TreeShape shape)
-      : shape_(shape), sent_(shape.Stride()), delta_(shape.Stride()) {}
+  explicit CellTree(TreeShape shape) : shape_(shape), sent_(shape.Stride()) {}
 
   void AppendRoots(std::span<const PatchGeometry> patches);
   void GrowCoefficients();
@@ -169,7 +151,6 @@ class CellTree {
   PagedVector<Element> elements_;
   std::vector<PatchShape> patch_shapes_;
   CoefficientArray sent_;
-  CoefficientArray delta_;
   PagedVector<float> detail_;
 };
 

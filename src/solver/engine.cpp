@@ -294,8 +294,7 @@ void Engine::RefineCell(CellId cell) {
     row.hold = 0;
     row.most_radius = 1;
     r.received->SetZero();
-    r.tree->ForgetDelta();
-    pager_.MarkDirty(cell);
+    pager_.ForgetDelta(cell);
     pager_.MarkReceivedDirty(cell);
   }
   MemoryCharge workspace =
@@ -313,8 +312,6 @@ void Engine::RefineCell(CellId cell) {
   r.receivers_charge.Reset();
   workspace.Reset();
   Settle(r);
-  row.changed =
-      SumOverLeaves(*r.tree, r.geometry->patches, r.tree->Delta()).squared;
   NextCell();
 }
 
@@ -331,9 +328,7 @@ void Engine::PropagateCell(CellId cell) {
   }
   Receiver r = Load(cell);
   if (state_.cursor.source == 0) {
-    r.tree->ForgetDelta();
-    // A commit in the middle of the turn keeps that.
-    pager_.MarkDirty(cell);
+    pager_.ForgetDelta(cell);
   }
   while (state_.cursor.source < r.sources.size()) {
     const CellId source = r.sources[state_.cursor.source].source;
@@ -353,12 +348,17 @@ void Engine::PropagateCell(CellId cell) {
 void Engine::Settle(const Receiver& r) {
   pager_.Order().MoveTo(r.id, r.id);
   CellRow& row = state_.cells[r.id.Index()];
-  CellBalance balance(
-      {r.id, r.geometry.get(), r.tree.get(), r.received.get(), &row},
-      surfaces_,
-      pager_,
-      *store_,
-      &state_.times);
+  const auto delta = pager_.Delta(r.id);
+  CellBalance balance({r.id,
+                       r.geometry.get(),
+                       r.tree.get(),
+                       delta.get(),
+                       r.received.get(),
+                       &row},
+                      surfaces_,
+                      pager_,
+                      *store_,
+                      &state_.times);
   const double tolerance = ToleratedResidual(state_, row);
   while (state_.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
     ++state_.cursor.cycle;
@@ -377,13 +377,16 @@ void Engine::Settle(const Receiver& r) {
   row.peak = r.tree->Sent().MaxAbs();
   row.elements = r.tree->Size();
   row.processed = ++state_.tick;
-  if (r.tree->Delta().MaxAbs() > 0) {
+  if (state_.phase == SolvePhase::kRefine) {
+    row.changed = SumOverLeaves(*r.tree, patches, *delta).squared;
+  }
+  if (delta->MaxAbs() > 0) {
     row.published = state_.tick;
     state_.published_in_sweep |= r.sources.size() > 1;
   }
   state_.relit |= !was_lit && IsLit(r.id) && r.sources.size() > 1;
   r.tree->UpdateDetail();
-  assert(r.tree->IsValid());
+  assert(r.tree->IsValid() && delta->IsFinite());
   pager_.MarkDirty(r.id);
   pager_.MarkReceivedDirty(r.id);
 }

@@ -122,8 +122,9 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
   }
   pager_.Order().MoveTo(r.id, source);
   const auto geometry = pager_.Geometry(source);
-  const auto tree = pager_.News(source);
-  if (!tree->HasDelta()) {
+  const auto tree = pager_.Elements(source);
+  const auto delta = pager_.Delta(source);
+  if (delta->Size() == 0) {
     return;
   }
   const Stopwatch watch(&state_.times.gather_seconds);
@@ -134,7 +135,7 @@ void Engine::GatherPair(const Receiver& r, CellId source) {
         Gather(block,
                {r.geometry->patches, r.tree.get(), nullptr},
                SourceSide(*geometry, *tree),
-               tree->Delta(),
+               *delta,
                r.received->gathered);
       });
   pager_.MarkReceivedDirty(r.id);

@@ -29,7 +29,6 @@ constexpr size_t kKeptBetween = 8;
 struct CellNeed {
   uint64_t geometry = 0;
   uint64_t tree = 0;
-  uint64_t delta = 0;     // part of the tree that is not there while it refines
   uint64_t received = 0;  // needed in its own turn
   uint64_t balance = 0;   // working arrays of its equilibrium
   uint64_t clusters = 0;  // of its receiving elements
@@ -92,10 +91,10 @@ class NeedFinder {
     CellNeed need;
     need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
     need.tree = CellTree::BytesFor(elements, shape_);
-    need.delta = elements * shape_.Stride() * sizeof(float);
     need.received = ReceivedLight::BytesFor(elements, shape_);
-    // The step takes the place of the delta (cell_balance.h).
-    need.balance = HeldSharesBytesFor(elements, shape_);
+    // The delta, or the step in its place (cell_balance.h).
+    need.balance = CoefficientArray::BytesFor(elements, shape_.Stride()) +
+                   HeldSharesBytesFor(elements, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
     need.care = patches * sizeof(PatchCare);
     const uint64_t held = BlockersHeldBytes(blockers);
@@ -110,7 +109,7 @@ class NeedFinder {
     const VisibleSet visible = LoadVisibleSet(*store_, receiver);
     const uint64_t own = r.geometry + r.tree + r.received + BytesOf(visible);
     Consider(own + r.balance, {receiver, {receiver}}, receiver);
-    const uint64_t refined = own - r.delta + r.care + kRefineWorkspaceBytes;
+    const uint64_t refined = own + r.care + kRefineWorkspaceBytes;
     Consider(refined + r.blockers + std::max(r.build, r.clusters),
              {receiver, {receiver}},
              receiver);

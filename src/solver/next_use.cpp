@@ -143,50 +143,43 @@ bool NextUse::HasTurn(uint32_t cell) const {
 
 uint64_t NextUse::OfCell(CellId id) const {
   const uint32_t cell = id.value;
-  const uint64_t place = Place(receiver_, cell);
-  if (cell == receiver_ || place == place_) {
+  if (cell == receiver_) {
     return 0;
   }
-  if (place > place_) {
-    const auto seers = SeersOf(cell);
-    const auto at =
-        std::find_if(seers.begin(), seers.end(), [&](const Seer& seer) {
-          return seer.cell == receiver_;
-        });
-    if (at != seers.end() && Gathers(*at, cell, false)) {
-      return place - place_;
-    }
-  }
-  const uint64_t later = LaterOfCell(cell);
-  return later < kNever ? later : InNextSweep(cell);
+  return std::min(OfTurn(id),
+                  std::min(AsSource(cell), AsSourceInNextSweep(cell)));
 }
 
-// In the later turns of this sweep.
-uint64_t NextUse::LaterOfCell(uint32_t cell) const {
-  uint64_t first = kNever;
-  if (cell > receiver_ && HasTurn(cell)) {
-    first = (cell - receiver_) * TurnLength();
-  }
+uint64_t NextUse::OfNews(CellId id) const {
+  const uint32_t cell = id.value;
+  const uint64_t next = AsSourceInNextSweep(cell);
+  return sweep_ == SweepKind::kRefine ? next : std::min(AsSource(cell), next);
+}
+
+// In this sweep.
+uint64_t NextUse::AsSource(uint32_t cell) const {
+  const uint64_t place = Place(receiver_, cell);
   for (const Seer& seer : SeersOf(cell)) {
-    if (seer.cell > receiver_ && Gathers(seer, cell, false)) {
-      return std::min(
-          first,
-          (seer.cell - receiver_) * TurnLength() + Place(seer.cell, cell));
+    if (seer.cell == receiver_ && place == place_) {
+      return 0;
+    }
+    const bool is_ahead =
+        seer.cell > receiver_ || (seer.cell == receiver_ && place > place_);
+    if (is_ahead && Gathers(seer, cell, false)) {
+      return Distance(seer.cell - receiver_, Place(seer.cell, cell));
     }
   }
-  return first;
+  return kNever;
 }
 
-uint64_t NextUse::InNextSweep(uint32_t cell) const {
-  const uint64_t turns = first_.size() - 1 - receiver_;
-  uint64_t first = (turns + cell) * TurnLength();
+uint64_t NextUse::AsSourceInNextSweep(uint32_t cell) const {
   for (const Seer& seer : SeersOf(cell)) {
     if (Gathers(seer, cell, true)) {
-      return std::min(
-          first, (turns + seer.cell) * TurnLength() + Place(seer.cell, cell));
+      return Distance(TurnsUntilNextSweep() + seer.cell,
+                      Place(seer.cell, cell));
     }
   }
-  return first;
+  return kNever;
 }
 
 uint64_t NextUse::OfTurn(CellId id) const {
@@ -195,9 +188,8 @@ uint64_t NextUse::OfTurn(CellId id) const {
     return 0;
   }
   const bool is_ahead = cell > receiver_ && HasTurn(cell);
-  const uint64_t turns =
-      is_ahead ? cell - receiver_ : first_.size() - 1 + cell - receiver_;
-  return turns * TurnLength();
+  return Distance(is_ahead ? cell - receiver_ : TurnsUntilNextSweep() + cell,
+                  0);
 }
 
 uint64_t NextUse::OfBlockers(CellId id) const {
@@ -218,7 +210,7 @@ uint64_t NextUse::OfBlockers(CellId id) const {
       return 1;
     }
     if (seer.cell > receiver_) {
-      return (seer.cell - receiver_) * TurnLength() + 1;
+      return Distance(seer.cell - receiver_, 1);
     }
   }
   return kNever;
@@ -235,10 +227,9 @@ uint64_t NextUse::OfLinks(CellId receiver, CellId source) const {
   if (sweep_ == SweepKind::kRefine && is_ahead) {
     return kNever;
   }
-  const uint64_t turns = is_ahead
-                             ? receiver.value - receiver_
-                             : first_.size() - 1 + receiver.value - receiver_;
-  return turns * TurnLength() + place - place_;
+  return Distance(is_ahead ? receiver.value - receiver_
+                           : TurnsUntilNextSweep() + receiver.value,
+                  place);
 }
 
 }  // namespace enfilade

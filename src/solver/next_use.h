@@ -69,6 +69,9 @@ class NextUse {
   // one is of the geometry and the tree of a cell.
   [[nodiscard]] uint64_t OfCell(CellId id) const;
 
+  // Of what a cell has sent last: its next use as a source in propagation.
+  [[nodiscard]] uint64_t OfNews(CellId id) const;
+
   // Of what a cell has received: its next turn.
   [[nodiscard]] uint64_t OfTurn(CellId id) const;
 
@@ -93,14 +96,24 @@ class NextUse {
 
   [[nodiscard]] uint64_t TurnLength() const { return first_.size() + 1; }
 
+  [[nodiscard]] uint64_t TurnsUntilNextSweep() const {
+    return first_.size() - 1 - receiver_;
+  }
+
   [[nodiscard]] uint64_t Place(uint32_t receiver, uint32_t source) const;
+
+  // To a place in the turn that comes after so many.
+  [[nodiscard]] uint64_t Distance(uint64_t turns, uint64_t place) const {
+    return turns * TurnLength() + place - place_;
+  }
+
   [[nodiscard]] bool HasNews(uint32_t receiver, uint32_t source) const;
   [[nodiscard]] bool Gathers(const Seer& seer,
                              uint32_t cell,
                              bool is_next_sweep) const;
   [[nodiscard]] bool HasTurn(uint32_t cell) const;
-  [[nodiscard]] uint64_t LaterOfCell(uint32_t cell) const;
-  [[nodiscard]] uint64_t InNextSweep(uint32_t cell) const;
+  [[nodiscard]] uint64_t AsSource(uint32_t cell) const;
+  [[nodiscard]] uint64_t AsSourceInNextSweep(uint32_t cell) const;
 
   std::vector<uint32_t> first_;  // by cell: where its list begins
   std::vector<Seer> seers_;      // those of a cell ascending, itself included

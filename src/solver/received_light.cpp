@@ -23,8 +23,8 @@ ReceivedLight ReceivedLight::Load(const BlockStorage& store,
                                   size_t elements) {
   ReceivedLight received(shape);
   received.GrowTo(elements);
-  LoadPages(store, GatheredKey(cell), {&received.gathered});
-  LoadPages(store, GainKey(cell), {&received.gain});
+  LoadPages(store, GatheredKey(cell), elements, &received.gathered);
+  LoadPages(store, GainKey(cell), elements, &received.gain);
   return received;
 }
 
@@ -34,14 +34,14 @@ CoefficientArray ReceivedLight::LoadGathered(const BlockStorage& store,
                                              size_t elements) {
   CoefficientArray gathered(shape.Stride());
   gathered.GrowTo(elements);
-  LoadPages(store, GatheredKey(cell), {&gathered});
+  LoadPages(store, GatheredKey(cell), elements, &gathered);
   return gathered;
 }
 
 void ReceivedLight::SaveGathered(BlockStorage& store,
                                  CellId cell,
                                  const CoefficientArray& gathered) {
-  SavePages(store, GatheredKey(cell), {&gathered});
+  SavePages(store, GatheredKey(cell), gathered);
 }
 
 uint64_t ReceivedLight::BytesFor(size_t elements, const TreeShape& shape) {
@@ -50,7 +50,7 @@ uint64_t ReceivedLight::BytesFor(size_t elements, const TreeShape& shape) {
 
 void ReceivedLight::Save(BlockStorage& store, CellId cell) const {
   SaveGathered(store, cell, gathered);
-  SavePages(store, GainKey(cell), {&gain});
+  SavePages(store, GainKey(cell), gain);
 }
 
 }  // namespace enfilade

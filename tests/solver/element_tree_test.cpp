@@ -4,6 +4,7 @@
 #include "solver/element_tree.h"
 
 #include "base/error.h"
+#include "solver/cell_delta.h"
 #include "solver/received_light.h"
 
 #include <algorithm>
@@ -52,9 +53,7 @@ class StoredTree : public ::testing::Test {
           path,
           patches_);
     }
-    tree_.StartDelta();
     FillWithNoise(&tree_.Sent(), 2);
-    FillWithNoise(&tree_.Delta(), 3);
     received_.GrowTo(tree_.Size());
     FillWithNoise(&received_.gathered, 1);
     FillWithNoise(&received_.gain, 4);
@@ -82,17 +81,9 @@ TEST_F(StoredTree, ComesBackWhole) {
   EXPECT_EQ(loaded.Digest(received_.gathered),
             tree_.Digest(received_.gathered));
   ExpectSame(loaded.Sent(), tree_.Sent());
-  ExpectSame(loaded.Delta(), tree_.Delta());
   for (size_t i = 0; i < tree_.Size(); ++i) {
     EXPECT_EQ(loaded.Detail(ElementId(i)), tree_.Detail(ElementId(i)));
   }
-}
-
-TEST_F(StoredTree, WithoutDeltaComesBackWithoutIt) {
-  tree_.ForgetDelta();
-  CellTree loaded = SavedAndLoaded();
-  EXPECT_FALSE(loaded.HasDelta());
-  ExpectSame(loaded.Sent(), tree_.Sent());
 }
 
 TEST_F(StoredTree, SaysHowLargeItIsBeforeItIsLoaded) {
@@ -114,22 +105,60 @@ TEST_F(StoredTree, ForReadingComesWithoutCoefficients) {
   EXPECT_LT(4 * foreseen, CellTree::BytesFor(tree_.Size(), shape_));
 }
 
-TEST_F(StoredTree, ForGatheringComesWithItsDeltaAlone) {
+TEST_F(StoredTree, HasADeltaBeside) {
   tree_.Save(store_, kCell);
-  const CellTree news =
-      CellTree::LoadNews(store_, kCell, shape_, patches_).value();
-  ASSERT_EQ(news.Size(), tree_.Size());
-  ExpectSame(news.Delta(), tree_.Delta());
-  EXPECT_EQ(news.Sent().Size(), 0U);
-  const uint64_t foreseen = CellTree::NewsBytesFor(tree_.Size(), shape_);
-  EXPECT_GE(news.SizeBytes(), foreseen);
-  EXPECT_LT(news.SizeBytes(), foreseen + foreseen / 4);
+  EXPECT_EQ(LoadDelta(store_, kCell, shape_, tree_.Size()).Size(), 0U);
+
+  CoefficientArray delta(shape_.Stride());
+  delta.GrowTo(tree_.Size());
+  FillWithNoise(&delta, 3);
+  SaveDelta(store_, kCell, delta);
+  ExpectSame(LoadDelta(store_, kCell, shape_, tree_.Size()), delta);
+  EXPECT_THROW(LoadDelta(store_, kCell, shape_, tree_.Size() - 1),
+               DamagedStoreError);
+
+  delta.SetZero();
+  SaveDelta(store_, kCell, delta);
+  EXPECT_EQ(store_.Count(BlockKind::kCellDelta), 0U);
 }
 
-TEST_F(StoredTree, WithoutDeltaHasNoNews) {
-  tree_.ForgetDelta();
-  tree_.Save(store_, kCell);
-  EXPECT_FALSE(CellTree::LoadNews(store_, kCell, shape_, patches_)->HasDelta());
+// Elements that are made where the delta is not in memory have the part of it
+// that they would have, had it been there: that of the ancestor they are of.
+TEST_F(StoredTree, LetsItsDeltaGrowToElementsMadeSince) {
+  CoefficientArray delta(shape_.Stride());
+  delta.GrowTo(tree_.Size());
+  FillWithNoise(&delta, 3);
+  const ElementPath path = ChildPath(ChildPath(kRootPath, 1), 2);
+  std::vector<ElementId> deepest;
+  for (size_t p = 0; p < patches_.size(); ++p) {
+    ElementPath to = path;
+    while (tree_.At(tree_.FindDeepest(PatchId(p), to).first).first_child != 0) {
+      to = ChildPath(to, 3);
+    }
+    const ElementId leaf = tree_.FindDeepest(PatchId(p), to).first;
+    const ElementId child =
+        tree_.FindOrCreate(PatchId(p), ChildPath(to, 2), patches_);
+    tree_.FindOrCreate(PatchId(p), ChildPath(ChildPath(to, 2), 1), patches_);
+    ASSERT_GE(child.Index(), delta.Size());
+    deepest.push_back(leaf);
+  }
+  const CoefficientArray before = delta;
+  GrowDelta(tree_, &delta);
+  ASSERT_EQ(delta.Size(), tree_.Size());
+  for (size_t i = 0; i < before.Size(); ++i) {
+    EXPECT_TRUE(std::ranges::equal(delta[ElementId(i)], before[ElementId(i)]));
+  }
+  std::vector<float> expected(shape_.Stride());
+  for (const ElementId leaf : deepest) {
+    const Element& e = tree_.At(leaf);
+    const ShapeBasis& basis = basis_.On(patches_[e.patch].shape);
+    const ElementId child(e.first_child + 2);
+    PushTo(basis, shape_, 2, before[leaf], expected);
+    EXPECT_TRUE(std::ranges::equal(delta[child], expected));
+    PushTo(basis, shape_, 1, delta[child], expected);
+    EXPECT_TRUE(std::ranges::equal(
+        delta[ElementId(tree_.At(child).first_child + 1)], expected));
+  }
 }
 
 TEST_F(StoredTree, LacksNoCoefficients) {

@@ -46,7 +46,7 @@ class BalanceOfACell : public ::testing::Test {
   // coefficients. Leaves the tree as it is then.
   void Balance(double room,
                std::vector<float>* sent,
-               std::vector<float>* delta) {
+               std::vector<float>* gained) {
     const Basis basis(2);
     MemoryBudget budget(kRoomy);
     const OcclusionDevice device(budget, scene_.bounds.Center());
@@ -60,6 +60,7 @@ class BalanceOfACell : public ::testing::Test {
     const auto tree = pager.Tree(cell_);
     Grow(geometry->patches, tree.get());
     pager.MarkDirty(cell_);
+    const auto delta = pager.Delta(cell_);
     const auto received = pager.Received(cell_);
     LightUp(&received->gathered);
     SolveTimes times;
@@ -67,6 +68,7 @@ class BalanceOfACell : public ::testing::Test {
     CellBalance balance({cell_,
                          geometry.get(),
                          tree.get(),
+                         delta.get(),
                          received.get(),
                          &rows[cell_.Index()]},
                         surfaces,
@@ -74,7 +76,7 @@ class BalanceOfACell : public ::testing::Test {
                         *store_,
                         &times);
     // What others have been told of, a half of what there is.
-    tree->Delta().Blend(0.5F, tree->Sent(), 0);
+    delta->Blend(0.5F, tree->Sent(), 0);
     const auto array = static_cast<double>(tree->Sent().SizeBytes());
     ASSERT_GT(array, 1e6);
     const MemoryCharge rest(
@@ -83,7 +85,7 @@ class BalanceOfACell : public ::testing::Test {
         "all but some room");
     balance.RunCycle(0);
     Append(tree->Sent(), sent);
-    Append(tree->Delta(), delta);
+    Append(*delta, gained);
     EXPECT_NEAR(balance.Sum().unsent, 0, 1e-5 * balance.Sum().leaving);
   }
 
