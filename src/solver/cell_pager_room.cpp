@@ -36,8 +36,9 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   const CellId cell(key.cell);
   switch (key.kind) {
     case ItemKind::kGeometry:
-    case ItemKind::kTree:
       return next_use_.OfCell(cell);
+    case ItemKind::kTree:
+      return next_use_.OfTree(cell);
     case ItemKind::kElements:
     case ItemKind::kDelta:
       return next_use_.OfNews(cell);

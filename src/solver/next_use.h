@@ -66,10 +66,16 @@ class NextUse {
   [[nodiscard]] std::vector<CellId> SeenFrom(CellId cell) const;
 
   // Distance to the next use, in units that only compare; 0: in use now. This
-  // one is of the geometry and the tree of a cell.
+  // one is of the geometry of a cell.
   [[nodiscard]] uint64_t OfCell(CellId id) const;
 
-  // Of what a cell has sent last: its next use as a source in propagation.
+  // Of its tree: in propagation a source does with its elements.
+  [[nodiscard]] uint64_t OfTree(CellId id) const {
+    return sweep_ == SweepKind::kPropagate ? OfTurn(id) : OfCell(id);
+  }
+
+  // Of its elements and what they have sent last: it is a source in
+  // propagation.
   [[nodiscard]] uint64_t OfNews(CellId id) const;
 
   // Of what a cell has received: its next turn.

@@ -162,6 +162,42 @@ TEST_F(NextUseInRow, OrdersWhatIsReceivedByTurns) {
   }
 }
 
+// What a cell has sent is needed where others gather it: not while links are
+// made, which takes the whole tree.
+TEST_F(NextUseInRow, OrdersNewsByThoseWhoGatherThem) {
+  NextUse next(*store_, kCells, budget_);
+  for (const Pair& p : order_) {
+    next.SetLinked(p.receiver, p.source.source, true);
+  }
+  const auto is_news_of = [](const Pair& p, CellId c) {
+    return p.source.source == c && p.receiver != c;
+  };
+  for (size_t at = 0; at < order_.size(); ++at) {
+    next.StartSweep(SweepKind::kPropagate);
+    MoveTo(at, &next);
+    ExpectSameOrder([&](CellId c) { return next.OfNews(c); },
+                    [&](CellId c) {
+                      return Steps(
+                          at, [&](const Pair& p) { return is_news_of(p, c); });
+                    });
+    for (size_t i = 0; i < kCells; ++i) {
+      EXPECT_EQ(next.OfTree(CellId(i)), next.OfTurn(CellId(i)));
+    }
+
+    next.StartSweep(SweepKind::kRefine);
+    MoveTo(at, &next);
+    ExpectSameOrder([&](CellId c) { return next.OfNews(c); },
+                    [&](CellId c) {
+                      return order_.size() - at + Steps(0, [&](const Pair& p) {
+                               return is_news_of(p, c);
+                             });
+                    });
+    for (size_t i = 0; i < kCells; ++i) {
+      EXPECT_EQ(next.OfTree(CellId(i)), next.OfCell(CellId(i)));
+    }
+  }
+}
+
 // Pairs without links do not count in propagation.
 TEST_F(NextUseInRow, LeavesOutPairsWithoutLinks) {
   NextUse next(*store_, kCells, budget_);
