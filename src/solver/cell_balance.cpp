@@ -157,6 +157,7 @@ void CellBalance::TakeDeltaBack() {
     store_->EraseAll(BlockKind::kScratch, cell_.id.value);
   }
   cell_.delta->Blend(1, cell_.tree->Sent(), -1);
+  pager_->MarkDeltaDirty(cell_.id);
 }
 
 CellBalance::CycleEnd CellBalance::Iterate(double tolerance,

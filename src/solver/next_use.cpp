@@ -160,6 +160,9 @@ uint64_t NextUse::OfNews(CellId id) const {
 uint64_t NextUse::AsSource(uint32_t cell) const {
   const uint64_t place = Place(receiver_, cell);
   for (const Seer& seer : SeersOf(cell)) {
+    if (seer.cell == cell) {
+      continue;
+    }
     if (seer.cell == receiver_ && place == place_) {
       return 0;
     }

@@ -102,7 +102,7 @@ TEST_F(StoredTree, ForReadingComesWithoutCoefficients) {
   EXPECT_EQ(read.Digest(received_.gathered), tree_.Digest(received_.gathered));
   const uint64_t foreseen = CellTree::ElementBytesFor(tree_.Size());
   EXPECT_LT(read.SizeBytes(), foreseen + foreseen / 4);
-  EXPECT_LT(4 * foreseen, CellTree::BytesFor(tree_.Size(), shape_));
+  EXPECT_LT(3 * foreseen, CellTree::BytesFor(tree_.Size(), shape_));
 }
 
 TEST_F(StoredTree, HasADeltaBeside) {
@@ -128,10 +128,9 @@ TEST_F(StoredTree, LetsItsDeltaGrowToElementsMadeSince) {
   CoefficientArray delta(shape_.Stride());
   delta.GrowTo(tree_.Size());
   FillWithNoise(&delta, 3);
-  const ElementPath path = ChildPath(ChildPath(kRootPath, 1), 2);
   std::vector<ElementId> deepest;
   for (size_t p = 0; p < patches_.size(); ++p) {
-    ElementPath to = path;
+    ElementPath to = kRootPath;
     while (tree_.At(tree_.FindDeepest(PatchId(p), to).first).first_child != 0) {
       to = ChildPath(to, 3);
     }
