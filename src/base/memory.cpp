@@ -126,8 +126,8 @@ void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
         static_cast<double>(UsedBytes() + bytes) / share_);
     const uint64_t enough = CapForBudget(now + now / kMoreParts);
     throw DoesNotFitError(
-        fmt::format("{} needs {:.1f} MiB more than the memory cap leaves; run "
-                    "again with --memory {}M",
+        fmt::format("no room for {}: {:.1f} MiB more than the memory cap "
+                    "leaves; run again with --memory {}M",
                     what,
                     static_cast<double>(bytes - FreeBytes()) / (1 << 20),
                     enough >> 20));
