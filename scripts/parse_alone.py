@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Shows the compiler each source of a folder by itself, without making code.
+"""Shows the compiler each source of some folders by itself, without making code.
 
-    scripts/parse_alone.py BUILD FOLDER
+    scripts/parse_alone.py BUILD FOLDER...
 
-By the commands of BUILD, of all sources below FOLDER. A unity build does not
+By the commands of BUILD, of all sources below the FOLDERs. A unity build does not
 see that a source lacks an include which another one of its unit has. Exits 1 if
 a source is refused.
 """
@@ -29,11 +29,12 @@ def parse(entry):
 
 def main():
     commands = pathlib.Path(sys.argv[1]) / "compile_commands.json"
-    folder = ROOT / sys.argv[2]
+    folders = [ROOT / name for name in sys.argv[2:]]
     entries = [entry for entry in json.loads(commands.read_text("utf-8"))
-               if folder in pathlib.Path(entry["file"]).parents]
+               if any(folder in pathlib.Path(entry["file"]).parents
+                      for folder in folders)]
     if not entries:
-        sys.exit(f"parse_alone: {commands} has no source below {folder}")
+        sys.exit(f"parse_alone: {commands} has no source below {sys.argv[2:]}")
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         taken = list(pool.map(parse, entries))
     print(f"parsed {len(taken)} sources by themselves, "

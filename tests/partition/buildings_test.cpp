@@ -185,8 +185,11 @@ INSTANTIATE_TEST_SUITE_P(All,
                                            "gbxml/boston-utf16.xml",
                                            "gbxml/berlin1.xml.gz",
                                            "gbxml/berlin2.xml.gz",
-                                           "gbxml/columbia-broken-shells.xml",
-                                           "obj/duplex.obj",
+                                           "gbxml/columbia-broken-shells.xml"));
+
+INSTANTIATE_TEST_SUITE_P(SlowObj,
+                         Buildings,
+                         ::testing::Values("obj/duplex.obj",
                                            "obj/townhouse.obj"));
 
 }  // namespace

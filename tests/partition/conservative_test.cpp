@@ -70,7 +70,7 @@ TEST(Portals, HoldEveryOpenPointBetweenCellsInSoupsOfBoxes) {
   }
 }
 
-TEST(Portals, HoldEveryOpenPointBetweenCellsInSoupsOfTriangles) {
+TEST(SlowPortals, HoldEveryOpenPointBetweenCellsInSoupsOfTriangles) {
   for (uint64_t seed = 0; seed < 12; ++seed) {
     SCOPED_TRACE(seed);
     const Built built(SoupOfTriangles(seed));

@@ -100,7 +100,7 @@ TEST(ReflectedError, OfOppositeSignsShrinks) {
 
 // Residuals of no mean have no light to reflect, however much they scatter: the
 // halves are independent, so that on the average nothing is added.
-TEST(ReflectedError, IsNotFooledByScatter) {
+TEST(SlowReflectedError, IsNotFooledByScatter) {
   constexpr int kRuns = 400;
   double sum = 0;
   double squares = 0;
@@ -124,7 +124,7 @@ TEST(ReflectedError, IsNotFooledByScatter) {
 // it may be off. Of 16 parts, Student's t with 15 degrees of freedom: twice
 // that in 6.4 % of all runs. (Two parts: in 30 %, for two numbers often agree
 // by chance.)
-TEST(ReflectedError, KnowsHowSureItIs) {
+TEST(SlowReflectedError, KnowsHowSureItIs) {
   constexpr int kRuns = 400;
   constexpr double kMean = 0.2;
   int off = 0;

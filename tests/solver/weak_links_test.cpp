@@ -76,24 +76,24 @@ void ExpectUnbiased(const Statistics& seen, double form_factor) {
   EXPECT_LT(3 * seen.standard_error, 0.01 * form_factor);
 }
 
-TEST(WeakLinks, AreUnbiasedBetweenParallelSquares) {
+TEST(SlowWeakLinks, AreUnbiasedBetweenParallelSquares) {
   // The closed forms of scenes/parallel.md.
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(1), 20), {}, 30000), 0.199825);
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(2), 20), {}, 90000), 0.068590);
 }
 
-TEST(WeakLinks, AreUnbiasedCloseUp) {
+TEST(SlowWeakLinks, AreUnbiasedCloseUp) {
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(0.1), 20), {}, 5000),
                  0.826995);
 }
 
-TEST(WeakLinks, AreUnbiasedAroundACorner) {
+TEST(SlowWeakLinks, AreUnbiasedAroundACorner) {
   // scenes/perpendicular.md; the tiles along the common edge touch.
   const Patch wall = test::Rectangle(Point3{}, {0, 1, 0}, {0, 0, 1});
   ExpectUnbiased(SampledFormFactor(Tiled(wall, 20), {}, 30000), 0.200044);
 }
 
-TEST(WeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
+TEST(SlowWeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
   // A plate a third of a millimetre below half of the ceiling; what passes
   // through that gap is less than its height over the plate's width.
   Patch plate = Ceiling(1 - 3e-4);
@@ -105,7 +105,7 @@ TEST(WeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
 
 // A ball of which half is below a plate, straight above a small floor: those of
 // its facets that are seen cover half of (r / d)^2.
-TEST(WeakLinks, OfABulbAsOneAreUnbiased) {
+TEST(SlowWeakLinks, OfABulbAsOneAreUnbiased) {
   const Basis basis(2);
   const std::vector<Patch> floor =
       Tiled(test::Rectangle({-0.01, -0.01, 0}, {0.02, 0, 0}, {0, 0.02, 0}), 4);

@@ -73,8 +73,11 @@ INSTANTIATE_TEST_SUITE_P(Real,
                                            "gbxml/boston-utf16.xml",
                                            "gbxml/berlin1.xml.gz",
                                            "gbxml/berlin2.xml.gz",
-                                           "gbxml/columbia-broken-shells.xml",
-                                           "obj/duplex.obj",
+                                           "gbxml/columbia-broken-shells.xml"));
+
+INSTANTIATE_TEST_SUITE_P(SlowObj,
+                         BuildingSets,
+                         ::testing::Values("obj/duplex.obj",
                                            "obj/townhouse.obj"));
 
 // A soup of 410,414 triangles with cracks everywhere: far more pairs than rays
