@@ -2,10 +2,10 @@
 
 #include "base/error.h"
 #include "solver/reference/form_factor_kinds.h"
+#include "store/store_files.h"
 
 #include <memory>
 #include <optional>
-#include <system_error>
 
 #include "tools/command.h"
 #include "tools/command_options.h"
@@ -109,26 +109,14 @@ void ReportSolve(const fs::path& path,
   }
 }
 
-// A new store that holds the settings. Under its name from the first instant
-// it can be resumed: it is made under another and renamed.
+// A new store that holds the settings, so that it can be resumed from the first
+// instant.
 std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
                                             const fs::path& path) {
-  const fs::path part = path.string() + ".part";
-  RemoveStoreFiles(part);
-  {
-    const auto store = CreateStore(part);
-    SaveSettings(*store, settings);
-    SaveStage(*store, Stage::kCreated);
-    store->Commit();
-  }
-  std::error_code failed;
-  fs::rename(part, path, failed);
-  if (failed) {
-    RemoveStoreFiles(part);
-    throw DiskError(fmt::format(
-        "cannot make the store '{}': {}", path.string(), failed.message()));
-  }
-  return OpenStore(path, StoreAccess::kWrite);
+  return MakeStore(path, [&](BlockStorage& store) {
+    SaveSettings(store, settings);
+    SaveStage(store, Stage::kCreated);
+  });
 }
 
 // Defaults that depend on other options.

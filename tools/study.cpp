@@ -1,6 +1,7 @@
 #include "tools/study.h"
 
 #include "base/error.h"
+#include "store/store_files.h"
 
 #include <algorithm>
 #include <fstream>
@@ -166,8 +167,8 @@ ChildResult Study::Call(const std::vector<std::string>& words) {
 }
 
 ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {
+  RemoveStoreFiles(store);
   std::error_code ignored;
-  fs::remove(store, ignored);
   fs::remove(Work("solve.json"), ignored);
   std::vector<std::string> words = {"solve",
                                     Work("scene.obj").string(),

@@ -5,6 +5,7 @@
 #include "store/block_catalogue.h"
 #include "store/frame_codec.h"
 #include "store/sqlite_db.h"
+#include "store/store_files.h"
 #include "store/write_lock.h"
 
 #include <atomic>
@@ -424,9 +425,7 @@ std::unique_ptr<BlockStorage> CreateStore(const std::filesystem::path& path) {
   Parts parts{path, StoreAccess::kWrite, nullptr, nullptr};
   parts.lock = std::make_unique<WriteLock>(path);
   CreateFile(path);
-  for (const char* suffix : {"-wal", "-shm", "-journal"}) {
-    std::filesystem::remove(Beside(path, suffix));  // of a deleted store
-  }
+  internal::RemoveJournals(path);
   parts.database = std::make_unique<Database>(path, OpenMode::kReadWrite);
   parts.database->Execute("PRAGMA page_size = 32768");
   Configure(*parts.database);
@@ -455,13 +454,6 @@ std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
         parts.database->QueryInteger("SELECT count(*) FROM digest"));
   }
   return std::make_unique<SqliteStore>(std::move(parts));
-}
-
-void RemoveStoreFiles(const std::filesystem::path& path) {
-  for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
-    std::error_code ignored;
-    std::filesystem::remove(Beside(path, suffix), ignored);
-  }
 }
 
 std::unique_ptr<BlockStorage> CreateStoreInMemory() {

@@ -28,9 +28,6 @@ std::unique_ptr<BlockStorage> CreateStore(const std::filesystem::path& path);
 std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
                                         StoreAccess access);
 
-// Removes a store and what may lie beside it; none need be there.
-void RemoveStoreFiles(const std::filesystem::path& path);
-
 // A store in memory, with the same checks: for tests.
 std::unique_ptr<BlockStorage> CreateStoreInMemory();
 

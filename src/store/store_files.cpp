@@ -1,0 +1,72 @@
+#include "store/store_files.h"
+
+#include "base/error.h"
+#include "store/sqlite_store.h"
+#include "store/write_lock.h"
+
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+using internal::Beside;
+
+void RenameOrThrow(const std::filesystem::path& from,
+                   const std::filesystem::path& to) {
+  std::error_code failed;
+  std::filesystem::rename(from, to, failed);
+  if (failed) {
+    RemoveStoreFiles(from);
+    throw DiskError(fmt::format(
+        "cannot make the store '{}': {}", to.string(), failed.message()));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<BlockStorage> MakeStore(
+    const std::filesystem::path& path,
+    const std::function<void(BlockStorage&)>& fill) {
+  {
+    const internal::WriteLock lock(path);
+    if (std::filesystem::exists(path)) {
+      throw DiskError(fmt::format(
+          "'{}' exists; remove it, or give another name", path.string()));
+    }
+    internal::RemoveJournals(path);
+    const std::filesystem::path part = Beside(path, ".part");
+    RemoveStoreFiles(part);
+    {
+      const auto store = CreateStore(part);
+      fill(*store);
+      store->Commit();
+    }
+    RenameOrThrow(part, path);
+  }
+  return OpenStore(path, StoreAccess::kWrite);
+}
+
+void RemoveStoreFiles(const std::filesystem::path& path) {
+  for (const char* suffix : {"", "-wal", "-shm", "-journal", "-lock"}) {
+    std::error_code ignored;
+    std::filesystem::remove(Beside(path, suffix), ignored);
+  }
+}
+
+void internal::RemoveJournals(const std::filesystem::path& path) {
+  for (const char* suffix : {"-wal", "-shm", "-journal"}) {
+    const std::filesystem::path journal = Beside(path, suffix);
+    std::error_code failed;
+    std::filesystem::remove(journal, failed);
+    if (failed) {
+      throw DiskError(fmt::format(
+          "cannot remove '{}', which a store that is gone has left behind: {}",
+          journal.string(),
+          failed.message()));
+    }
+  }
+}
+
+}  // namespace enfilade

@@ -1,0 +1,61 @@
+#include "store/store_files.h"
+
+#include "base/error.h"
+
+#include <filesystem>
+#include <memory>
+
+#include "tests/store/temp_store.h"
+#include "tests/temporary_folder.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr BlockKey kLeftKey{BlockKind::kLinks, 3, 4, 5};
+
+class NewStore : public ::testing::Test {
+ protected:
+  // Leaves what a program leaves that is killed, and whose store is removed: a
+  // journal with a commit in it.
+  void LeaveAJournal() {
+    const auto store = CreateStore(path_);
+    store->Put(kLeftKey, TestContent(1, 1000));
+    store->Commit();
+    std::filesystem::copy_file(path_ + "-wal", folder_ / "wal");
+    ASSERT_GT(std::filesystem::file_size(folder_ / "wal"), 0U);
+  }
+
+  void SetUp() override {
+    LeaveAJournal();
+    std::filesystem::remove(path_);
+    std::filesystem::rename(folder_ / "wal", path_ + "-wal");
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "a.enf";
+};
+
+TEST_F(NewStore, HoldsNothingOfOneThatWasRemoved) {
+  const auto store = MakeStore(
+      path_, [](BlockStorage& made) { made.SetMeta("settings", "new"); });
+  EXPECT_EQ(store->Meta("settings"), "new");
+  EXPECT_EQ(store->Count(BlockKind::kLinks), 0U);
+  store->VerifyAll();
+}
+
+TEST_F(NewStore, IsNotThereIfItCannotBeFilled) {
+  EXPECT_THROW(MakeStore(path_, [](BlockStorage&) { throw DiskError("full"); }),
+               DiskError);
+  EXPECT_FALSE(std::filesystem::exists(path_));
+}
+
+TEST_F(NewStore, IsNotMadeOverAnother) {
+  const auto fill = [](BlockStorage& made) { made.SetMeta("who", "first"); };
+  MakeStore(path_, fill);
+  EXPECT_THROW(MakeStore(path_, [](BlockStorage&) {}), DiskError);
+  EXPECT_EQ(OpenStore(path_, StoreAccess::kRead)->Meta("who"), "first");
+}
+
+}  // namespace
+}  // namespace enfilade
