@@ -1,6 +1,7 @@
 // The verb `info`.
 
 #include "base/error.h"
+#include "store/store_files.h"
 #include "visibility/audit.h"
 
 #include <filesystem>
@@ -65,6 +66,12 @@ class TemporaryStore {
 std::string OutlookText(const Json& report, const std::string& store) {
   if (report.at("converged").get<bool>()) {
     return "state     solved\n";
+  }
+  if (report.at("exhausted").get<bool>()) {
+    return fmt::format(
+        "state     ended short of the error that was asked for; 'enfilade "
+        "resume {} --error E' asks for another\n",
+        store);
   }
   return fmt::format(
       "state     unfinished ({}); go on with 'enfilade resume {}'\n",

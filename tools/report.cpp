@@ -80,6 +80,7 @@ void AddSolveKeys(const SolveSummary& summary,
   report["requested_error"] = settings.error;
   report["estimated_error"] = summary.estimated_error;
   report["converged"] = summary.converged;
+  report["exhausted"] = summary.exhausted;
 }
 
 void AddCostKeys(const BlockStorage& store,

@@ -69,8 +69,7 @@ void ReleaseFreedMemory() {
 }
 
 uint64_t MemoryBudget::ResidentExcess(uint64_t coming_bytes) const {
-  constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max() / 2;
-  if (limit_bytes_ > kUnlimited) {
+  if (!IsLimited()) {
     return 0;
   }
   const uint64_t slack =
@@ -125,12 +124,12 @@ void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
     const auto now = static_cast<uint64_t>(
         static_cast<double>(UsedBytes() + bytes) / share_);
     const uint64_t enough = CapForBudget(now + now / kMoreParts);
-    throw DoesNotFitError(
-        fmt::format("no room for {}: {:.1f} MiB more than the memory cap "
-                    "leaves; run again with --memory {}M",
-                    what,
-                    static_cast<double>(bytes - FreeBytes()) / (1 << 20),
-                    enough >> 20));
+    throw DoesNotFitError(fmt::format(
+        "no room for {}: {:.1f} MiB more than the memory cap "
+        "leaves; run again with --memory {}M",
+        what,
+        static_cast<double>(bytes - std::min(bytes, FreeBytes())) / (1 << 20),
+        enough >> 20));
   }
 }
 

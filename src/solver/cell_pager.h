@@ -49,9 +49,8 @@ struct CellGeometry {
 // Builds the surface table of a scene.
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
 
-// Not thread-safe: for the one thread that schedules. What it returns is in
-// use, valid and in memory, as long as the pointer is held, which must not
-// outlive the pager.
+// For one thread at a time. What it returns is in use, valid and in memory, as
+// long as the pointer is held, which must not outlive the pager.
 class CellPager {
  public:
   CellPager(BlockStorage& store,

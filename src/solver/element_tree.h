@@ -2,8 +2,8 @@
 // that, and what they receive, is beside it: cell_delta.h, received_light.h.
 //
 //   paper  here      per element, channel and node
-//   B      sent      radiosity that the cell's own links have been told of,
-//   W/m2
+//   B      sent      radiosity that the cell's own links have been told of, in
+//                    W/m2
 //
 // Elements are numbered in the order of their creation: the roots are the
 // patches, children follow their parent, four in a row. So a loop upwards is a
@@ -135,7 +135,7 @@ class CellTree {
     return patch_shapes_[patch];
   }
 
-  // Children follow parents, frames nest, every coefficient is finite.
+  // Children follow parents, every coefficient is finite.
   [[nodiscard]] bool IsValid() const;
 
  private:

@@ -11,6 +11,7 @@
 #include <cassert>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -103,10 +104,7 @@ Engine::Engine(BlockStorage& store,
 // ------------------------------------------------------------- the schedule
 
 SolveSummary Engine::Run() {
-  if (state_.phase == SolvePhase::kDone && options_.error < state_.error) {
-    state_.error = options_.error;
-    StartRound(NextTau(state_));
-  }
+  TakeRequest();
   while (state_.phase != SolvePhase::kDone) {
     if (state_.next_cell == state_.cells.size()) {
       FinishSweep();
@@ -120,6 +118,30 @@ SolveSummary Engine::Run() {
   SaveSolveState(state_, *store_);
   store_->Commit();
   return LoadSolveSummary(*store_);
+}
+
+// The error that is asked for now may be another than that of the run before. A
+// round in progress is judged by it at its end; but one that makes more links
+// than are asked for now begins anew, since it may be what did not fit.
+void Engine::TakeRequest() {
+  const double before = std::exchange(state_.error, options_.error);
+  if (state_.error == before) {
+    return;
+  }
+  state_.first_round = state_.rounds.size();
+  const bool asks_more = state_.error < before;
+  bool restart = false;
+  if (state_.phase == SolvePhase::kDone) {
+    state_.converged = HasMetError(state_);
+    restart = asks_more && !state_.converged;
+  } else if (state_.phase == SolvePhase::kRefine && !state_.rounds.empty()) {
+    restart = !asks_more;
+  }
+  if (restart) {
+    state_.tau = state_.rounds.back().tau;
+    ++state_.round;
+    StartRound(NextTau(state_));
+  }
 }
 
 void Engine::Start() {
@@ -159,6 +181,7 @@ void Engine::StartRound(double tau) {
   state_.phase = SolvePhase::kRefine;
   state_.next_cell = 0;
   state_.cursor = {};
+  state_.converged = false;
   state_.relit = false;
   state_.published_in_sweep = false;
   state_.sweeps_in_round = 0;
@@ -177,10 +200,15 @@ void Engine::NextCell() {
 }
 
 void Engine::FinishSweep() {
+  const bool ends_round =
+      !state_.published_in_sweep || state_.sweeps_in_round + 1 >= kMostSweeps;
+  if (ends_round) {
+    TakeReads();
+    Commit();  // rays may take long now, and a stop ends them
+  }
   ++state_.sweeps;
   ++state_.sweeps_in_round;
-  const bool quiet = !state_.published_in_sweep;
-  if (quiet || state_.sweeps_in_round >= kMostSweeps) {
+  if (ends_round) {
     FinishRound();
   } else {
     state_.phase = SolvePhase::kPropagate;
@@ -251,7 +279,7 @@ bool Engine::IsLit(CellId cell) const {
          kDarkShare * state_.mean_reflected;
 }
 
-void Engine::FindReceivers(Receiver* receiver) {
+uint64_t Engine::FindReceivers(Receiver* receiver) {
   const Receiver& r = *receiver;
   const Stopwatch watch(&state_.times.refine_seconds);
   const auto& patches = r.geometry->patches;
@@ -270,11 +298,11 @@ void Engine::FindReceivers(Receiver* receiver) {
       FindCovers(options,
                  {r.id, patches, r.geometry->clusters.get(), occluder.get()},
                  reflected);
-  state_.rays += covers.rays;
   receiver->receivers_charge = pager_.Reserve(
       ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
   receiver->receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
+  return covers.rays;
 }
 
 void Engine::RefineCell(CellId cell) {
@@ -284,8 +312,9 @@ void Engine::RefineCell(CellId cell) {
       pager_.Reserve(patches * sizeof(PatchCare), "the care of a cell");
   care_ = ReadOnce([&] { return LoadCellCare(*store_, cell, patches); });
   CellRow& row = state_.cells[cell.Index()];
-  if (state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
-      state_.cursor.work == WorkPart{}) {
+  const bool begins = state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
+                      state_.cursor.work == WorkPart{};
+  if (begins) {
     for (PatchCare& care : care_) {
       care.links = 0;
     }
@@ -299,7 +328,8 @@ void Engine::RefineCell(CellId cell) {
   }
   MemoryCharge workspace =
       pager_.Reserve(kRefineWorkspaceBytes, "the links of a cell");
-  FindReceivers(&r);
+  const uint64_t rays = FindReceivers(&r);
+  state_.rays += begins ? rays : 0;  // not again where a cell is gone on with
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
     state_.cursor = {state_.cursor.source + 1, {}, 0, 0};
@@ -394,27 +424,26 @@ void Engine::Settle(const Receiver& r) {
 // ------------------------------------------------------------------ commits
 
 // The end of a step: commits now and then, and stops here when asked to.
+void Engine::Commit() {
+  const Stopwatch watch(&state_.times.store_seconds);
+  pager_.Flush();
+  if (!care_.empty()) {
+    SaveCellCare(care_, CellId(state_.next_cell), *store_);
+  }
+  SaveSolveState(state_, *store_);
+  store_->Commit();
+  last_commit_ = std::chrono::steady_clock::now();
+}
+
 void Engine::CheckPoint() {
-  const auto now = std::chrono::steady_clock::now();
   const bool stop = options_.stop != nullptr && options_.stop->load();
-  const double age = std::chrono::duration<double>(now - last_commit_).count();
-  if (!stop && age < options_.commit_seconds) {
+  if (!stop && SecondsSince(last_commit_) < options_.commit_seconds) {
     return;
   }
-  {
-    const Stopwatch watch(&state_.times.store_seconds);
-    pager_.Flush();
-    if (stop) {
-      TakeReads();
-    }
-    if (!care_.empty()) {
-      SaveCellCare(care_, CellId(state_.next_cell), *store_);
-    }
-    SaveSolveState(state_, *store_);
-    store_->Commit();
+  if (stop) {
+    TakeReads();
   }
-  last_commit_ = std::chrono::steady_clock::now();
-  commit_cost_ = std::chrono::duration<double>(last_commit_ - now).count();
+  Commit();
   if (stop) {
     throw InterruptedError("stopped as asked; all work is kept");
   }

@@ -64,6 +64,7 @@ class Engine {
   };
 
   void Start();
+  void TakeRequest();
   void StartRound(double tau);
   void RefineCell(CellId cell);
   void PropagateCell(CellId cell);
@@ -79,7 +80,8 @@ class Engine {
   auto ReadOnce(const Read& read);
   Receiver Load(CellId cell);
   VisibleSet SourcesOf(CellId cell, MemoryCharge* charge);
-  void FindReceivers(Receiver* r);
+  // The rays that it took.
+  uint64_t FindReceivers(Receiver* r);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   void ApplyPart(const RawLinks& part,
                  const Receiver& r,
@@ -87,6 +89,8 @@ class Engine {
                  LinkBlock* block);
   void GatherPair(const Receiver& r, CellId source);
   void Settle(const Receiver& r);
+  void Commit();
+  // Commits if it is time to; throws InterruptedError if asked to stop.
   void CheckPoint();
   [[nodiscard]] bool IsLit(CellId cell) const;
 
@@ -108,7 +112,6 @@ class Engine {
   bool is_black_ = false;
   CellCare care_;  // of the cell whose links are made; else empty
   std::chrono::steady_clock::time_point last_commit_;
-  double commit_cost_ = 0;  // seconds, of the last one
 };
 
 }  // namespace enfilade

@@ -15,7 +15,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint32_t kMostRounds = 16;
+constexpr size_t kMostRounds = 16;  // for one request
 
 // The residual is worth so many rays per link, and at least these: a round too
 // many costs more.
@@ -28,7 +28,6 @@ constexpr uint64_t kLeastLocatingRays = 1 << 20;
 }  // namespace
 
 void Engine::FinishRound() {
-  TakeReads();
   state_.rounds.push_back(RecordRound(&state_, area_));
   ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
                  "the light of round {} is not finite",
@@ -39,7 +38,7 @@ void Engine::FinishRound() {
   }
   state_.converged = HasMetError(state_);
   if (state_.converged || IsExhausted(state_) ||
-      state_.rounds.size() >= kMostRounds) {
+      state_.rounds.size() >= state_.first_round + kMostRounds) {
     state_.phase = SolvePhase::kDone;
     return;
   }
@@ -63,6 +62,7 @@ void Engine::CheckResidual() {
   options.locating_rays = std::max(
       kLeastLocatingRays, state_.rounds.back().links / kLinksPerLocatingRay);
   options.is_constant = shape_.NodeStride() == 1;
+  options.stop = options_.stop;
   PatchErrors by_patch;
   const ResidualEstimate residual =
       MeasureResidual(*store_, options, *budget_, &by_patch);

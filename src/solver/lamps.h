@@ -3,8 +3,8 @@
 //
 // Notation, from a point x
 //   w_e        importance of lamp e, a rough bound of what it sends to x
-//   P_e / A_e  density of a point on lamp e, chosen by w_e and then by area,
-//   1/m2
+//   P_e / A_e  density of a point on lamp e, chosen by w_e and then by area, in
+//              1/m2
 
 #pragma once
 

@@ -54,7 +54,11 @@ struct Solution::Impl {
   };
 
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
-      : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {}
+      : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {
+    for (const CellInfo& cell : LoadPartition(s).cells) {
+      patch_counts.push_back(cell.patches);
+    }
+  }
 
   [[nodiscard]] LoadedCell Load(CellId cell) const {
     LoadedCell loaded;
@@ -72,10 +76,12 @@ struct Solution::Impl {
 
   [[nodiscard]] TreeShape Shape() const { return {&basis, kRgbChannels}; }
 
-  // What the trees of a loaded cell take.
+  // What a loaded cell takes.
   [[nodiscard]] uint64_t BytesOf(CellId cell) const {
     const size_t elements = CellTree::StoredSize(*store, cell);
-    return CellTree::ElementBytesFor(elements) +
+    return patch_counts[cell.Index()] *
+               (sizeof(Patch) + sizeof(PatchGeometry)) +
+           CellTree::ElementBytesFor(elements) +
            elements * Shape().Stride() * sizeof(float);
   }
 
@@ -119,7 +125,7 @@ struct Solution::Impl {
   MemoryBudget* budget;
   SceneInfo scene;
   Basis basis;
-  size_t cell_count = 0;
+  std::vector<uint32_t> patch_counts;  // by cell
   std::mutex show_mutex;
   std::unique_ptr<ShownCell> shown;  // the last one
 };
@@ -235,7 +241,6 @@ Solution::Solution(const BlockStorage& store, MemoryBudget& budget) {
         "the store holds no solution yet; run enfilade resume on it first");
   }
   impl_ = std::make_unique<Impl>(store, budget, BasisNamed(state.basis));
-  impl_->cell_count = state.cells.size();
 }
 
 Solution::~Solution() = default;
@@ -245,12 +250,12 @@ const SceneInfo& Solution::Scene() const {
 }
 
 size_t Solution::CellCount() const {
-  return impl_->cell_count;
+  return impl_->patch_counts.size();
 }
 
 uint64_t Solution::MostCellBytes() const {
   uint64_t most = 0;
-  for (size_t i = 0; i < impl_->cell_count; ++i) {
+  for (size_t i = 0; i < impl_->patch_counts.size(); ++i) {
     most = std::max(most, impl_->BytesOf(CellId(i)));
   }
   return most;
@@ -346,7 +351,7 @@ void Solution::ForEachDisplayMesh(
 
 std::string Solution::Digest() const {
   uint64_t digest = 0;
-  for (size_t i = 0; i < impl_->cell_count; ++i) {
+  for (size_t i = 0; i < impl_->patch_counts.size(); ++i) {
     const Impl::LoadedCell cell = impl_->Load(CellId(i));
     const uint64_t tree = cell.tree->Digest(cell.gathered);
     digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);

@@ -1,6 +1,5 @@
 // The stored solution, to be read: radiosity and irradiance anywhere on the
-// scene's patches. Pages one cell's element tree in at a time (or as many as
-// the budget holds).
+// scene's patches. One cell's element tree is in memory at a time.
 
 #pragma once
 

@@ -146,6 +146,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
     return summary;
   }
   summary.converged = state.converged;
+  summary.exhausted = state.phase == SolvePhase::kDone && !state.converged;
   summary.rays = state.rays;
   summary.sweeps = state.sweeps;
   summary.residual = state.residual;

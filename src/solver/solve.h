@@ -56,6 +56,7 @@ struct SolveOptions {
 // What a solve did, over all its runs (resumes included).
 struct SolveSummary {
   bool converged = false;
+  bool exhausted = false;  // ended without: more links do not help
   uint64_t patches = 0;
   uint64_t elements = 0;
   uint64_t links = 0;
@@ -74,10 +75,11 @@ struct SolveSummary {
 };
 
 // Continues from the last commit in the store, or starts. The store must hold
-// scene, partition, visible sets and trace chunks. A stored solution with a
-// larger error is refined further; one that already meets the error is left as
-// it is. Throws DoesNotFitError before anything is done when the budget is less
-// than the solve needs at least (least_memory.h).
+// scene, partition, visible sets and trace chunks. The error may be another
+// than that of the run before: a stored solution that does not meet it is
+// refined further, one that does is left as it is. Throws DoesNotFitError
+// before anything is done when the budget is less than the solve needs at least
+// (least_memory.h).
 SolveSummary Solve(BlockStorage& store,
                    const SolveOptions& options,
                    MemoryBudget& budget);

@@ -82,7 +82,8 @@ struct PairCursor {
 struct SolveState {
   std::string basis;
   uint64_t seed = 0;
-  double error = 0;  // requested
+  double error = 0;          // requested
+  uint64_t first_round = 0;  // of `rounds`, for that request
   SolvePhase phase = SolvePhase::kRefine;
   uint32_t round = 0;
   double tau = 0;             // W/m

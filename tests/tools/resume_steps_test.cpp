@@ -1,6 +1,6 @@
 // A solve that is stopped after every few of its steps and resumed each time
 // comes to the bits of one that runs through: whatever a step leaves undone or
-// unwritten shows.
+// unwritten shows. One that is resumed for another error goes on to that.
 
 #include "base/error.h"
 #include "partition/partition.h"
@@ -25,7 +25,7 @@ namespace enfilade {
 namespace {
 
 // Some rooms with doorways, so that light goes to and fro between cells.
-class ResumeSteps : public ::testing::TestWithParam<int> {
+class ResumedFloor : public ::testing::Test {
  protected:
   std::unique_ptr<BlockStorage> Import() {
     const std::string scene = folder_ / "rooms.obj";
@@ -40,10 +40,26 @@ class ResumeSteps : public ::testing::TestWithParam<int> {
     return store;
   }
 
-  static SolveOptions Options() {
+  static SolveOptions Options(double error = 0.5) {
     SolveOptions options;
-    options.error = 0.5;
+    options.error = error;
     return options;
+  }
+
+  static SolveSummary SolveTo(double error, BlockStorage& store) {
+    MemoryBudget budget(kRoomy);
+    return Solve(store, Options(error), budget);
+  }
+
+  // Stops the solve after so many steps.
+  static void Begin(double error, int steps, BlockStorage& store) {
+    std::atomic<bool> stop = false;
+    SolveOptions options = Options(error);
+    options.commit_seconds = 0;
+    options.stop = &stop;
+    options.progress = [&](double, const std::string&) { stop = --steps <= 0; };
+    MemoryBudget budget(kRoomy);
+    EXPECT_THROW(Solve(store, options, budget), InterruptedError);
   }
 
   static std::string DigestOf(const BlockStorage& store) {
@@ -54,12 +70,12 @@ class ResumeSteps : public ::testing::TestWithParam<int> {
   TemporaryFolder folder_;
 };
 
+class ResumeSteps : public ResumedFloor,
+                    public ::testing::WithParamInterface<int> {};
+
 TEST_P(ResumeSteps, ComeToTheSameBits) {
   const auto whole = Import();
-  {
-    MemoryBudget budget(kRoomy);
-    Solve(*whole, Options(), budget);
-  }
+  SolveTo(0.5, *whole);
   const auto stepped = Import();
   std::atomic<bool> stop = false;
   int steps = 0;
@@ -82,6 +98,44 @@ TEST_P(ResumeSteps, ComeToTheSameBits) {
   }
   EXPECT_GT(runs, 10);
   EXPECT_EQ(DigestOf(*stepped), DigestOf(*whole));
+}
+
+TEST_F(ResumedFloor, MeetsASmallerErrorThanItWasBegunWith) {
+  const auto store = Import();
+  Begin(0.5, 5, *store);
+  const SolveSummary summary = SolveTo(0.2, *store);
+  EXPECT_TRUE(summary.converged);
+  EXPECT_LE(summary.estimated_error, 0.2);
+}
+
+// It may be the memory that the round in progress asks for that made it stop.
+TEST_F(ResumedFloor, MakesNoMoreLinksThanALargerErrorNeeds) {
+  const auto store = Import();
+  SolveTo(0.5, *store);
+  Begin(0.05, 5, *store);
+  const SolveSummary larger = SolveTo(0.4, *store);
+  EXPECT_TRUE(larger.converged);
+  EXPECT_LE(larger.estimated_error, 0.4);
+  const SolveSummary smaller = SolveTo(0.05, *store);
+  EXPECT_TRUE(smaller.converged);
+  EXPECT_LT(2 * larger.links, smaller.links);
+}
+
+TEST_F(ResumedFloor, IsNotSolvedWhileItIsRefinedAgain) {
+  const auto store = Import();
+  EXPECT_TRUE(SolveTo(0.5, *store).converged);
+  Begin(0.1, 2, *store);
+  EXPECT_FALSE(LoadSolveSummary(*store).converged);
+}
+
+TEST_F(ResumedFloor, IsLeftAsItIsWhereItMeetsTheError) {
+  const auto store = Import();
+  const SolveSummary first = SolveTo(0.5, *store);
+  const std::string digest = DigestOf(*store);
+  for (const double error : {(0.5 + first.estimated_error) / 2, 0.9}) {
+    EXPECT_TRUE(SolveTo(error, *store).converged);
+    EXPECT_EQ(DigestOf(*store), digest);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Strides, ResumeSteps, ::testing::Values(1, 2, 7, 31));
