@@ -138,6 +138,7 @@ void PipelineRun::Visibility() {
            record_.visibility_seconds,
            [&] {
              VisibilityOptions options;
+             options.budget = &budget_;
              options.progress = ProgressOrStop();
              BuildVisibleSets(LoadPartition(store_), options, store_);
            });

@@ -15,10 +15,10 @@ namespace {
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 constexpr size_t kMostGroups = 12;
 constexpr size_t kMostSourcePoints = 8;
-// Doorways looked at by one flood, and reached by it (some 250 bytes each), at
-// most.
+// Doorways looked at by one flood, and reached by it, at most.
 constexpr uint64_t kMostTests = 5'000'000;
 constexpr size_t kMostNodes = 30'000;
+constexpr uint64_t kNodeBytes = 256;  // with its part of the doorway
 // A doorway's reached part grows so often before it is taken for the whole.
 constexpr uint32_t kMostGrowths = 16;
 // Dominators that a beam is held to, at most.
@@ -209,6 +209,12 @@ DoorwayGroup RegionGraph::DoorwaysOut(CellId cell) const {
 
 BeamFlood::BeamFlood(const RegionGraph& regions)
     : regions_(&regions), node_of_(regions.Graph().DoorwayCount(), kNone) {}
+
+uint64_t BeamFlood::MostBytes(const RegionGraph& regions) {
+  const size_t doorways = regions.Graph().DoorwayCount();
+  return doorways * sizeof(uint32_t) +
+         std::min(doorways, kMostNodes) * kNodeBytes;
+}
 
 void BeamFlood::Begin(const DoorwayGroup& firsts) {
   for (const Node& node : nodes_) {

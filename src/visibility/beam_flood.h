@@ -53,6 +53,9 @@ class BeamFlood {
  public:
   explicit BeamFlood(const RegionGraph& regions);
 
+  // What a flood through these regions may take in memory.
+  static uint64_t MostBytes(const RegionGraph& regions);
+
   // Sets in `reached` (by cell) what is reached; all cells, if telling would
   // take too many tests or doorways, and then returns false.
   bool Run(const DoorwayGroup& firsts, std::vector<bool>& reached);

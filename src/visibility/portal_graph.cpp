@@ -1,5 +1,7 @@
 #include "visibility/portal_graph.h"
 
+#include "base/memory.h"
+
 #include <algorithm>
 
 namespace enfilade {
@@ -59,6 +61,18 @@ PortalGraph::PortalGraph(size_t cells, const std::vector<Portal>& portals)
     add(portal.front, MakeDoorway(PortalId(i), portal.back, reverse));
     add(portal.back, MakeDoorway(PortalId(i), portal.front, forward));
   }
+}
+
+uint64_t PortalGraph::SizeBytes() const {
+  uint64_t bytes = doorways_.capacity() * sizeof(doorways_[0]);
+  for (const std::vector<Doorway>& out : doorways_) {
+    bytes += out.capacity() * sizeof(Doorway) + kAllocationHeaderBytes;
+    for (const Doorway& door : out) {
+      bytes +=
+          door.polygon.capacity() * sizeof(Point3) + kAllocationHeaderBytes;
+    }
+  }
+  return bytes;
 }
 
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,

@@ -53,6 +53,9 @@ class PortalGraph {
 
   [[nodiscard]] size_t DoorwayCount() const { return doorway_count_; }
 
+  // What it takes in memory.
+  [[nodiscard]] uint64_t SizeBytes() const;
+
   // Out of a cell, by portal.
   [[nodiscard]] const std::vector<Doorway>& Doorways(CellId cell) const {
     return doorways_[cell.Index()];

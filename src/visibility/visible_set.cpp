@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "visibility/beam_flood.h"
 #include "visibility/cell_explorer.h"
 #include "visibility/portal_graph.h"
 #include "visibility/set_agreement.h"
@@ -16,7 +17,7 @@ namespace enfilade {
 namespace {
 
 constexpr const char* kSummaryMeta = "visibility";
-constexpr size_t kCellsExploredAtOnce = 8;
+constexpr size_t kMostExploredAtOnce = 8;  // cells
 
 // Without regions in the store every cell is one.
 RegionGraph RegionGraphOf(const Partition& partition,
@@ -33,6 +34,13 @@ RegionGraph RegionGraphOf(const Partition& partition,
   return {cells, *regions};
 }
 
+// How many cells are explored side by side: what comes of it is the same.
+size_t CellsAtOnce(const RegionGraph& regions, const MemoryBudget& budget) {
+  const uint64_t fit = budget.FreeBytes() / 2 /
+                       std::max<uint64_t>(BeamFlood::MostBytes(regions), 1);
+  return std::clamp<uint64_t>(fit, 1, kMostExploredAtOnce);
+}
+
 // Explores all cells, in parallel batches; counts cells with spent budgets.
 uint64_t ExploreAll(const Partition& partition,
                     const RegionGraph& regions,
@@ -40,10 +48,21 @@ uint64_t ExploreAll(const Partition& partition,
                     SetAgreement& sets) {
   const PortalGraph graph(partition.cells.size(), partition.portals);
   const size_t count = partition.cells.size();
+  size_t at_once = kMostExploredAtOnce;
+  MemoryCharge of_graphs;
+  MemoryCharge of_floods;
+  if (options.budget != nullptr) {
+    of_graphs = MemoryCharge(*options.budget,
+                             graph.SizeBytes() + regions.Graph().SizeBytes(),
+                             "the doorways of the building");
+    at_once = CellsAtOnce(regions, *options.budget);
+    of_floods = MemoryCharge(*options.budget,
+                             at_once * BeamFlood::MostBytes(regions),
+                             "looking through the doorways");
+  }
   uint64_t spent = 0;
-  for (size_t first = 0; first < count; first += kCellsExploredAtOnce) {
-    std::vector<Exploration> batch(
-        std::min(kCellsExploredAtOnce, count - first));
+  for (size_t first = 0; first < count; first += at_once) {
+    std::vector<Exploration> batch(std::min(at_once, count - first));
     ParallelFor(batch.size(), [&](size_t i) {
       batch[i] = ExploreFrom(CellId(first + i),
                              partition,

@@ -36,6 +36,9 @@ uint64_t VisibleSetBytes(size_t sources, size_t between);
 
 struct VisibilityOptions {
   uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
+  // What looking through doorways is charged to; it takes what it needs where
+  // there is none.
+  MemoryBudget* budget = nullptr;
   std::function<void(double fraction)> progress;  // may be empty
 };
 

@@ -1,5 +1,6 @@
 #include "visibility/visible_set.h"
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "base/random.h"
 
@@ -387,6 +388,29 @@ TEST(VisibleSet, SameBitsForOneThreadAndTwo) {
   Build(partition, one);
   EXPECT_EQ(one.Blocks(), two.Blocks());
   EXPECT_EQ(one.Count(BlockKind::kScratch), 0U);
+}
+
+// The budget decides how many cells are explored side by side, and no more.
+TEST(VisibleSet, SameBitsUnderASmallBudget) {
+  const Partition partition = PartitionOf(RandomMaze(5, {8, 8, 2}), true);
+  MapStorage roomy;
+  Build(partition, roomy);
+  MemoryBudget all(64 << 20);
+  VisibilityOptions options;
+  options.max_steps_per_cell = 200000;
+  options.budget = &all;
+  MapStorage store;
+  BuildVisibleSets(partition, options, store);
+  EXPECT_GT(all.PeakBytes(), 0U);
+  MemoryBudget small(all.PeakBytes() / 2);
+  options.budget = &small;
+  BuildVisibleSets(partition, options, store);
+  EXPECT_EQ(store.Blocks(), roomy.Blocks());
+  EXPECT_LT(small.PeakBytes(), all.PeakBytes());
+  EXPECT_EQ(small.UsedBytes(), 0U);
+  MemoryBudget none(4096);
+  options.budget = &none;
+  EXPECT_THROW(BuildVisibleSets(partition, options, store), DoesNotFitError);
 }
 
 // A portal too thin for a normal still lets pass what it may.
