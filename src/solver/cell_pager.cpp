@@ -61,6 +61,7 @@ CellPager::CellPager(BlockStorage& store,
       scene_(&scene),
       partition_(&partition),
       portals_of_(partition.cells.size()),
+      stored_elements_(partition.cells.size()),
       surfaces_(MakeSurfaceTable(scene)),
       shape_(shape),
       device_(&device),
@@ -360,6 +361,14 @@ Box CellPager::BoundsOf(CellId cell) const {
   return box;
 }
 
+size_t CellPager::StoredElements(CellId cell) {
+  uint32_t& known = stored_elements_[cell.Index()];
+  if (known == 0) {
+    known = static_cast<uint32_t>(CellTree::StoredSize(*store_, cell));
+  }
+  return known;
+}
+
 std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   const ItemKey key{ItemKind::kTree, cell.value};
   if (Find(key) != nullptr) {
@@ -374,9 +383,7 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   return UseStored<CellTree>(
       key,
       kTreePurpose,
-      [&] {
-        return CellTree::BytesFor(CellTree::StoredSize(*store_, cell), shape_);
-      },
+      [&] { return CellTree::BytesFor(StoredElements(cell), shape_); },
       [&] {
         if (auto stored = CellTree::Load(*store_, cell, shape_, patches)) {
           return std::move(*stored);
@@ -395,9 +402,7 @@ std::shared_ptr<const CellTree> CellPager::Elements(CellId cell) {
   return UseStored<CellTree>(
       {ItemKind::kElements, cell.value},
       kTreePurpose,
-      [&] {
-        return CellTree::ElementBytesFor(CellTree::StoredSize(*store_, cell));
-      },
+      [&] { return CellTree::ElementBytesFor(StoredElements(cell)); },
       [&] {
         return CellTree::LoadElements(*store_, cell, shape_, geometry->patches)
             .value();
@@ -492,7 +497,9 @@ void CellPager::Write(ItemKey key, Item* item) {
   const CellId cell(key.cell);
   const uint64_t written_before = store_->Stats().bytes_written;
   if (key.kind == ItemKind::kTree) {
-    std::static_pointer_cast<CellTree>(item->value)->Save(*store_, cell);
+    const auto tree = std::static_pointer_cast<CellTree>(item->value);
+    tree->Save(*store_, cell);
+    stored_elements_[cell.Index()] = static_cast<uint32_t>(tree->Size());
   } else if (key.kind == ItemKind::kDelta) {
     const auto& delta =
         *std::static_pointer_cast<CoefficientArray>(item->value);

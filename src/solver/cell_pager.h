@@ -236,6 +236,8 @@ class CellPager {
   bool EvictUntil(const std::function<bool()>& is_enough);
   [[nodiscard]] uint64_t EvictionMargin() const;
   void Drop(Items::iterator item);
+  // Of the cell's tree in the store: read once, not each time the tree is.
+  size_t StoredElements(CellId cell);
   void Write(ItemKey key, Item* item);
   void Recharge(ItemKey key, uint64_t bytes, std::string_view what);
 
@@ -243,6 +245,7 @@ class CellPager {
   const SceneInfo* scene_;
   const Partition* partition_;
   std::vector<std::vector<PortalId>> portals_of_;  // per cell
+  std::vector<uint32_t> stored_elements_;  // per cell; 0: none, or not known
   SurfaceTable surfaces_;
   TreeShape shape_;
   const OcclusionDevice* device_;
