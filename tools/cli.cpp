@@ -7,6 +7,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "tools/command.h"
@@ -29,7 +30,8 @@ void ConfigureLog() {
 
 int Fail(ExitCode code, const std::string& what) {
   std::fflush(stdout);
-  fmt::print(stderr, "enfilade: error: {}\n", what);
+  // There may be nothing to write to.
+  std::fputs(fmt::format("enfilade: error: {}\n", what).c_str(), stderr);
   return static_cast<int>(code);
 }
 
@@ -122,6 +124,8 @@ int RunCommandLine(int argc, char** argv) {
     return code;
   } catch (const Error& error) {
     return Fail(error.Code(), error.what());
+  } catch (const std::system_error& error) {
+    return Fail(ExitCode::kDisk, error.what());
   } catch (const std::bad_alloc&) {
     return Fail(ExitCode::kDoesNotFit, "the system has no memory left");
   } catch (const std::exception& error) {

@@ -66,9 +66,10 @@ void WriteFileInOneStep(const fs::path& path,
 }
 
 void ProbeCommand::Run() {
-  BeginRun(common);
+  BeginRun(common, {store, points});
   options.Validate();
   if (!output.empty()) {
+    RequireApart(output, {store});
     RequireWritable(output);
   }
   LimitsInForce limits(common.limits);
@@ -85,6 +86,9 @@ void ProbeCommand::Run() {
   if (output.empty()) {
     probe(std::cout);
     std::cout.flush();
+    if (!std::cout) {
+      throw DiskError("cannot write to standard output");
+    }
   } else {
     WriteFileInOneStep(output, probe);
   }
@@ -102,7 +106,8 @@ Point3 PointOf(const std::vector<double>& xyz) {
 }
 
 void ExportCommand::Run() {
-  BeginRun(common);
+  BeginRun(common, {store});
+  RequireApart(output, {store});
   if (!eye.empty()) {
     options.camera.eye = PointOf(eye);
   }

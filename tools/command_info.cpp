@@ -79,25 +79,6 @@ std::string OutlookText(const Json& report, const std::string& store) {
       store);
 }
 
-// What import and partition had to say, and what a gbXML file holds.
-std::string NotesText(const Json& report) {
-  std::string text;
-  if (const Json& gbxml = report.at("gbxml"); !gbxml.is_null()) {
-    text += fmt::format(
-        "gbXML     {} Spaces ({} closed shells), {} surfaces, {} interior "
-        "doors, {} open boundaries\n",
-        gbxml.at("spaces").get<uint32_t>(),
-        gbxml.at("closed_shells").get<uint32_t>(),
-        gbxml.at("surfaces").get<uint32_t>(),
-        gbxml.at("interior_doors").get<uint32_t>(),
-        gbxml.at("open_boundaries").get<uint32_t>());
-  }
-  for (const Json& note : report.at("notes")) {
-    text += fmt::format("note      {}\n", note.get<std::string>());
-  }
-  return text;
-}
-
 // Shoots the rays; warns of the first pairs that were missed.
 AuditSummary RunAudit(const BlockStorage& store,
                       const CommonOptions& common,
@@ -216,7 +197,7 @@ void InfoCommand::RunOnStore() const {
 }
 
 void InfoCommand::Run() const {
-  BeginRun(common);
+  BeginRun(common, {store});
   if (IsSceneName(store)) {
     RunOnScene();
   } else {

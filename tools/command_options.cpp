@@ -3,8 +3,11 @@
 #include "base/error.h"
 #include "solver/solve.h"
 
+#include <charconv>
 #include <map>
+#include <optional>
 #include <string>
+#include <system_error>
 
 #include "tools/pending_file.h"
 #include "tools/pipeline_state.h"
@@ -14,6 +17,14 @@
 namespace enfilade {
 namespace {
 
+std::optional<uint64_t> ToWholeNumber(const std::string& text) {
+  uint64_t number = 0;
+  const char* end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number);
+  return read.ec == std::errc() && read.ptr == end ? std::optional(number)
+                                                   : std::nullopt;
+}
+
 // 256M or 1G, in binary multiples, to a number of bytes; none to 0. Returns
 // what is wrong, or nothing.
 std::string ReadMemorySize(std::string& text) {
@@ -22,9 +33,14 @@ std::string ReadMemorySize(std::string& text) {
     text = "0";
     return {};
   }
+  constexpr uint64_t kMostBytes = 1ULL << 60;
   bool is_size = true;
   try {
-    is_size = CLI::AsSizeValue(false)(text).empty() && text != "0";
+    // Signs would wrap around.
+    is_size = given.find('-') == std::string::npos &&
+              CLI::AsSizeValue(false)(text).empty();
+    const std::optional<uint64_t> bytes = ToWholeNumber(text);
+    is_size = is_size && bytes && *bytes > 0 && *bytes <= kMostBytes;
   } catch (const CLI::Error&) {
     is_size = false;
   }
@@ -69,14 +85,35 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options) {
       "-v,--verbose", options.verbose, "Log to standard error what is done");
 }
 
+std::string CheckSeed(const std::string& text) {
+  return ToWholeNumber(text)
+             ? std::string()
+             : fmt::format("'{}' is no whole number from 0 to 2^64 - 1", text);
+}
+
+void RequireApart(const std::filesystem::path& output,
+                  std::initializer_list<std::filesystem::path> inputs) {
+  for (const std::filesystem::path& input : inputs) {
+    std::error_code none_there;
+    if (std::filesystem::equivalent(output, input, none_there)) {
+      throw UsageError(fmt::format(
+          "'{}' would be written over '{}', which is read; give another name",
+          output.string(),
+          input.string()));
+    }
+  }
+}
+
 void SetExample(CLI::App& command, const std::string& example) {
   command.footer("Example:\n  " + example);
 }
 
-void BeginRun(const CommonOptions& options) {
+void BeginRun(const CommonOptions& options,
+              std::initializer_list<std::filesystem::path> inputs) {
   spdlog::set_level(options.verbose ? spdlog::level::info
                                     : spdlog::level::warn);
   if (!options.report.empty()) {
+    RequireApart(options.report, inputs);
     RequireWritable(options.report);
   }
 }
@@ -183,7 +220,10 @@ SolveSettings SettingsOf(const std::string& scene,
   RequireSceneFile(scene);
   settings.scene = std::filesystem::absolute(scene).lexically_normal();
   if (!options.overrides.empty()) {
-    RequireSceneFile(options.overrides);
+    if (!std::filesystem::exists(options.overrides)) {
+      throw InputError(
+          fmt::format("there is no override file '{}'", options.overrides));
+    }
     settings.overrides =
         std::filesystem::absolute(options.overrides).lexically_normal();
   }

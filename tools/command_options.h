@@ -6,6 +6,7 @@
 #include "store/sqlite_store.h"
 
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <string>
 
@@ -46,9 +47,18 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options);
 // Ends the help of a verb with an example.
 void SetExample(CLI::App& command, const std::string& example);
 
+// What is wrong with the value of a --seed, or nothing: CLI11 would take the
+// nearest number that fits.
+std::string CheckSeed(const std::string& text);
+
+// Throws UsageError if an output is one of the files that are read.
+void RequireApart(const std::filesystem::path& output,
+                  std::initializer_list<std::filesystem::path> inputs);
+
 // What every verb begins with: applies --verbose, and throws DiskError if the
-// report could not be written in the end.
-void BeginRun(const CommonOptions& options);
+// report could not be written in the end, UsageError if it is an input.
+void BeginRun(const CommonOptions& options,
+              std::initializer_list<std::filesystem::path> inputs);
 
 // Writes the report if one was asked for.
 void WriteReportIfAsked(const CommonOptions& options, const Json& report);

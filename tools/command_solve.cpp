@@ -98,7 +98,7 @@ void ReportSolve(const fs::path& path,
   Json report = SolveReport(*store, settings, LoadRunRecord(*store), budget);
   report["peak_rss_bytes"] = PeakResidentBytes();
   WriteReportIfAsked(common, report);
-  fmt::print("{}", SummaryText(report));
+  fmt::print("{}{}", SummaryText(report), NotesText(report));
   if (!summary.converged) {
     throw Error(ExitCode::kNotDone,
                 fmt::format("the requested error {} was not reached; {:.4f} "
@@ -141,7 +141,7 @@ void SolveCommand::ChooseByMethod() {
 }
 
 void SolveCommand::Run() {
-  BeginRun(common);
+  BeginRun(common, {scene, store, options.overrides});
   ChooseByMethod();
   const SolveSettings settings = SettingsOf(scene, options);
   if (fs::exists(store)) {
@@ -170,7 +170,7 @@ void SolveCommand::Run() {
 }
 
 void ResumeCommand::Run() {
-  BeginRun(common);
+  BeginRun(common, {store});
   auto storage = OpenExistingStore(store, StoreAccess::kWrite);
   SolveSettings settings = LoadSettings(*storage);
   if (LoadStage(*storage) < Stage::kImported) {
@@ -294,6 +294,7 @@ void AddSolveCommand(CLI::App& app) {
   command
       ->add_option(
           "--seed", options->options.settings.seed, "Of the visibility samples")
+      ->check(CLI::Validator(CheckSeed, ""))
       ->type_name("N")
       ->capture_default_str();
   AddMethodOptions(*command, options->options);

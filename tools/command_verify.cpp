@@ -84,7 +84,7 @@ Json CompareReport(const CompareSummary& summary) {
 }
 
 void VerifyCommand::Run() {
-  BeginRun(common);
+  BeginRun(common, {store});
   options.Validate();
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
@@ -113,7 +113,7 @@ void VerifyCommand::Run() {
 }
 
 void CompareCommand::Run() {
-  BeginRun(common);
+  BeginRun(common, {a, b});
   options.Validate();
   LimitsInForce limits(common.limits);
   const auto store_a = OpenSolvedStore(a);
@@ -161,6 +161,7 @@ void AddVerifyCommand(CLI::App& app) {
       ->type_name("T")
       ->capture_default_str();
   command->add_option("--seed", options->options.seed, "Of the paths")
+      ->check(CLI::Validator(CheckSeed, ""))
       ->type_name("N")
       ->capture_default_str();
   AddCommonOptions(*command, options->common);

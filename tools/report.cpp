@@ -193,4 +193,22 @@ std::string SummaryText(const Json& report) {
   return text;
 }
 
+std::string NotesText(const Json& report) {
+  std::string text;
+  if (const Json& gbxml = report.at("gbxml"); !gbxml.is_null()) {
+    text += fmt::format(
+        "gbXML     {} Spaces ({} closed shells), {} surfaces, {} interior "
+        "doors, {} open boundaries\n",
+        gbxml.at("spaces").get<uint32_t>(),
+        gbxml.at("closed_shells").get<uint32_t>(),
+        gbxml.at("surfaces").get<uint32_t>(),
+        gbxml.at("interior_doors").get<uint32_t>(),
+        gbxml.at("open_boundaries").get<uint32_t>());
+  }
+  for (const Json& note : report.at("notes")) {
+    text += fmt::format("note      {}\n", note.get<std::string>());
+  }
+  return text;
+}
+
 }  // namespace enfilade

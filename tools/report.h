@@ -33,6 +33,9 @@ void WriteReport(const std::filesystem::path& path, const Json& report);
 // A few lines for people on what a SolveReport says.
 std::string SummaryText(const Json& report);
 
+// What import and partition had to say, and what a gbXML file holds.
+std::string NotesText(const Json& report);
+
 // "12.3 MiB".
 std::string FormatBytes(double bytes);
 

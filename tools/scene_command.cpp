@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "tools/command_options.h"
 #include "tools/obj_writer.h"
 #include "tools/report.h"
 #include "tools/scene_chairs.h"
@@ -76,6 +77,7 @@ void AddExample(CLI::App& command, const std::string& arguments) {
 
 void AddSeed(CLI::App& command, uint64_t& seed) {
   command.add_option("--seed", seed, "another seed, another scene")
+      ->check(CLI::Validator(CheckSeed, ""))
       ->capture_default_str();
 }
 

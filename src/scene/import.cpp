@@ -100,12 +100,23 @@ void CheckOptions(const ImportOptions& options, SceneFormat format) {
 
 // Where a building can't be of that size, its unit is another one, and what is
 // close or thin would be taken for something else.
-void CheckSize(const std::filesystem::path& scene, const Box3& bounds) {
+void CheckSize(const std::filesystem::path& scene,
+               const Box3& bounds,
+               bool is_told) {
   constexpr double kLargestM = 2000;
   constexpr double kSmallestM = 0.1;
+  constexpr double kSmallestToldM = 1e-3;
   const Vec3 extent = bounds.Extent();
   const double size = std::max({extent.x, extent.y, extent.z});
-  if (size > kLargestM || size < kSmallestM) {
+  if (is_told && !(size >= kSmallestToldM)) {
+    throw InputError(fmt::format(
+        "{}: the scene is {:.4g} m long by the --unit that was given; what is "
+        "less than {} m long cannot be solved",
+        scene.string(),
+        size,
+        kSmallestToldM));
+  }
+  if (!is_told && (size > kLargestM || size < kSmallestM)) {
     throw InputError(fmt::format(
         "{}: the scene is {:.4g} units long, which is no building's size in "
         "metres; say what the unit is with --unit mm, cm, m, km, in or ft",
@@ -243,14 +254,17 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   }
   writer.Flush();
   materials.ThrowIfRefused();
+  for (std::string& note : materials.NotesOnUnusedRules()) {
+    info.notes.push_back(std::move(note));
+  }
   info.materials = materials.Materials();
   if (options.default_luminaires) {
     AddDefaultLuminaires(scene, store, budget, writer, info);
   }
   CheckHasLight(scene, info.materials);
   info = writer.Finish(std::move(info));
-  if (format == SceneFormat::kObj && !options.unit) {
-    CheckSize(scene, info.bounds);
+  if (format == SceneFormat::kObj) {
+    CheckSize(scene, info.bounds, options.unit.has_value());
   }
   return info;
 }

@@ -25,7 +25,14 @@ InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
   std::error_code code;
   if (std::filesystem::is_directory(path, code)) {
     throw InputError(
-        fmt::format("{}: is a folder; give a scene file", path.string()));
+        fmt::format("{}: is a folder; give a file", path.string()));
+  }
+  if (std::filesystem::exists(path, code) &&
+      !std::filesystem::is_regular_file(path, code)) {
+    throw InputError(
+        fmt::format("{}: is a device or a pipe; input is read more than once: "
+                    "save it as a file first",
+                    path.string()));
   }
   file_ = gzopen(path.c_str(), "rb");
   if (file_ == nullptr) {
@@ -36,7 +43,7 @@ InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
   gzbuffer(AsGz(file_), kChunkBytes);
   size_bytes_ = std::filesystem::file_size(path, code);
   if (code) {
-    size_bytes_ = 0;  // a pipe, perhaps: no progress
+    size_bytes_ = 0;  // no progress
   }
 }
 
@@ -114,7 +121,9 @@ bool LineStream::ReadPhysicalLine(std::string& line) {
       --chunk_at_;
     }
   }
-  ++physical_lines_;
+  if (++physical_lines_ == 1 && line.starts_with("\xef\xbb\xbf")) {
+    line.erase(0, 3);  // byte order mark
+  }
   const size_t last = line.find_last_not_of(" \t");
   line.resize(last == std::string::npos ? 0 : last + 1);
   return true;

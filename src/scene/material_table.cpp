@@ -113,6 +113,24 @@ std::optional<MaterialId> MaterialTable::Make(size_t input,
   return Append(std::move(material));
 }
 
+std::vector<std::string> MaterialTable::NotesOnUnusedRules() const {
+  std::vector<bool> used(overrides_.RuleCount());
+  for (const auto& [key, material] : resolved_) {
+    for (const size_t rule : key.second) {
+      used[rule] = true;
+    }
+  }
+  std::vector<std::string> notes;
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) {
+      notes.push_back(fmt::format("{}: '{}' matches nothing in the scene",
+                                  overrides_.Place(i),
+                                  overrides_.Glob(i)));
+    }
+  }
+  return notes;
+}
+
 void MaterialTable::ThrowIfRefused() const {
   if (refused_.empty()) {
     return;

@@ -40,6 +40,9 @@ class MaterialTable {
   // of range: names the place of each and the mend.
   void ThrowIfRefused() const;
 
+  // Of the override file's rules that held for no face: a sentence each.
+  [[nodiscard]] std::vector<std::string> NotesOnUnusedRules() const;
+
   [[nodiscard]] const std::vector<Material>& Materials() const {
     return materials_;
   }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <istream>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 #include <tiny_obj_loader.h>
@@ -17,9 +18,16 @@ namespace {
 
 constexpr double kLeastOpacity = 0.5;
 
-Rgb ToRgb(const tinyobj::real_t (&c)[3]) {
-  return {c[0], c[1], c[2]};
+Rgb ColourOf(std::optional<double> grey, const tinyobj::real_t (&c)[3]) {
+  return grey ? Rgb{*grey, *grey, *grey} : Rgb{c[0], c[1], c[2]};
 }
+
+// What the library reads otherwise than the format has it.
+struct MtlValues {
+  std::optional<double> grey_reflectance;  // a colour of one value is grey
+  std::optional<double> grey_exitance;
+  std::optional<double> halo_opacity;  // of `d -halo`
+};
 
 // Lines as they pass: where each material's colour stands, and whether what
 // should be numbers are.
@@ -37,13 +45,41 @@ class MtlChecker {
       lines_[name_] = number;
     } else if (words[0] == "Kd" || words[0] == "Ke") {
       CheckNumbers(words, 1, number);
-      if (words[0] == "Kd") {
+      if (words.size() == 3) {
+        throw InputError(
+            fmt::format("{}:{}: '{}' of material '{}' has two values: give one "
+                        "or three",
+                        file_,
+                        number,
+                        words[0],
+                        name_));
+      }
+      const bool is_reflectance = words[0] == "Kd";
+      MtlValues& values = values_[name_];
+      (is_reflectance ? values.grey_reflectance : values.grey_exitance) =
+          words.size() == 2 ? ToNumber(words[1]) : std::nullopt;
+      if (is_reflectance) {
         lines_[name_] = number;
       }
     } else if (words[0] == "d" || words[0] == "Tr") {
       const bool has_option = words.size() > 1 && words[1] == "-halo";
-      CheckNumbers(words, has_option ? 2 : 1, number);
+      const size_t first = has_option ? 2 : 1;
+      CheckNumbers(words, first, number);
+      if (*ToNumber(words[first]) < 0) {
+        throw InputError(fmt::format("{}:{}: '{}' of material '{}' is below 0",
+                                     file_,
+                                     number,
+                                     words[0],
+                                     name_));
+      }
+      values_[name_].halo_opacity =
+          has_option ? ToNumber(words[first]) : std::nullopt;
     }
+  }
+
+  [[nodiscard]] MtlValues ValuesOf(const std::string& material) const {
+    const auto it = values_.find(material);
+    return it == values_.end() ? MtlValues{} : it->second;
   }
 
   [[nodiscard]] std::string Place(const std::string& material) const {
@@ -79,6 +115,7 @@ class MtlChecker {
   std::string file_;
   std::string name_;
   std::map<std::string, uint64_t> lines_;
+  std::map<std::string, MtlValues> values_;
 };
 
 }  // namespace
@@ -108,9 +145,12 @@ std::vector<MtlMaterial> ReadMtl(const std::filesystem::path& path) {
     }
     MtlMaterial material;
     material.material.name = m.name;
-    material.material.reflectance = ToRgb(m.diffuse);
-    material.material.exitance = ToRgb(m.emission);
-    material.material.clear = m.dissolve < kLeastOpacity;
+    const MtlValues values = checker.ValuesOf(m.name);
+    material.material.reflectance =
+        ColourOf(values.grey_reflectance, m.diffuse);
+    material.material.exitance = ColourOf(values.grey_exitance, m.emission);
+    material.material.clear =
+        values.halo_opacity.value_or(m.dissolve) < kLeastOpacity;
     material.place = checker.Place(m.name);
     materials.push_back(std::move(material));
   }

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fnmatch.h>
@@ -44,11 +47,32 @@ class OverrideParser {
 
   Json Read() {
     try {
-      return Json::parse(text_);
+      return Json::parse(text_, [this](int depth, auto event, Json& parsed) {
+        return Take(depth, event, parsed);
+      });
     } catch (const nlohmann::json::parse_error& error) {
       at_ = std::min<size_t>(error.byte, text_.size());
       Fail(fmt::format("not valid JSON: {}", error.what()));
+    } catch (const nlohmann::json::out_of_range& error) {
+      Fail(fmt::format("a number is too large: {}", error.what()));
     }
+  }
+
+  // The library would keep the last of equal keys of an object, and say
+  // nothing.
+  bool Take(int depth, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) {
+      keys_.resize(static_cast<size_t>(depth) + 1);
+      keys_.back().clear();
+    } else if (event == Json::parse_event_t::key) {
+      const auto key = parsed.get<std::string>();
+      if (!keys_[static_cast<size_t>(depth) - 1].insert(key).second) {
+        at_ = std::min(text_.rfind(Json(key).dump()), text_.size());
+        Fail(fmt::format("'{}' is there twice in one object; join the two",
+                         key));
+      }
+    }
+    return true;
   }
 
   void ParseSection(const std::string& key, const Json& value) {
@@ -158,6 +182,7 @@ class OverrideParser {
   const std::string& text_;
   const std::string& name_;
   size_t at_ = 0;
+  std::vector<std::set<std::string>> keys_;  // of the objects that are open
   Overrides overrides_;
 };
 

@@ -35,6 +35,12 @@ class Overrides {
 
   void Apply(size_t rule, Material& material) const;
 
+  [[nodiscard]] size_t RuleCount() const { return rules_.size(); }
+
+  [[nodiscard]] const std::string& Glob(size_t rule) const {
+    return rules_[rule].glob;
+  }
+
   // File and line, for messages.
   [[nodiscard]] std::string Place(size_t rule) const;
 

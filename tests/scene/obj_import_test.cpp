@@ -176,6 +176,43 @@ TEST_F(ObjImport, NumbersInMaterialFilesAreChecked) {
             std::string::npos);
 }
 
+// One value stands for three; a halo is clear towards the silhouette alone.
+TEST_F(ObjImport, ColoursOfOneValueAreGrey) {
+  temp_.Write("m.mtl",
+              "newmtl lamp\nKd 0\nKe 20\n"
+              "newmtl white\nKd 0.5\nd -halo 0.9\n");
+  const Imported scene = Import(std::string(kQuad) + "usemtl white\nf 5 6 7 8");
+  ASSERT_EQ(scene.faces.size(), 2U);
+  const Material& lamp = scene.info.materials[scene.faces[0].material.Index()];
+  const Material& floor = scene.info.materials[scene.faces[1].material.Index()];
+  EXPECT_EQ(lamp.exitance, (Rgb{20, 20, 20}));
+  EXPECT_EQ(floor.reflectance, (Rgb{0.5, 0.5, 0.5}));
+  temp_.Write("m.mtl", "newmtl lamp\nKe 20 20\n");
+  EXPECT_NE(Error("").find("m.mtl:2"), std::string::npos);
+  temp_.Write("m.mtl", "newmtl lamp\nKe 20\nd -1\n");
+  EXPECT_NE(Error("").find("m.mtl:3"), std::string::npos);
+}
+
+TEST_F(ObjImport, AByteOrderMarkIsNoPartOfTheFirstWord) {
+  const std::string mark = "\xef\xbb\xbf";
+  temp_.Write("m.mtl", mark + kMtl);
+  const auto path = temp_.Write("s.obj", mark + Scene(""));
+  EXPECT_EQ(ImportFile(path).faces.size(), 1U);
+}
+
+TEST_F(ObjImport, RulesThatMatchNothingAreTold) {
+  ImportOptions options;
+  options.overrides = temp_.Write("o.json",
+                                  R"({"materials": {"lamp": {"sides": 1},
+                        "lmap": {"exitance": 5}}})");
+  std::string notes;
+  for (const std::string& note : Import("", options).info.notes) {
+    notes += note + "\n";
+  }
+  EXPECT_NE(notes.find("o.json:2: 'lmap' matches nothing"), std::string::npos);
+  EXPECT_EQ(notes.find("'lamp'"), std::string::npos);
+}
+
 TEST_F(ObjImport, ReflectanceOfOneIsRefusedWhereUsedAndTheMendWorks) {
   EXPECT_EQ(Error(""), "") << "nothing uses the mirror";
   const std::string used = std::string(kQuad) + "usemtl mirror\nf 5 6 7 8";

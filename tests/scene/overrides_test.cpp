@@ -52,7 +52,20 @@ TEST(Overrides, ErrorsNameTheLine) {
   EXPECT_TRUE(bad("\"exitance\": \"bright\""));
   EXPECT_TRUE(bad("\"sides\": 3"));
   EXPECT_TRUE(bad("\"clear\": 1"));
+  EXPECT_TRUE(bad("\"exitance\": 1e999"));
+  EXPECT_TRUE(bad("\"sides\": 1, \"sides\": 2"));
   EXPECT_FALSE(bad("\"clear\": true"));
+}
+
+// The one that a JSON library would drop may be all that was meant.
+TEST(Overrides, EqualKeysOfOneObjectAreRefused) {
+  EXPECT_NE(ErrorOf("{\"materials\": {},\n\"surfaces\": {},\n"
+                    "\"materials\": {}}")
+                .find("o.json:3: 'materials' is there twice"),
+            std::string::npos);
+  EXPECT_EQ(ErrorOf("{\"materials\": {\"a\": {\"sides\": 1}, \"b\": "
+                    "{\"sides\": 1}}, \"objects\": {\"a\": {}}}"),
+            "");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "tests/tools/run_program.h"
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 namespace enfilade {
 namespace {
@@ -203,6 +204,47 @@ TEST(Cli, ExistingFileIsNeverWrittenOver) {
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_TRUE(Contains(result.err, "precious.enf")) << result.err;
   EXPECT_EQ(ReadFile(folder / "precious.enf"), "precious");
+}
+
+TEST(Cli, NothingIsWrittenOverWhatIsRead) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "b.obj";
+  ASSERT_EQ(RunProgram({"scene", "parallel", scene}).exit_code, 0);
+  const std::string text = ReadFile(scene);
+  const std::vector<std::vector<std::string>> lines = {
+      {"info", scene, "--report", scene},
+      {"solve", scene, "-o", folder / "s.enf", "--report", scene},
+      {"probe", scene, scene, "-o", scene},
+      {"export", scene, scene}};
+  for (const auto& words : lines) {
+    const auto result = RunProgram(words);
+    EXPECT_EQ(result.exit_code, 2) << words[0];
+    EXPECT_TRUE(Contains(result.err, "written over")) << result.err;
+    EXPECT_EQ(ReadFile(scene), text) << words[0];
+  }
+}
+
+TEST(Cli, NumbersThatWrapOrDoNotFitAreUsageErrors) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--memory", "-1"},
+        {"--memory", "18446744073709551616"},
+        {"--seed", "-1"},
+        {"--seed", "99999999999999999999999"}}) {
+    const auto result =
+        RunProgram({"solve", "a.obj", "-o", "a.enf", words[0], words[1]});
+    EXPECT_EQ(result.exit_code, 2) << words[0] << ' ' << words[1];
+    EXPECT_TRUE(Contains(result.err, words[1])) << result.err;
+  }
+}
+
+// Input is read more than once: a pipe would be waited for without end.
+TEST(Cli, PipesAndDevicesAreNoScenes) {
+  const TemporaryFolder folder;
+  const std::string pipe = folder / "pipe.obj";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const auto result = RunProgram({"solve", pipe, "-o", folder / "a.enf"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_TRUE(Contains(result.err, "pipe.obj")) << result.err;
 }
 
 TEST(Cli, TooSmallACapNamesTheLeast) {
