@@ -33,6 +33,7 @@ class ProbeReader {
 
  private:
   [[nodiscard]] std::optional<std::string> NextLine();
+  void CheckHeader(const std::string& header) const;
   [[nodiscard]] ProbeLine Parse(const std::string& line) const;
 
   std::istream* input_;

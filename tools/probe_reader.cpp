@@ -1,5 +1,6 @@
 #include "base/error.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -84,9 +85,31 @@ std::optional<std::string> ProbeReader::NextLine() {
   return std::nullopt;
 }
 
+// Columns are read by their place: a header may name them otherwise, but not
+// have these names in other places, nor be numbers that are no columns.
+void ProbeReader::CheckHeader(const std::string& header) const {
+  bool fits = std::string_view("+-.0123456789").find(header.front()) ==
+              std::string_view::npos;
+  std::optional<std::string_view> rest = header;
+  for (size_t i = 0; rest; ++i) {
+    const std::string_view name = *TakeField(rest);
+    const auto* const known = std::find(kNames.begin(), kNames.end(), name);
+    const auto place = static_cast<size_t>(known - kNames.begin());
+    fits = fits && (known == kNames.end() || place == i);
+  }
+  if (!fits) {
+    throw InputError(
+        fmt::format("{}:{}: the columns must be x,y,z,nx,ny,nz in this order, "
+                    "with commas between them",
+                    name_,
+                    line_number_));
+  }
+}
+
 std::string ProbeReader::Header() {
   pending_ = NextLine();
   if (pending_ && !BeginsWithNumber(*pending_)) {
+    CheckHeader(*pending_);
     std::string header = *pending_ + "," + kResultColumns;
     pending_ = NextLine();
     return header;

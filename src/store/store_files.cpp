@@ -4,6 +4,7 @@
 #include "store/sqlite_store.h"
 #include "store/write_lock.h"
 
+#include <string>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -12,6 +13,12 @@ namespace enfilade {
 namespace {
 
 using internal::Beside;
+
+// Without the remedy, which is for stores that hold work.
+std::string Cause(const DiskError& error) {
+  const std::string what = error.what();
+  return what.substr(0, what.find(';'));
+}
 
 void RenameOrThrow(const std::filesystem::path& from,
                    const std::filesystem::path& to) {
@@ -38,10 +45,16 @@ std::unique_ptr<BlockStorage> MakeStore(
     internal::RemoveJournals(path);
     const std::filesystem::path part = Beside(path, ".part");
     RemoveStoreFiles(part);
-    {
+    try {
       const auto store = CreateStore(part);
       fill(*store);
       store->Commit();
+    } catch (const DiskError& error) {
+      RemoveStoreFiles(part);
+      throw DiskError(
+          fmt::format("cannot make the store '{}': {}; nothing of it is kept",
+                      path.string(),
+                      Cause(error)));
     }
     RenameOrThrow(part, path);
   }

@@ -120,6 +120,15 @@ TEST_F(ProbeTest, BadLinesAreNamed) {
   EXPECT_NE(Refusal("1,1,2m,0,0,1").find("'2m'"), std::string::npos);
 }
 
+// Columns are read by their place: these would be read as others, or not at
+// all.
+TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {
+  for (const char* header : {"nx,ny,nz,x,y,z", "1;1;1;0;0;1", "1 1 1 0 0 1"}) {
+    const std::string error = Refusal(std::string(header) + "\n");
+    EXPECT_NE(error.find("points.csv:1"), std::string::npos) << error;
+  }
+}
+
 TEST_F(ProbeTest, ManyPointsKeepTheirOrder) {
   std::string csv;
   for (int i = 0; i < 2500; ++i) {
