@@ -64,7 +64,7 @@ PortalGraph::PortalGraph(size_t cells, const std::vector<Portal>& portals)
 }
 
 uint64_t PortalGraph::SizeBytes() const {
-  uint64_t bytes = doorways_.capacity() * sizeof(doorways_[0]);
+  uint64_t bytes = doorways_.capacity() * sizeof(std::vector<Doorway>);
   for (const std::vector<Doorway>& out : doorways_) {
     bytes += out.capacity() * sizeof(Doorway) + kAllocationHeaderBytes;
     for (const Doorway& door : out) {
