@@ -48,6 +48,7 @@ TEST_F(NewStore, IsNotThereIfItCannotBeFilled) {
   EXPECT_THROW(MakeStore(path_, [](BlockStorage&) { throw DiskError("full"); }),
                DiskError);
   EXPECT_FALSE(std::filesystem::exists(path_));
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".part"));
 }
 
 TEST_F(NewStore, IsNotMadeOverAnother) {
