@@ -46,13 +46,12 @@ void Engine::FinishRound() {
   StartRound(NextTau(state_));
 }
 
-// Rays look at what a round has reached: nothing else is in memory then but the
-// state.
+// Rays look at what a round has reached, which FinishSweep has committed:
+// nothing else is in memory then but the state, and a stop leaves the store as
+// it is.
 void Engine::CheckResidual() {
-  pager_.Flush();
   pager_.EvictAll();
   workspace_.Reset();
-  SaveSolveState(state_, *store_);
   ResidualOptions options;
   options.seed = MixKey(state_.seed, state_.round);
   options.mean_reflected = state_.mean_reflected;
