@@ -9,6 +9,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "tools/verify_density.h"
 #include "tools/verify_estimate.h"
@@ -30,6 +33,10 @@ constexpr uint32_t kLeastPoints = 512;  // of a round
 constexpr double kAFewMore = 2.25;      // times the paths of the first pilot
 constexpr double kPilotGrowth = 4;      // of the paths, for one more pilot
 constexpr double kMostOfTime = 0.25;    // that a round may take
+// What paths are led to is this many times brighter than the mean.
+constexpr double kBright = 8;
+constexpr uint64_t kPartBytes =  // while spots are made of them
+    3 * sizeof(BrightPart) + sizeof(SidePoint) + sizeof(double);
 
 // What pilots took: reading, and tracing so many paths.
 class PilotTimes {
@@ -133,8 +140,49 @@ class Measurement {
   [[nodiscard]] double Seconds() const { return SecondsSince(start_); }
 
   void LookAtTheSolution() {
-    density_.emplace(
-        FindLightBins(view_, points_, equal_bins_, options_.points_per_round));
+    std::vector<LightBin> bins =
+        FindLightBins(view_, points_, equal_bins_, options_.points_per_round);
+    GuidePaths(bins);
+    density_.emplace(std::move(bins));
+  }
+
+  // To where the solution is far brighter than in the mean.
+  void GuidePaths(std::span<const LightBin> bins) {
+    double mean = 0;
+    for (const LightBin& bin : bins) {
+      mean += std::sqrt(bin.level) * (bin.end - bin.begin) / points_.Area();
+    }
+    const auto bright = [&](const LightBin& bin) {
+      return std::sqrt(bin.level) > kBright * mean;
+    };
+    const auto count =
+        static_cast<size_t>(std::count_if(bins.begin(), bins.end(), bright));
+    if (count == 0) {
+      return;
+    }
+    const MemoryCharge charge(budget_, count * kPartBytes, "the bright places");
+    std::vector<BrightPart> parts;
+    std::vector<double> places;
+    parts.reserve(count);
+    places.reserve(count);
+    for (const LightBin& bin : bins) {
+      if (bright(bin)) {
+        const double radiosity = std::sqrt(bin.level);
+        const double area = bin.end - bin.begin;
+        places.push_back((bin.begin + bin.end) / 2);
+        parts.push_back({{}, std::sqrt(area), radiosity * area});
+      }
+    }
+    const std::vector<SidePoint> points = points_.At(places);
+    for (size_t i = 0; i < parts.size(); ++i) {
+      parts[i].position = points[i].receiver.position;
+      parts[i].cell = points[i].point.cell;
+    }
+    tracer_.LearnBrightParts(
+        std::move(parts),
+        mean,
+        budget_,
+        MixKey(MixKey(kVerifySeedDomain, options_.seed), ~1ULL));
   }
 
   static std::vector<PatchPoint> OnPatches(

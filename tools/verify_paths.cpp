@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -56,6 +57,18 @@ PathTracer::PathTracer(const BuildingView& view, MemoryBudget& budget)
 void PathTracer::LearnEmitters(MemoryBudget& budget, uint64_t key) {
   rays_traced_ += seen_.Learn(
       *view_, budget, std::min(budget.FreeBytes() / 2, kMostBytes), key);
+}
+
+void PathTracer::LearnBrightParts(std::vector<BrightPart> parts,
+                                  double mean_radiosity,
+                                  MemoryBudget& budget,
+                                  uint64_t key) {
+  rays_traced_ += guide_.Learn(*view_,
+                               std::move(parts),
+                               mean_radiosity,
+                               budget,
+                               std::min(budget.FreeBytes() / 8, kMostBytes),
+                               key);
 }
 
 std::vector<Rgb> PathTracer::Irradiance(
@@ -145,8 +158,10 @@ void PathTracer::MakeRays(bool first) {
   lights_.resize(active_.size());
   ForEachInBlocks(active_.size(), [&](size_t i) {
     Path& path = paths_[active_[i]];
-    rays_[i] = ScatteredRay(path, first);
-    lights_[i] = SampleLight(path, first);
+    const PathGuide::Aims aims =
+        guide_.At(path.cell, path.position, path.normal);
+    rays_[i] = ScatteredRay(path, aims, first);
+    lights_[i] = SampleLight(path, aims, first);
   });
   light_owner_.clear();
   for (size_t i = 0; i < active_.size(); ++i) {
@@ -157,7 +172,9 @@ void PathTracer::MakeRays(bool first) {
   }
 }
 
-TraceRay PathTracer::ScatteredRay(Path& path, bool first) {
+TraceRay PathTracer::ScatteredRay(Path& path,
+                                  const PathGuide::Aims& aims,
+                                  bool first) {
   double u = path.random.Next();
   double v = path.random.Next();
   if (first) {
@@ -169,11 +186,14 @@ TraceRay PathTracer::ScatteredRay(Path& path, bool first) {
   }
   TraceRay ray;
   ray.origin = path.position;
-  ray.direction = CosineDirection(path.normal, u, v);
+  ray.direction = aims.Direction(u, v);
+  path.excess = aims.Excess(ray.direction);
   return ray;
 }
 
-PathTracer::LightSample PathTracer::SampleLight(Path& path, bool first) const {
+PathTracer::LightSample PathTracer::SampleLight(Path& path,
+                                                const PathGuide::Aims& aims,
+                                                bool first) const {
   double choice = path.random.Next();
   const double s = path.random.Next();
   const double t = path.random.Next();
@@ -204,7 +224,7 @@ PathTracer::LightSample PathTracer::SampleLight(Path& path, bool first) const {
   AddProduct(sample.value,
              path.throughput,
              view_->scene->materials[e.material.Index()].exitance,
-             g / (g + density));
+             g / (aims.Excess(Normalize(y - path.position)) * g + density));
   return sample;
 }
 
@@ -243,9 +263,11 @@ void PathTracer::AddField() {
   const std::vector<Rgb> radiosity = view_->radiosity(points);
   for (size_t k = 0; k < points.size(); ++k) {
     Path& path = paths_[active_[owners[k]]];
-    AddProduct(path.sum, path.throughput, radiosity[k], 1);
-    AddProduct(
-        path.sum, path.throughput, hit_surfaces_[owners[k]].exitance, -1);
+    AddProduct(path.sum, path.throughput, radiosity[k], 1 / path.excess);
+    AddProduct(path.sum,
+               path.throughput,
+               hit_surfaces_[owners[k]].exitance,
+               -1 / path.excess);
   }
 }
 
@@ -260,7 +282,8 @@ void PathTracer::AddEmission(Path& path,
       path.cell, ray.origin, path.normal, {hit.cell, hit.patch, hit.a, hit.b});
   const double g =
       GeometryTerm(ray.origin, path.normal, surface.position, surface.normal);
-  const double weight = density > 0 ? g / (g + density) : 1;
+  const double weight =
+      density > 0 ? g / (path.excess * g + density) : 1 / path.excess;
   AddProduct(path.sum, path.throughput, surface.exitance, weight);
 }
 
@@ -278,7 +301,7 @@ void PathTracer::Advance(GatherMode mode) {
       return;
     }
     for (size_t c = 0; c < kRgbChannels; ++c) {
-      path.throughput[c] *= surface.reflectance[c] / survival;
+      path.throughput[c] *= surface.reflectance[c] / survival / path.excess;
     }
     path.position = surface.position + surface.normal * offset_;
     path.normal = surface.normal;

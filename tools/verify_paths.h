@@ -8,9 +8,10 @@
 //
 // Emission is estimated by both the rays and sampled emitters, weighed by the
 // balance heuristic (Veach & Guibas 1995) in the measure of area at y: the ray
-// has density G(x, y) = cos_x cos_y / (pi r^2) and the emitter's sample P / A,
-// so that either contributes E_e G / (G + P / A), which is at most E_e.
-// Paths end by Russian roulette on the reflectance.
+// has density e G(x, y) = e cos_x cos_y / (pi r^2) and the emitter's sample
+// P / A, so that either contributes E_e G / (e G + P / A). The excess e is 1,
+// and the contribution at most E_e, where no guide (verify_guide.h) leads
+// elsewhere than the cosine. Paths end by Russian roulette on the reflectance.
 
 #pragma once
 
@@ -26,6 +27,7 @@
 #include "tools/building_surfaces.h"
 #include "tools/building_view.h"
 #include "tools/verify_geometry.h"
+#include "tools/verify_guide.h"
 #include "tools/verify_lights.h"
 #include "tools/verify_seen.h"
 
@@ -50,6 +52,13 @@ class PathTracer {
   // cell and for all later vertices; worth its time before many paths. Takes
   // up to half of what is free in the budget.
   void LearnEmitters(MemoryBudget& budget, uint64_t key);
+
+  // Lets paths go to where the field reflects much light; as
+  // `PathGuide::Learn`. Takes up to an eighth of what is free in the budget.
+  void LearnBrightParts(std::vector<BrightPart> parts,
+                        double mean_radiosity,
+                        MemoryBudget& budget,
+                        uint64_t key);
 
   // For every receiver the mean over strata^2 paths, stratified in the first
   // direction; `strata` for each of them. A pure function of the arguments and
@@ -92,6 +101,7 @@ class PathTracer {
     std::optional<CellId> cell;
     Rgb throughput{1, 1, 1};
     Rgb sum{};
+    double excess = 1;  // of the direction that it goes on in
     Random random{0};
     PathStart start;
     bool alive = true;
@@ -111,8 +121,12 @@ class PathTracer {
   void AddField();
   void Advance(GatherMode mode);
   void Compact();
-  [[nodiscard]] static TraceRay ScatteredRay(Path& path, bool first);
-  [[nodiscard]] LightSample SampleLight(Path& path, bool first) const;
+  [[nodiscard]] static TraceRay ScatteredRay(Path& path,
+                                             const PathGuide::Aims& aims,
+                                             bool first);
+  [[nodiscard]] LightSample SampleLight(Path& path,
+                                        const PathGuide::Aims& aims,
+                                        bool first) const;
   void AddEmission(Path& path,
                    const TraceRay& ray,
                    const TraceHit& hit,
@@ -122,6 +136,7 @@ class PathTracer {
   double offset_;
   EmitterTree emitters_;
   SeenEmitters seen_;
+  PathGuide guide_;
   SurfaceReader surfaces_;
   size_t batch_paths_;
   MemoryCharge batch_charge_;

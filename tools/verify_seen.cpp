@@ -7,20 +7,17 @@
 #include <cmath>
 #include <utility>
 
-#include "tools/verify_points.h"
+#include "tools/verify_survey.h"
 
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kMostGroup = 8;           // cells of one batch of rays
-constexpr uint64_t kMostScattered = 128;     // rays of a cell
-constexpr uint64_t kLeastScattered = 16;     // rays of a cell
-constexpr uint64_t kAllScattered = 1 << 19;  // rays of all cells, about
-constexpr size_t kMostSeen = 1024;           // lamps of a cell
-constexpr size_t kTests = 16;                // rays from a cell to a lamp
-constexpr size_t kTestedAtOnce = 48;         // lamps
-constexpr uint64_t kSearchBytes =            // of a cell of a group
-    (kTestedAtOnce * kTests + kMostScattered) * 192;
+constexpr uint64_t kMostGroup = 8;    // cells of one batch of rays
+constexpr size_t kMostSeen = 1024;    // lamps of a cell
+constexpr size_t kTests = 16;         // rays from a cell to a lamp
+constexpr size_t kTestedAtOnce = 48;  // lamps
+constexpr uint64_t kSearchBytes =     // of a cell of a group
+    (kTestedAtOnce * kTests + CellSurveyor::kMostPoints) * 192;
 
 // The array grows by doubling, and is copied once more at the end.
 constexpr uint64_t kGrowth = 3;
@@ -35,134 +32,48 @@ constexpr float kNearRadii = 3;
 // What is left to the tree, which knows all emitters.
 constexpr double kTreeShare = 0.15;
 
-// Points uniform over the reflecting sides of a cell, in strata of equal area.
-std::vector<Receiver> PointsOfCell(const BuildingView& view,
-                                   CellId cell,
-                                   uint64_t key,
-                                   size_t count) {
-  const CellPatches patches = view.load_cell(cell);
-  double area = 0;
-  for (const Patch& patch : patches.patches) {
-    area += Reflects(*view.scene, patch) ? PatchArea(patch) : 0;
-  }
-  std::vector<Receiver> points;
-  Random random(key);
-  double passed = 0;
-  for (const Patch& patch : patches.patches) {
-    if (!Reflects(*view.scene, patch)) {
-      continue;
-    }
-    passed += PatchArea(patch);
-    while (points.size() < count &&
-           (static_cast<double>(points.size()) + .5) * area <
-               passed * static_cast<double>(count)) {
-      const double s = random.Next();
-      const PatchPoint p = UniformPointOn(patch, s, random.Next());
-      points.push_back({PointOn(patch, p.a, p.b), PatchNormal(patch), cell});
-    }
-  }
-  return points;
-}
-
-// One cell while its emitters are looked for.
-struct Search {
-  std::vector<CellId> cells;  // whose lamps are looked at
-  uint64_t key = 0;
-  std::vector<Receiver> points;
-  std::vector<uint32_t> candidates;
-};
-
 // The candidates that promise most, by the tree's bound at some of the points.
-void KeepTheStrongest(const EmitterTree& tree, Search& search, size_t count) {
-  if (search.candidates.size() <= count) {
+void KeepTheStrongest(const EmitterTree& tree,
+                      std::span<const Receiver> points,
+                      size_t count,
+                      std::vector<uint32_t>& candidates) {
+  if (candidates.size() <= count) {
     return;
   }
   std::vector<std::pair<double, uint32_t>> ranked;
-  for (const uint32_t lamp : search.candidates) {
+  for (const uint32_t lamp : candidates) {
     double sum = 0;
-    for (size_t i = 0; i < search.points.size(); i += 8) {
-      const Receiver& r = search.points[i];
-      sum += tree.LampImportance(tree.Lamps()[lamp], r.position, r.normal);
+    for (size_t i = 0; i < points.size(); i += 8) {
+      sum += tree.LampImportance(
+          tree.Lamps()[lamp], points[i].position, points[i].normal);
     }
     ranked.emplace_back(-sum, lamp);
   }
   std::sort(ranked.begin(), ranked.end());
   ranked.resize(count);
-  search.candidates.clear();
+  candidates.clear();
   for (const auto& [rank, lamp] : ranked) {
-    search.candidates.push_back(lamp);
+    candidates.push_back(lamp);
   }
-  std::sort(search.candidates.begin(), search.candidates.end());
+  std::sort(candidates.begin(), candidates.end());
 }
 
-// A cell and one beyond a portal of it, ascending: a bulb may reach through.
-using Neighbours = std::vector<std::pair<CellId, CellId>>;
-
-uint64_t NeighbourBytes(const Partition& partition) {
-  return 2 * partition.portals.size() * sizeof(Neighbours::value_type);
-}
-
-Neighbours NeighboursOf(const Partition& partition) {
-  Neighbours neighbours;
-  neighbours.reserve(2 * partition.portals.size());
-  for (const Portal& portal : partition.portals) {
-    neighbours.emplace_back(portal.front, portal.back);
-    neighbours.emplace_back(portal.back, portal.front);
+// All lamps of the cells that were met, or the strongest. Of a cell that
+// reflects nothing (the sky before a window) no path asks.
+std::vector<uint32_t> FindCandidates(const EmitterTree& tree,
+                                     const CellSurvey& survey) {
+  std::vector<uint32_t> candidates;
+  if (survey.points.empty()) {
+    return candidates;
   }
-  std::sort(neighbours.begin(), neighbours.end());
-  return neighbours;
-}
-
-std::vector<CellId> WithNeighbours(CellId cell, const Neighbours& neighbours) {
-  std::vector<CellId> cells = {cell};
-  for (auto at = std::lower_bound(
-           neighbours.begin(), neighbours.end(), std::pair(cell, CellId(0U)));
-       at != neighbours.end() && at->first == cell;
-       ++at) {
-    cells.push_back(at->second);
+  for (const CellId cell : survey.cells) {
+    tree.AppendLampsOfCell(cell, candidates);
   }
-  return cells;
-}
-
-// Adds the lamps of these cells and of all that rays from the cell meet.
-void FindCandidates(const BuildingView& view,
-                    const EmitterTree& tree,
-                    std::span<Search> group) {
-  const double offset = RayOffset(view.scene->bounds);
-  std::vector<TraceRay> rays;
-  std::vector<size_t> owners;
-  for (size_t k = 0; k < group.size(); ++k) {
-    Random random(MixKey(group[k].key, 1));
-    for (const Receiver& r : group[k].points) {
-      const double u = random.Next();
-      rays.push_back({r.position + r.normal * offset,
-                      CosineDirection(r.normal, u, random.Next())});
-      owners.push_back(k);
-    }
-  }
-  std::vector<TraceHit> hits(rays.size());
-  view.trace(rays, hits);
-  for (size_t i = 0; i < hits.size(); ++i) {
-    if (hits[i].hit) {
-      group[owners[i]].cells.push_back(hits[i].cell);
-    }
-  }
-  for (Search& search : group) {
-    auto& cells = search.cells;
-    std::sort(cells.begin(), cells.end());
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-    // Of a cell that reflects nothing (the sky before a window) no path asks.
-    for (const CellId cell : cells) {
-      if (!search.points.empty()) {
-        tree.AppendLampsOfCell(cell, search.candidates);
-      }
-    }
-    auto& candidates = search.candidates;
-    std::sort(candidates.begin(), candidates.end());
-    candidates.erase(std::unique(candidates.begin(), candidates.end()),
-                     candidates.end());
-    KeepTheStrongest(tree, search, kMostSeen);
-  }
+  std::sort(candidates.begin(), candidates.end());
+  candidates.erase(std::unique(candidates.begin(), candidates.end()),
+                   candidates.end());
+  KeepTheStrongest(tree, survey.points, kMostSeen, candidates);
+  return candidates;
 }
 
 }  // namespace
@@ -175,7 +86,7 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
   const uint64_t group_cells =
       std::clamp<uint64_t>(max_bytes / 4 / kSearchBytes, 1, kMostGroup);
   const uint64_t search_bytes =
-      group_cells * kSearchBytes + NeighbourBytes(*view.partition);
+      group_cells * kSearchBytes + CellSurveyor::Bytes(view);
   const uint64_t end_bytes = cells * sizeof(uint64_t);
   if (tree_->Emitters().empty() || search_bytes + end_bytes > max_bytes) {
     return 0;
@@ -202,35 +113,23 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
                                   uint64_t list_bytes,
                                   uint64_t key) {
   const size_t cells = view.partition->cells.size();
-  const size_t count =
-      cells > 0
-          ? std::clamp(kAllScattered / cells, kLeastScattered, kMostScattered)
-          : 0;
-  const Neighbours neighbours = NeighboursOf(*view.partition);
+  const CellSurveyor surveyor(view);
   uint64_t rays = 0;
   for (size_t first = 0; first < cells; first += group_cells) {
-    std::vector<Search> group(std::min(group_cells, cells - first));
-    for (size_t k = 0; k < group.size(); ++k) {
-      group[k].cells = WithNeighbours(CellId(first + k), neighbours);
-      group[k].key = MixKey(key, first + k);
-      group[k].points =
-          PointsOfCell(view, CellId(first + k), MixKey(group[k].key, 0), count);
-      rays += group[k].points.size();
-    }
-    FindCandidates(view, *tree_, group);
-    for (const Search& search : group) {
-      const size_t entries = seen_.size() + search.candidates.size();
+    for (const CellSurvey& survey : surveyor.Survey(first, group_cells, key)) {
+      rays += survey.points.size();
+      const std::vector<uint32_t> candidates = FindCandidates(*tree_, survey);
+      const size_t entries = seen_.size() + candidates.size();
       if (entries * kGrowth * sizeof(Seen) > list_bytes) {
         return rays;  // the cells from here on keep no list
       }
-      const CellId cell(ends_.size());
-      const std::span<const uint32_t> all(search.candidates);
+      const std::span<const uint32_t> all(candidates);
       for (size_t i = 0; i < all.size(); i += kTestedAtOnce) {
         rays += Test(view,
-                     cell,
-                     search.points,
+                     survey.cell,
+                     survey.points,
                      all.subspan(i, std::min(kTestedAtOnce, all.size() - i)),
-                     MixKey(search.key, 2));
+                     MixKey(survey.key, 2));
       }
       ends_.push_back(seen_.size());
     }

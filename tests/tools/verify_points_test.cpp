@@ -3,6 +3,9 @@
 #include "base/random.h"
 
 #include <cmath>
+#include <functional>
+#include <span>
+#include <vector>
 
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify_density.h"
@@ -62,6 +65,69 @@ TEST(StretchOnPatchTest, HoldsThePlacesOfAPart) {
         EXPECT_LE(triangle ? s + t : std::max(s, t), 1 + 1e-4);
       }
     }
+  }
+}
+
+// A wall of level 1 (in units of the squared radiosity) with a spot a thousand
+// times as bright in each of its corners.
+class SpottedWall {
+ public:
+  SpottedWall() : view_(building_.View()) {
+    const MaterialId grey = building_.AddMaterial({.5, .5, .5}, {});
+    building_.Add({0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
+    view_.for_each_mean = [](CellId,
+                             std::span<const PatchId>,
+                             const std::function<void(const LeafMean&)>& add) {
+      AddLeaves({}, 3, add);
+    };
+  }
+
+  [[nodiscard]] const BuildingView& View() const { return view_; }
+
+  // Of all leaves.
+  static constexpr double kIntegral = 16 * (1 - 4.0 / 64) + 1e6 * 16 * 4 / 64;
+
+ private:
+  static void AddLeaves(ElementFrame frame,
+                        int levels,
+                        const std::function<void(const LeafMean&)>& add) {
+    for (size_t child = 0; child < 4; ++child) {
+      const ElementFrame part =
+          ChildOf(frame, PatchShape::kParallelogram, child);
+      if (levels > 1) {
+        AddLeaves(part, levels - 1, add);
+        continue;
+      }
+      const bool corner =
+          (part.a < .1F || part.a > .8F) && (part.b < .1F || part.b > .8F);
+      const double h = corner ? 2000 : 2;  // times 0.5
+      add({PatchId(0U), part, 0, {h, h, h}});
+    }
+  }
+
+  FakeBuilding building_;
+  BuildingView view_;
+};
+
+// Whatever has bins of its own and whatever shares one: the bins cover the line
+// once, and the integral of the level is that of the leaves.
+TEST(LightBinsTest, BinsKeepTheIntegralOfTheLevel) {
+  const SpottedWall wall;
+  const SidePoints sides(wall.View());
+  for (const uint32_t parts : {5U, 64U, 1000U}) {
+    double at = 0;
+    double integral = 0;
+    int bright = 0;
+    for (const LightBin& bin : FindLightBins(wall.View(), sides, parts, 64)) {
+      EXPECT_NEAR(bin.begin, at, 1e-12);
+      at = bin.end;
+      integral += bin.level * (bin.end - bin.begin);
+      bright += bin.level > 1000 ? 1 : 0;
+    }
+    EXPECT_NEAR(at, 16, 1e-9);
+    EXPECT_NEAR(
+        integral, SpottedWall::kIntegral, 1e-6 * SpottedWall::kIntegral);
+    EXPECT_EQ(bright, 4);
   }
 }
 
