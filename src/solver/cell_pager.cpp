@@ -5,51 +5,17 @@
 #include "solver/cell_delta.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace enfilade {
 namespace {
-
-// Patches may stick out of their cell by this much (overlap.h), m.
-constexpr double kBoundsMargin = 5e-3;
 
 constexpr std::string_view kGeometryPurpose = "the geometry of a cell";
 constexpr std::string_view kTreePurpose = "the element trees of a cell";
 constexpr std::string_view kDeltaPurpose = "what a cell has sent last";
 constexpr std::string_view kReceivedPurpose = "what a cell has received";
 
-// Of a cell's geometry while it is made of its patches, which are decoded.
-uint64_t MakingBytes(size_t patches, size_t portal_triangles) {
-  return patches * 2 * sizeof(Patch) +
-         portal_triangles * sizeof(PatchGeometry) +
-         CellGeometry::BytesFor(patches, portal_triangles) +
-         ClusterTree::BytesFor(patches);
-}
-
 }  // namespace
-
-uint64_t CellGeometry::SizeBytes() const {
-  return patches.size() * sizeof(PatchGeometry) + portals->SizeBytes() +
-         clusters->SizeBytes() + groups.SizeBytes();
-}
-
-uint64_t CellGeometry::BytesFor(size_t patches, size_t portal_triangles) {
-  return patches * sizeof(PatchGeometry) +
-         ShaftBlockers::BytesFor(portal_triangles) +
-         ClusterTree::HeldBytesFor(patches) + SourceGroups::BytesFor(patches);
-}
-
-SurfaceTable MakeSurfaceTable(const SceneInfo& scene) {
-  SurfaceTable table;
-  for (const Material& m : scene.materials) {
-    for (size_t c = 0; c < kRgbChannels; ++c) {
-      table.reflectance.push_back(static_cast<float>(m.reflectance[c]));
-      table.exitance.push_back(static_cast<float>(m.exitance[c]));
-    }
-  }
-  return table;
-}
 
 CellPager::CellPager(BlockStorage& store,
                      const SceneInfo& scene,
@@ -58,51 +24,18 @@ CellPager::CellPager(BlockStorage& store,
                      const OcclusionDevice& device,
                      MemoryBudget& budget)
     : store_(&store),
-      scene_(&scene),
       partition_(&partition),
-      portals_of_(partition.cells.size()),
       stored_elements_(partition.cells.size()),
       surfaces_(MakeSurfaceTable(scene)),
       shape_(shape),
       device_(&device),
       budget_(&budget),
-      origin_(device.Origin()),
+      maker_(scene, partition, device.Origin()),
       trace_charge_(budget,
                     AccessTrace::OwnBytesUnder(budget.LimitBytes()),
                     "the record of what is read"),
       trace_(trace_charge_.Bytes()),
-      next_use_(store, partition.cells.size(), budget) {
-  for (size_t i = 0; i < partition.portals.size(); ++i) {
-    portals_of_[partition.portals[i].front.Index()].emplace_back(i);
-    portals_of_[partition.portals[i].back.Index()].emplace_back(i);
-  }
-}
-
-size_t CellPager::PortalTriangles(CellId cell) const {
-  const auto& ids = portals_of_[cell.Index()];
-  return std::accumulate(
-      ids.begin(), ids.end(), size_t{0}, [this](size_t sum, PortalId id) {
-        return sum + partition_->portals[id.Index()].vertices.size() - 2;
-      });
-}
-
-std::unique_ptr<ShaftBlockers> CellPager::PortalsOf(CellId cell) const {
-  std::vector<PatchGeometry> triangles;
-  for (const PortalId id : portals_of_[cell.Index()]) {
-    const auto& v = partition_->portals[id.Index()].vertices;
-    for (size_t i = 1; i + 1 < v.size(); ++i) {
-      Patch patch;
-      patch.origin = v[0];
-      patch.u = v[i] - v[0];
-      patch.v = v[i + 1] - v[0];
-      patch.shape = PatchShape::kTriangle;
-      if (Length(Cross(patch.u, patch.v)) > 0) {
-        triangles.push_back(MakePatchGeometry(patch, Material{}, origin_));
-      }
-    }
-  }
-  return std::make_unique<ShaftBlockers>(triangles);
-}
+      next_use_(store, partition.cells.size(), budget) {}
 
 CellPager::~CellPager() {
   for (auto& [key, item] : items_) {
@@ -206,22 +139,10 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   if (Find(key) == nullptr) {
     // Room first: of what it is made of, and while it is made.
     MemoryCharge room =
-        ReserveIfPossible(MakingBytes(partition_->cells[cell.Index()].patches,
-                                      PortalTriangles(cell)),
-                          kGeometryPurpose);
+        ReserveIfPossible(maker_.GeometryWorkBytes(cell), kGeometryPurpose);
     const CellPatches stored = ReadPatches(cell, {key.kind});
-    auto geometry = std::make_shared<CellGeometry>();
-    geometry->patches.reserve(stored.patches.size());
-    for (const Patch& patch : stored.patches) {
-      geometry->patches.push_back(MakePatchGeometry(
-          patch, scene_->materials.at(patch.material.Index()), origin_));
-    }
-    geometry->portals = PortalsOf(cell);
-    geometry->clusters = std::make_unique<ClusterTree>(
-        geometry->patches, WholePatches(geometry->patches.size()));
-    if (!shape_.basis->HasOwnNodes()) {
-      geometry->groups = SourceGroups(geometry->patches);
-    }
+    auto geometry = std::make_shared<CellGeometry>(
+        maker_.MakeGeometry(cell, stored, !shape_.basis->HasOwnNodes()));
     room.Reset();
     const uint64_t bytes = geometry->SizeBytes();
     MakeRoom(bytes, kGeometryPurpose);
@@ -291,15 +212,8 @@ void CellPager::MakeObstacles(CellId cell, const CellPatches& stored) {
   const uint64_t bytes = ShaftBlockers::BytesFor(count);
   MemoryCharge work =
       Reserve(bytes + count * sizeof(PatchGeometry), "the blockers of a cell");
-  std::vector<PatchGeometry> blockers;
-  blockers.reserve(count);
-  for (const Patch& patch : stored.patches) {
-    if (!patch.is_twin) {
-      blockers.push_back(MakePatchGeometry(
-          patch, scene_->materials.at(patch.material.Index()), origin_));
-    }
-  }
-  auto obstacles = std::make_shared<ShaftBlockers>(blockers);
+  auto obstacles =
+      std::make_shared<ShaftBlockers>(maker_.MakeObstacles(stored));
   work.Reset();
   MakeRoom(obstacles->SizeBytes(), "the blockers of a cell");
   Insert({ItemKind::kObstacles, cell.value}, obstacles, obstacles->SizeBytes());
@@ -344,21 +258,6 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
     room += item.use.expired() ? item.held_bytes : 0;
   }
   return need <= room;
-}
-
-Box CellPager::BoundsOf(CellId cell) const {
-  const Box3& bounds = partition_->cells[cell.Index()].bounds;
-  const Vec3 margin{kBoundsMargin, kBoundsMargin, kBoundsMargin};
-  const Vec3 low = bounds.low - margin - origin_;
-  const Vec3 high = bounds.high + margin - origin_;
-  Box box;
-  box.Add(Vec3f{static_cast<float>(low.x),
-                static_cast<float>(low.y),
-                static_cast<float>(low.z)});
-  box.Add(Vec3f{static_cast<float>(high.x),
-                static_cast<float>(high.y),
-                static_cast<float>(high.z)});
-  return box;
 }
 
 size_t CellPager::StoredElements(CellId cell) {

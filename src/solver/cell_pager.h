@@ -11,16 +11,14 @@
 #include "partition/partition.h"
 #include "scene/scene_store.h"
 #include "solver/access_trace.h"
-#include "solver/cluster_tree.h"
+#include "solver/cell_geometry.h"
 #include "solver/element_tree.h"
-#include "solver/geometry.h"
 #include "solver/link_block.h"
 #include "solver/link_store.h"
 #include "solver/next_use.h"
 #include "solver/push_pull.h"
 #include "solver/received_light.h"
 #include "solver/shaft.h"
-#include "solver/source_group.h"
 #include "visibility/occlusion.h"
 
 #include <cstdint>
@@ -32,22 +30,6 @@
 #include <vector>
 
 namespace enfilade {
-
-// A cell's patches for kernels.
-struct CellGeometry {
-  std::vector<PatchGeometry> patches;
-  std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
-  std::unique_ptr<ClusterTree> clusters;   // of its patches
-  SourceGroups groups;                     // of those that emit
-
-  [[nodiscard]] uint64_t SizeBytes() const;
-
-  // About what a cell of these numbers will take.
-  static uint64_t BytesFor(size_t patches, size_t portal_triangles);
-};
-
-// Builds the surface table of a scene.
-SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
 
 // For one thread at a time. What it returns is in use, valid and in memory, as
 // long as the pointer is held, which must not outlive the pager.
@@ -82,8 +64,10 @@ class CellPager {
   // that is pinned.
   [[nodiscard]] bool CanHoldBlockers(const std::vector<CellId>& cells) const;
 
-  // A box that holds all patches of a cell, in the coordinates of its geometry.
-  [[nodiscard]] Box BoundsOf(CellId cell) const;
+  // As CellMaker::BoundsOf.
+  [[nodiscard]] Box BoundsOf(CellId cell) const {
+    return maker_.BoundsOf(cell);
+  }
 
   // The stored tree, or a new one with the emitted radiosity sent.
   std::shared_ptr<CellTree> Tree(CellId cell);
@@ -189,8 +173,6 @@ class CellPager {
     bool dirty = false;
   };
 
-  [[nodiscard]] size_t PortalTriangles(CellId cell) const;
-  std::unique_ptr<ShaftBlockers> PortalsOf(CellId cell) const;
   CellPatches ReadPatches(CellId cell, std::initializer_list<ItemKind> made);
   void MakeObstacles(CellId cell, const CellPatches& stored);
   void MakeOccluder(CellId cell, const CellPatches& stored);
@@ -242,15 +224,13 @@ class CellPager {
   void Recharge(ItemKey key, uint64_t bytes, std::string_view what);
 
   BlockStorage* store_;
-  const SceneInfo* scene_;
   const Partition* partition_;
-  std::vector<std::vector<PortalId>> portals_of_;  // per cell
   std::vector<uint32_t> stored_elements_;  // per cell; 0: none, or not known
   SurfaceTable surfaces_;
   TreeShape shape_;
   const OcclusionDevice* device_;
   MemoryBudget* budget_;
-  Point3 origin_;
+  CellMaker maker_;
   MemoryCharge trace_charge_;
   AccessTrace trace_;
   NextUse next_use_;
