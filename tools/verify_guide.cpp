@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
-
-#include "tools/verify_survey.h"
 
 namespace enfilade {
 namespace {
@@ -106,6 +103,7 @@ std::vector<BrightPart> Spots(std::vector<BrightPart> parts) {
     groups.push_back({middle, end, Around(all.subspan(middle, end - middle))});
   }
   std::vector<BrightPart> spots;
+  spots.reserve(groups.size());
   for (const Group& group : groups) {
     spots.push_back(group.whole);
   }
@@ -134,6 +132,15 @@ Vec3 InCone(Vec3 axis, double height, double u, double v) {
 double ConeHeight(double r, double d) {
   const double sine2 = r * r / (d * d);
   return sine2 / (1 + std::sqrt(1 - sine2));
+}
+
+// Towards a sphere, or by the cosine from inside of it.
+Vec3 Towards(
+    const BrightPart& spot, Point3 x, Vec3 normal, double u, double v) {
+  const Vec3 to_spot = spot.position - x;
+  const double d = Length(to_spot);
+  return d > spot.radius ? InCone(to_spot / d, ConeHeight(spot.radius, d), u, v)
+                         : CosineDirection(normal, u, v);
 }
 
 bool IsWithin(Vec3 axis, double height, Vec3 direction) {
@@ -199,7 +206,9 @@ PathGuide::Aims PathGuide::At(std::optional<CellId> cell,
   double around = mean_radiosity_;
   double sum = 0;
   double sum_of_brightness = 0;
-  std::array<double, kMostAims> brightness;  // as many as cones
+  // As many as cones: clearing all would take longer than most lists.
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
+  std::array<double, kMostAims> brightness;
   for (const Aim& aim : ListOf(cell)) {
     const BrightPart& spot = spots_[aim.spot];
     const Vec3 to_spot = spot.position - x;
@@ -275,71 +284,78 @@ uint64_t PathGuide::Learn(const BuildingView& view,
 uint64_t PathGuide::LearnCells(const BuildingView& view,
                                uint64_t list_bytes,
                                uint64_t key) {
-  const double offset = RayOffset(view.scene->bounds);
   const CellSurveyor surveyor(view);
-  uint64_t traced = 0;
-  for (size_t first = 0; first < view.partition->cells.size();
-       first += kGroup) {
+  const size_t cells = view.partition->cells.size();
+  uint64_t rays = 0;
+  for (size_t first = 0; first < cells; first += kGroup) {
     for (const CellSurvey& survey : surveyor.Survey(first, kGroup, key)) {
-      traced += survey.points.size();
-      // Rays to all spots of the cells that were met.
-      Random random(MixKey(survey.key, 2));
-      std::vector<Aim> found;
-      std::vector<TraceRay> rays;
-      for (uint32_t j = 0; j < spots_.size() && !survey.points.empty(); ++j) {
-        const BrightPart& spot = spots_[j];
-        if (!std::binary_search(
-                survey.cells.begin(), survey.cells.end(), spot.cell)) {
-          continue;
-        }
-        found.push_back({j, 0});
-        for (size_t i = 0; i < kTests; ++i) {
-          const Receiver& r = survey.points[random.NextBelow(
-              static_cast<uint32_t>(survey.points.size()))];
-          const Point3 x = r.position + r.normal * offset;
-          const Vec3 to_spot = spot.position - x;
-          const double d = Length(to_spot);
-          const double u = random.Next();
-          const double v = random.Next();
-          rays.push_back(
-              {x,
-               d > spot.radius
-                   ? InCone(to_spot / d, ConeHeight(spot.radius, d), u, v)
-                   : CosineDirection(r.normal, u, v)});
-        }
+      std::vector<Aim> aims = SpotsOfCells(survey);
+      rays += survey.points.size() + kTests * aims.size();
+      Test(view, survey, aims);
+      KeepTheStrongest(aims);
+      if ((aims_.size() + aims.size()) * kGrowth * sizeof(Aim) > list_bytes) {
+        return rays;  // the cells from here on go unguided
       }
-      std::vector<TraceHit> hits(rays.size());
-      view.trace(rays, hits);
-      traced += rays.size();
-      std::vector<std::pair<double, Aim>> ranked;
-      for (size_t k = 0; k < found.size(); ++k) {
-        const BrightPart& spot = spots_[found[k].spot];
-        double came = 0;
-        for (size_t i = k * kTests; i < (k + 1) * kTests; ++i) {
-          const Point3 y =
-              rays[i].origin + rays[i].direction * hits[i].distance;
-          came += hits[i].hit && Length(y - spot.position) <= spot.radius
-                      ? 1.0 / kTests
-                      : 0.0;
-        }
-        found[k].share = static_cast<float>(std::max(came, kHiddenShare));
-        ranked.emplace_back(-double{found[k].share} * spot.flux, found[k]);
-      }
-      std::stable_sort(
-          ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
-            return a.first < b.first;
-          });
-      ranked.resize(std::min(ranked.size(), kMostAims));
-      if ((aims_.size() + ranked.size()) * kGrowth * sizeof(Aim) > list_bytes) {
-        return traced;  // the cells from here on go unguided
-      }
-      for (const auto& [rank, aim] : ranked) {
-        aims_.push_back(aim);
-      }
+      aims_.insert(aims_.end(), aims.begin(), aims.end());
       ends_.push_back(aims_.size());
     }
   }
-  return traced;
+  return rays;
+}
+
+// Of all cells that were met.
+std::vector<PathGuide::Aim> PathGuide::SpotsOfCells(
+    const CellSurvey& survey) const {
+  std::vector<Aim> aims;
+  for (uint32_t j = 0; j < spots_.size() && !survey.points.empty(); ++j) {
+    if (std::binary_search(
+            survey.cells.begin(), survey.cells.end(), spots_[j].cell)) {
+      aims.push_back({j, 0});
+    }
+  }
+  return aims;
+}
+
+// Finds the share of each by rays from points of the cell.
+void PathGuide::Test(const BuildingView& view,
+                     const CellSurvey& survey,
+                     std::vector<Aim>& aims) const {
+  const double offset = RayOffset(view.scene->bounds);
+  Random random(MixKey(survey.key, 2));
+  std::vector<TraceRay> rays;
+  rays.reserve(kTests * aims.size());
+  for (const Aim& aim : aims) {
+    const BrightPart& spot = spots_[aim.spot];
+    for (size_t i = 0; i < kTests; ++i) {
+      const Receiver& r = survey.points[random.NextBelow(
+          static_cast<uint32_t>(survey.points.size()))];
+      const Point3 x = r.position + r.normal * offset;
+      const double u = random.Next();
+      rays.push_back({x, Towards(spot, x, r.normal, u, random.Next())});
+    }
+  }
+  std::vector<TraceHit> hits(rays.size());
+  view.trace(rays, hits);
+  for (size_t k = 0; k < aims.size(); ++k) {
+    const BrightPart& spot = spots_[aims[k].spot];
+    double share = 0;
+    for (size_t i = k * kTests; i < (k + 1) * kTests; ++i) {
+      const Point3 y = rays[i].origin + rays[i].direction * hits[i].distance;
+      const bool came = hits[i].hit && Length(y - spot.position) <= spot.radius;
+      share += came ? 1.0 / kTests : 0.0;
+    }
+    aims[k].share = static_cast<float>(std::max(share, kHiddenShare));
+  }
+}
+
+void PathGuide::KeepTheStrongest(std::vector<Aim>& aims) const {
+  const auto flux = [&](const Aim& aim) {
+    return double{aim.share} * spots_[aim.spot].flux;
+  };
+  std::stable_sort(aims.begin(), aims.end(), [&](const Aim& a, const Aim& b) {
+    return flux(a) > flux(b);
+  });
+  aims.resize(std::min(aims.size(), kMostAims));
 }
 
 }  // namespace enfilade

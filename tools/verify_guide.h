@@ -34,6 +34,7 @@
 
 #include "tools/building_view.h"
 #include "tools/verify_geometry.h"
+#include "tools/verify_survey.h"
 
 namespace enfilade {
 
@@ -105,6 +106,11 @@ class PathGuide {
   uint64_t LearnCells(const BuildingView& view,
                       uint64_t list_bytes,
                       uint64_t key);
+  [[nodiscard]] std::vector<Aim> SpotsOfCells(const CellSurvey& survey) const;
+  void Test(const BuildingView& view,
+            const CellSurvey& survey,
+            std::vector<Aim>& aims) const;
+  void KeepTheStrongest(std::vector<Aim>& aims) const;
 
   MemoryCharge charge_;
   double mean_radiosity_ = 0;
