@@ -116,6 +116,11 @@ bool MemoryBudget::TryCharge(uint64_t bytes) {
   while (peak < used + bytes &&
          !peak_bytes_.compare_exchange_weak(peak, used + bytes)) {
   }
+  if (used + bytes > limit_bytes_ / 2 && once_half_is_used_ != nullptr) {
+    if (auto* call = once_half_is_used_.exchange(nullptr)) {
+      call();
+    }
+  }
   return true;
 }
 

@@ -84,11 +84,16 @@ class MemoryBudget {
 
   void Release(uint64_t bytes) { used_bytes_.fetch_sub(bytes); }
 
+  // Calls this at the first charge with which more than half of the limit is in
+  // use. Before the first charge.
+  void OnceHalfIsUsed(void (*call)()) { once_half_is_used_ = call; }
+
  private:
   uint64_t limit_bytes_;
   double share_;
   std::atomic<uint64_t> used_bytes_{0};
   std::atomic<uint64_t> peak_bytes_{0};
+  std::atomic<void (*)()> once_half_is_used_{nullptr};
 };
 
 // A charge that is released with its owner. The budget must outlive it.

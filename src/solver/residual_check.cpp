@@ -195,13 +195,12 @@ class ResidualMeter {
     for (const ResidualProbe& probe : batch.probes) {
       batch.points.push_back(probe.on);
     }
-    RayPart part;
-    for (part.first = 0; part.first < batch.probes.size();
-         part.first += part.count) {
-      part.count = std::min(traced_points_, batch.probes.size() - part.first);
-      Trace(batch, &part);
-      for (size_t i = part.first; i < part.first + part.count; ++i) {
-        AddSight(part, i, &batch);
+    for (part_.first = 0; part_.first < batch.probes.size();
+         part_.first += part_.count) {
+      part_.count = std::min(traced_points_, batch.probes.size() - part_.first);
+      Trace(batch, &part_);
+      for (size_t i = part_.first; i < part_.first + part_.count; ++i) {
+        AddSight(part_, i, &batch);
       }
     }
     AddResiduals(&batch);
@@ -448,6 +447,7 @@ class ResidualMeter {
   size_t traced_points_;  // at a time
   size_t batch_points_;   // looked up at a time
   MemoryCharge batch_charge_;
+  RayPart part_;    // kept from batch to batch: it is large
   OutlierSum sum_;  // of the squared residuals, weighted
   // Of the probes, m2: times the share of their hemispheres that is closed, and
   // times that again and the reflectance.

@@ -155,6 +155,21 @@ TEST(OnAllThreads, SharesOutAllThereIsToDo) {
   }
 }
 
+TEST(MemoryBudget, TellsOnceThatMoreThanHalfIsUsed) {
+  static int calls = 0;
+  MemoryBudget budget(100);
+  budget.OnceHalfIsUsed([] { ++calls; });
+  budget.Charge(50, "a half");
+  EXPECT_EQ(calls, 0);
+  EXPECT_FALSE(budget.TryCharge(51));
+  EXPECT_EQ(calls, 0) << "what was refused is not in use";
+  budget.Charge(1, "more");
+  EXPECT_EQ(calls, 1);
+  budget.Release(51);
+  budget.Charge(80, "more again");
+  EXPECT_EQ(calls, 1);
+}
+
 TEST(MemoryBudget, ChargesUpToItsLimitAndNotBeyond) {
   MemoryBudget budget(100);
   EXPECT_TRUE(budget.TryCharge(100));
