@@ -15,7 +15,6 @@ constexpr uint64_t kGroup = 4;  // cells of one batch of rays
 // Rays, hits and their owners, of a cell of a group.
 constexpr uint64_t kSearchBytes =
     (kMostSpots * kTests + CellSurveyor::kMostPoints) * 192;
-constexpr uint64_t kGrowth = 3;  // of an array that doubles
 
 // Of a spot in a cell that was met, where no ray came to it.
 constexpr double kHiddenShare = 0.25 / kTests;
@@ -189,15 +188,6 @@ double PathGuide::Aims::Excess(Vec3 direction) const {
   return 1 - share_ + share_ * density * kPi / cosine;
 }
 
-std::span<const PathGuide::Aim> PathGuide::ListOf(
-    std::optional<CellId> cell) const {
-  if (!cell || cell->Index() >= ends_.size()) {
-    return {};
-  }
-  const size_t begin = cell->Index() > 0 ? ends_[cell->Index() - 1] : 0;
-  return std::span(aims_).subspan(begin, ends_[cell->Index()] - begin);
-}
-
 PathGuide::Aims PathGuide::At(std::optional<CellId> cell,
                               Point3 x,
                               Vec3 normal) const {
@@ -209,7 +199,7 @@ PathGuide::Aims PathGuide::At(std::optional<CellId> cell,
   // As many as cones: clearing all would take longer than most lists.
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
   std::array<double, kMostAims> brightness;
-  for (const Aim& aim : ListOf(cell)) {
+  for (const Aim& aim : lists_.Of(cell)) {
     const BrightPart& spot = spots_[aim.spot];
     const Vec3 to_spot = spot.position - x;
     const double d = Length(to_spot);
@@ -262,42 +252,40 @@ uint64_t PathGuide::Learn(const BuildingView& view,
   const size_t cells = view.partition->cells.size();
   const uint64_t search_bytes =
       kGroup * kSearchBytes + CellSurveyor::Bytes(view);
-  const uint64_t fixed_bytes =
-      cells * sizeof(uint64_t) + kMostSpots * sizeof(BrightPart);
-  if (spots_.empty() || search_bytes + fixed_bytes > max_bytes) {
+  constexpr uint64_t kSpotBytes = kMostSpots * sizeof(BrightPart);
+  const uint64_t fixed_bytes = search_bytes + kSpotBytes;
+  if (spots_.empty() ||
+      fixed_bytes + CellLists<Aim>::LeastBytes(cells) > max_bytes) {
     return 0;
   }
-  const uint64_t list_bytes =
-      std::min(max_bytes - search_bytes - fixed_bytes,
-               cells * kGrowth * kMostAims * sizeof(Aim));
   const MemoryCharge search_charge(
       budget, search_bytes, "looking for the bright spots that cells see");
-  charge_ = MemoryCharge(
-      budget, list_bytes + fixed_bytes, "the bright spots that cells see");
-  ends_.reserve(cells);
-  const uint64_t rays = LearnCells(view, list_bytes, key);
-  aims_.shrink_to_fit();
-  charge_.ShrinkTo(aims_.size() * sizeof(Aim) + fixed_bytes);
+  charge_ = MemoryCharge(budget, kSpotBytes, "bright spots");
+  lists_.Reserve(budget,
+                 cells,
+                 std::min(max_bytes - fixed_bytes,
+                          CellLists<Aim>::MostBytes(cells, kMostAims)),
+                 "the bright spots that cells see");
+  const uint64_t rays = LearnCells(view, key);
+  lists_.Finish();
   return rays;
 }
 
-uint64_t PathGuide::LearnCells(const BuildingView& view,
-                               uint64_t list_bytes,
-                               uint64_t key) {
+uint64_t PathGuide::LearnCells(const BuildingView& view, uint64_t key) {
   const CellSurveyor surveyor(view);
-  const size_t cells = view.partition->cells.size();
   uint64_t rays = 0;
-  for (size_t first = 0; first < cells; first += kGroup) {
+  for (size_t first = 0; first < view.partition->cells.size();
+       first += kGroup) {
     for (const CellSurvey& survey : surveyor.Survey(first, kGroup, key)) {
       std::vector<Aim> aims = SpotsOfCells(survey);
       rays += survey.points.size() + kTests * aims.size();
       Test(view, survey, aims);
       KeepTheStrongest(aims);
-      if ((aims_.size() + aims.size()) * kGrowth * sizeof(Aim) > list_bytes) {
+      if (!lists_.HasRoomFor(aims.size())) {
         return rays;  // the cells from here on go unguided
       }
-      aims_.insert(aims_.end(), aims.begin(), aims.end());
-      ends_.push_back(aims_.size());
+      std::ranges::for_each(aims, [&](const Aim& aim) { lists_.Add(aim); });
+      lists_.EndCell();
     }
   }
   return rays;

@@ -33,6 +33,7 @@
 #include <vector>
 
 #include "tools/building_view.h"
+#include "tools/verify_cell_lists.h"
 #include "tools/verify_geometry.h"
 #include "tools/verify_survey.h"
 
@@ -102,21 +103,17 @@ class PathGuide {
     float share = 0;
   };
 
-  [[nodiscard]] std::span<const Aim> ListOf(std::optional<CellId> cell) const;
-  uint64_t LearnCells(const BuildingView& view,
-                      uint64_t list_bytes,
-                      uint64_t key);
+  uint64_t LearnCells(const BuildingView& view, uint64_t key);
   [[nodiscard]] std::vector<Aim> SpotsOfCells(const CellSurvey& survey) const;
   void Test(const BuildingView& view,
             const CellSurvey& survey,
             std::vector<Aim>& aims) const;
   void KeepTheStrongest(std::vector<Aim>& aims) const;
 
-  MemoryCharge charge_;
+  MemoryCharge charge_;  // of the spots
   double mean_radiosity_ = 0;
   std::vector<BrightPart> spots_;
-  std::vector<uint64_t> ends_;  // of the cells' lists; empty: none
-  std::vector<Aim> aims_;
+  CellLists<Aim> lists_;
 };
 
 }  // namespace enfilade

@@ -19,9 +19,6 @@ constexpr size_t kTestedAtOnce = 48;  // lamps
 constexpr uint64_t kSearchBytes =     // of a cell of a group
     (kTestedAtOnce * kTests + CellSurveyor::kMostPoints) * 192;
 
-// The array grows by doubling, and is copied once more at the end.
-constexpr uint64_t kGrowth = 3;
-
 // What counts as seen at least: of a lamp of the same cell, of others.
 constexpr double kHiddenShare = 0.5 / kTests;
 constexpr double kHiddenBeyondShare = 0.1 / kTests;
@@ -87,30 +84,25 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
       std::clamp<uint64_t>(max_bytes / 4 / kSearchBytes, 1, kMostGroup);
   const uint64_t search_bytes =
       group_cells * kSearchBytes + CellSurveyor::Bytes(view);
-  const uint64_t end_bytes = cells * sizeof(uint64_t);
-  if (tree_->Emitters().empty() || search_bytes + end_bytes > max_bytes) {
+  const uint64_t least_bytes =
+      search_bytes + CellLists<Seen>::LeastBytes(cells);
+  if (tree_->Emitters().empty() || least_bytes > max_bytes) {
     return 0;
   }
-  const uint64_t list_bytes =
-      std::min(max_bytes - search_bytes - end_bytes,
-               cells * kGrowth * kMostSeen * sizeof(Seen));
   const MemoryCharge search_charge(
       budget, search_bytes, "looking for the light sources that cells see");
-  charge_ = MemoryCharge(
-      budget, list_bytes + end_bytes, "the light sources that cells see");
-  ends_.reserve(cells);
-  const uint64_t rays = LearnCells(view, group_cells, list_bytes, key);
-  seen_.shrink_to_fit();
-  charge_.Reset();
-  charge_ = MemoryCharge(budget,
-                         seen_.size() * sizeof(Seen) + end_bytes,
-                         "the light sources that cells see");
+  lists_.Reserve(budget,
+                 cells,
+                 std::min(max_bytes - search_bytes,
+                          CellLists<Seen>::MostBytes(cells, kMostSeen)),
+                 "the light sources that cells see");
+  const uint64_t rays = LearnCells(view, group_cells, key);
+  lists_.Finish();
   return rays;
 }
 
 uint64_t SeenEmitters::LearnCells(const BuildingView& view,
                                   uint64_t group_cells,
-                                  uint64_t list_bytes,
                                   uint64_t key) {
   const size_t cells = view.partition->cells.size();
   const CellSurveyor surveyor(view);
@@ -119,8 +111,7 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
     for (const CellSurvey& survey : surveyor.Survey(first, group_cells, key)) {
       rays += survey.points.size();
       const std::vector<uint32_t> candidates = FindCandidates(*tree_, survey);
-      const size_t entries = seen_.size() + candidates.size();
-      if (entries * kGrowth * sizeof(Seen) > list_bytes) {
+      if (!lists_.HasRoomFor(candidates.size())) {
         return rays;  // the cells from here on keep no list
       }
       const std::span<const uint32_t> all(candidates);
@@ -131,7 +122,7 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
                      all.subspan(i, std::min(kTestedAtOnce, all.size() - i)),
                      MixKey(survey.key, 2));
       }
-      ends_.push_back(seen_.size());
+      lists_.EndCell();
     }
   }
   return rays;
@@ -178,7 +169,7 @@ uint64_t SeenEmitters::Test(const BuildingView& view,
     const bool is_own = HasEmitterIn(cell, tree_->Lamps()[candidates[k]]);
     const double share = static_cast<double>(open) /
                          static_cast<double>(std::max<size_t>(tested, 1));
-    seen_.push_back(
+    lists_.Add(
         MakeSeen(candidates[k],
                  std::max(share, is_own ? kHiddenShare : kHiddenBeyondShare)));
   }
@@ -192,15 +183,6 @@ bool SeenEmitters::HasEmitterIn(CellId cell,
   return std::any_of(emitters.begin(), emitters.end(), [&](const Emitter& e) {
     return e.cell == cell;
   });
-}
-
-std::span<const SeenEmitters::Seen> SeenEmitters::ListOf(
-    std::optional<CellId> at) const {
-  if (!at || at->Index() >= ends_.size()) {
-    return {};
-  }
-  const size_t begin = at->Index() > 0 ? ends_[at->Index() - 1] : 0;
-  return std::span(seen_).subspan(begin, ends_[at->Index()] - begin);
 }
 
 SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
@@ -295,7 +277,7 @@ SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
 
 std::optional<EmitterTree::Choice> SeenEmitters::Choose(
     std::optional<CellId> at, Point3 x, Vec3 normal, double s) const {
-  const std::span<const Seen> list = ListOf(at);
+  const std::span<const Seen> list = lists_.Of(at);
   const Weights weights = WeightsAt(list, x, normal);
   if (weights.sum <= 0) {
     return tree_->Choose(x, normal, s);
@@ -349,7 +331,7 @@ double SeenEmitters::Density(std::optional<CellId> at,
   }
   const double by_tree = tree_->Probability(*e, x, normal);
   const double area = tree_->Emitters()[*e].area;
-  const std::span<const Seen> list = ListOf(at);
+  const std::span<const Seen> list = lists_.Of(at);
   const Weights weights = WeightsAt(list, x, normal);
   if (weights.sum <= 0) {
     return by_tree / area;

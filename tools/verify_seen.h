@@ -31,6 +31,7 @@
 #include <vector>
 
 #include "tools/building_view.h"
+#include "tools/verify_cell_lists.h"
 #include "tools/verify_geometry.h"
 #include "tools/verify_lights.h"
 
@@ -73,14 +74,12 @@ class SeenEmitters {
 
   uint64_t LearnCells(const BuildingView& view,
                       uint64_t group_cells,
-                      uint64_t list_bytes,
                       uint64_t key);
   uint64_t Test(const BuildingView& view,
                 CellId cell,
                 std::span<const Receiver> points,
                 std::span<const uint32_t> candidates,
                 uint64_t key);
-  [[nodiscard]] std::span<const Seen> ListOf(std::optional<CellId> at) const;
   [[nodiscard]] Seen MakeSeen(uint32_t lamp, double share) const;
   [[nodiscard]] bool HasEmitterIn(CellId cell,
                                   const EmitterTree::Lamp& lamp) const;
@@ -94,9 +93,7 @@ class SeenEmitters {
                                          Vec3 normal);
 
   const EmitterTree* tree_;
-  MemoryCharge charge_;
-  std::vector<uint64_t> ends_;  // of the cells' lists; empty: none
-  std::vector<Seen> seen_;
+  CellLists<Seen> lists_;
 };
 
 }  // namespace enfilade
