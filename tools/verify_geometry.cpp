@@ -8,10 +8,7 @@
 #include "tools/verify_lights.h"
 
 namespace enfilade {
-namespace {
 
-// Two unit vectors that complete a unit vector to a right-handed frame (Duff
-// et al., "Building an Orthonormal Basis, Revisited", 2017).
 void MakeFrame(Vec3 n, Vec3* s, Vec3* t) {
   const double sign = std::copysign(1.0, n.z);
   const double a = -1.0 / (sign + n.z);
@@ -19,8 +16,6 @@ void MakeFrame(Vec3 n, Vec3* s, Vec3* t) {
   *s = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
   *t = {b, sign + n.y * n.y * a, -n.y};
 }
-
-}  // namespace
 
 Vec3 CosineDirection(Vec3 normal, double u, double v) {
   Vec3 s;

@@ -19,6 +19,10 @@ struct Receiver {
   std::optional<CellId> cell{};
 };
 
+// Two unit vectors that complete a unit vector to a right-handed frame (Duff
+// et al., "Building an Orthonormal Basis, Revisited", 2017).
+void MakeFrame(Vec3 n, Vec3* s, Vec3* t);
+
 // In proportion to the cosine with the normal, from two numbers in [0, 1).
 Vec3 CosineDirection(Vec3 normal, double u, double v);
 

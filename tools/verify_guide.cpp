@@ -109,16 +109,11 @@ std::vector<BrightPart> Spots(std::vector<BrightPart> parts) {
   return spots;
 }
 
-// Two unit vectors that are perpendicular to one and to each other.
-std::pair<Vec3, Vec3> Across(Vec3 axis) {
-  const Vec3 other = std::abs(axis.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 s = Normalize(Cross(axis, other));
-  return {s, Cross(axis, s)};
-}
-
 // Uniform in a cone whose half angle has the cosine 1 - height.
 Vec3 InCone(Vec3 axis, double height, double u, double v) {
-  const auto [s, t] = Across(axis);
+  Vec3 s;
+  Vec3 t;
+  MakeFrame(axis, &s, &t);
   const double below = u * height;  // 1 - cosine
   const double sine = std::sqrt(std::max(0.0, below * (2 - below)));
   const double angle = 2 * kPi * v;

@@ -16,11 +16,15 @@
 // With I_j what spot j sends to x if nothing is between,
 //
 //   I_j = share_j flux_j max(0, cos_j + R_j / d_j) / (pi d_j^2)
-//   p_j = I_j / sum I,   alpha = sum I / (2 sum I + 2 M)
+//   p_j = I_j / sum I,   alpha = sum I / (2 sum I + 2 M) max(0, 1 - F / 0.3)
 //
-// for d_j from x to the centre, of radius R_j, M the mean radiosity of the
-// building and share_j the part of the rays from the cell of x towards the spot
-// that came there. A spot that x is close to needs no guide and has I_j = 0.
+// for d_j from x to the centre, of radius R_j, and share_j the part of the rays
+// from the cell of x towards the spot that came there, or what distance says. A
+// spot that x is close to needs no guide and has I_j = 0. M is the mean
+// radiosity of the building, or that of the brightest spot that x is close to;
+// F the share of the hemisphere, by cosines, that the brightest spots fill:
+// where they fill it, as inside of a shade, the cosine finds them, and dividing
+// at each of a dozen bounces would make few paths count for all.
 
 #pragma once
 

@@ -89,13 +89,16 @@ TEST(PathGuideTest, TheDensityIsOne) {
 
 // Directions have the density that they are divided by: means of functions of
 // them are those by the cosine, of which the second moments of the components
-// are 1/4, 1/4 and 1/2.
+// are 1/4, 1/4 and 1/2. Of the component towards the spot, where the density is
+// not the cosine's.
 TEST(PathGuideTest, DirectionsHaveTheirDensity) {
   const SpotRoom room;
   MemoryBudget budget(kModest);
   const PathGuide guide = LearnedGuide(room, budget);
   for (const auto& [x, normal] : kVertices) {
     const PathGuide::Aims aims = guide.At(CellId(0U), x, normal);
+    const Vec3 to_spot = Normalize(Point3{4, 2, 1.5} - x);
+    const double cosine = Dot(to_spot, normal);
     Random random(5);
     constexpr int kCount = 200000;
     double sum = 0;
@@ -104,13 +107,15 @@ TEST(PathGuideTest, DirectionsHaveTheirDensity) {
       const double u = random.Next();
       const Vec3 w = aims.Direction(u, random.Next());
       EXPECT_NEAR(Length(w), 1, 1e-9);
-      const double height = Dot(w, normal);
-      EXPECT_GE(height, 0);
-      const double value = height * height / aims.Excess(w);
+      EXPECT_GE(Dot(w, normal), 0);
+      const double along = Dot(w, to_spot);
+      const double value = along * along / aims.Excess(w);
       sum += value / kCount;
       squares += value * value / kCount;
     }
-    EXPECT_NEAR(sum, .5, 5 * std::sqrt((squares - sum * sum) / kCount));
+    EXPECT_NEAR(sum,
+                (1 + cosine * cosine) / 4,
+                5 * std::sqrt((squares - sum * sum) / kCount));
   }
 }
 
