@@ -1,5 +1,7 @@
 #include "partition/split_choice.h"
 
+#include "partition/joined_pieces.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -14,10 +16,14 @@ constexpr double kLeastCoverM2 = 0.09;
 // or stand this share of the region's height and add up to this area,
 constexpr double kTallShare = 0.75;
 constexpr double kLeastTallM2 = 0.7;
-// or are a slab of this area and share, or of that area alone.
+// or are a slab of this area and share, or of that area alone. Of what is level
+// only pieces count that are no seats or desks.
 constexpr double kSlabM2 = 8.0;
 constexpr double kSlabShare = 0.25;
 constexpr double kLargeSlabM2 = 30.0;
+constexpr double kLeastSlabPieceM2 = 3.0;
+constexpr double kLeastSlabPieceShare = 0.1;  // of the cross-section
+constexpr double kSlabGapM = 0.01;
 // Planes are examined in the order of their area, up to this many; as many of
 // the best as that are compared in full.
 constexpr size_t kMostPlanes = 128;
@@ -153,15 +159,39 @@ class SplitChooser {
   [[nodiscard]] bool IsWall(const Group& group,
                             const Plane& plane,
                             double share) const {
-    if (share >= kCoverShare && group.area_m2 >= kLeastCoverM2) {
-      return true;
+    if (std::abs(Dot(plane.normal, walls_->up)) < 0.5) {
+      return Covers(group.area_m2, share) || group.tall_m2 >= kLeastTallM2;
     }
-    const bool upright = std::abs(Dot(plane.normal, walls_->up)) < 0.5;
-    if (upright) {
-      return group.tall_m2 >= kLeastTallM2;
+    if (!IsSlab(group.area_m2, share)) {
+      return false;
     }
-    return (group.area_m2 >= kSlabM2 && share >= kSlabShare) ||
-           group.area_m2 >= kLargeSlabM2;
+    const double section_m2 = group.area_m2 / share;
+    const double pieces_m2 = AreaOfLargePieces(
+        PolygonsOf(group),
+        plane.normal,
+        kSlabGapM,
+        std::min(kLeastSlabPieceM2, kLeastSlabPieceShare * section_m2));
+    return IsSlab(pieces_m2, pieces_m2 / section_m2);
+  }
+
+  static bool Covers(double area_m2, double share) {
+    return share >= kCoverShare && area_m2 >= kLeastCoverM2;
+  }
+
+  static bool IsSlab(double area_m2, double share) {
+    return Covers(area_m2, share) ||
+           (area_m2 >= kSlabM2 && share >= kSlabShare) ||
+           area_m2 >= kLargeSlabM2;
+  }
+
+  [[nodiscard]] std::vector<const Polygon*> PolygonsOf(
+      const Group& group) const {
+    std::vector<const Polygon*> polygons;
+    polygons.reserve(group.fragments.size());
+    for (const uint32_t i : group.fragments) {
+      polygons.push_back(&(*fragments_)[i].polygon);
+    }
+    return polygons;
   }
 
   [[nodiscard]] double Score(const Candidate& candidate) const {

@@ -89,6 +89,35 @@ TEST(Cells, FurnitureDoesNotSplit) {
   EXPECT_EQ(built.partition.cells.size(), 3U);
 }
 
+// A hall, and in it so many desks of one height that they would do for a floor.
+SceneBuilder HallOfDesks() {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {20, 12, 4}});
+  for (int i = 0; i < 10; ++i) {
+    for (int k = 0; k < 10; ++k) {
+      const double x = 0.2 + 1.95 * i;
+      const double y = 0.2 + 1.15 * k;
+      scene.AddBox({{x, y, 0.70}, {x + 1.6, y + 0.8, 0.74}});
+    }
+  }
+  return scene;
+}
+
+TEST(Cells, DesksOfOneHeightAreNoFloor) {
+  const Built built(HallOfDesks());
+  EXPECT_EQ(built.At({1, 1, 0.3}), built.At({1, 1, 2}));
+  EXPECT_EQ(built.partition.cells.size(), 2U);
+  EXPECT_TRUE(built.partition.portals.empty());
+}
+
+TEST(Cells, AFloorWithAStairwellIsOne) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {20, 12, 7}});
+  scene.AddWithHole({2, 3.4, 0, 0, 20, 12}, {2, 3.4, 9, 5, 12, 8});
+  const Built built(scene);
+  EXPECT_NE(built.At({1, 1, 1}), built.At({1, 1, 5}));
+}
+
 SceneBuilder LShapedRoom() {
   SceneBuilder l_shape;
   l_shape.Add({2, 0, 0, 0, 8, 3});

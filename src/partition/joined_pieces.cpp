@@ -1,0 +1,83 @@
+#include "partition/joined_pieces.h"
+
+#include "base/disjoint_sets.h"
+#include "scene/box_tree.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace enfilade {
+namespace {
+
+// How far the polygon reaches along the axis, least and most.
+struct Range {
+  double low = 0, high = 0;
+};
+
+Range RangeAlong(const Polygon& polygon, const Vec3& axis) {
+  Range range = {std::numeric_limits<double>::infinity(),
+                 -std::numeric_limits<double>::infinity()};
+  for (const Point3& p : polygon) {
+    const double h = Dot(axis, Vec3{p.x, p.y, p.z});
+    range.low = std::min(range.low, h);
+    range.high = std::max(range.high, h);
+  }
+  return range;
+}
+
+// Whether a line along an edge of `a` leaves more than gap_m between the two.
+bool IsApartAlongEdges(const Polygon& a,
+                       const Polygon& b,
+                       const Vec3& normal,
+                       double gap_m) {
+  for (size_t i = 0; i < a.size(); ++i) {
+    const Vec3 edge = a[(i + 1) % a.size()] - a[i];
+    if (Length(edge) < kRoundingM) {
+      continue;
+    }
+    const Vec3 across = Normalize(Cross(edge, normal));
+    const Range of_a = RangeAlong(a, across);
+    const Range of_b = RangeAlong(b, across);
+    if (of_a.low > of_b.high + gap_m || of_b.low > of_a.high + gap_m) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+double AreaOfLargePieces(std::span<const Polygon* const> polygons,
+                         const Vec3& normal,
+                         double gap_m,
+                         double least_m2) {
+  std::vector<Box3> boxes;
+  boxes.reserve(polygons.size());
+  for (const Polygon* polygon : polygons) {
+    boxes.push_back(BoundsOf(*polygon));
+  }
+  const BoxTree tree(boxes);
+  DisjointSets pieces(polygons.size());
+  for (uint32_t i = 0; i < polygons.size(); ++i) {
+    tree.ForOverlaps(Grown(boxes[i], gap_m), [&](uint32_t k) {
+      if (k < i && pieces.Find(i) != pieces.Find(k) &&
+          !IsApartAlongEdges(*polygons[i], *polygons[k], normal, gap_m) &&
+          !IsApartAlongEdges(*polygons[k], *polygons[i], normal, gap_m)) {
+        pieces.Join(i, k);
+      }
+    });
+  }
+  std::vector<double> area_m2(polygons.size());
+  for (uint32_t i = 0; i < polygons.size(); ++i) {
+    area_m2[pieces.Find(i)] += PolygonArea(*polygons[i]);
+  }
+  double large_m2 = 0;
+  for (const double m2 : area_m2) {
+    large_m2 += m2 >= least_m2 ? m2 : 0;
+  }
+  return large_m2;
+}
+
+}  // namespace enfilade
