@@ -27,4 +27,13 @@ bool Blockers::LeaveEmpty(const Shaft& shaft) const {
          (paged == nullptr || paged->LeaveEmpty(shaft));
 }
 
+float Blockers::SumOfShadows(const Shaft& shaft,
+                             const CastShadow& shadow) const {
+  uint64_t sum = paged == nullptr ? 0 : paged->SumOfShadows(shaft, shadow);
+  for (const ShaftBlockers* cell : shafts) {
+    sum += cell->SumOfShadows(shaft, shadow);
+  }
+  return static_cast<float>(sum) / static_cast<float>(CastShadow::kWhole);
+}
+
 }  // namespace enfilade

@@ -29,6 +29,11 @@ struct Blockers {
 
   // Nothing stands in the shaft.
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
+
+  // The shadows of what stands in the shaft, added up: a share of the receiver,
+  // 1 or more where they hide all of it.
+  [[nodiscard]] float SumOfShadows(const Shaft& shaft,
+                                   const CastShadow& shadow) const;
 };
 
 }  // namespace enfilade

@@ -41,7 +41,7 @@ constexpr size_t kParallelLevels = 4;
 constexpr float kCoverMargin = 0.05F;  // m
 // Receivers of a cell: as many, and so many for each of its patches.
 constexpr size_t kMostReceivers = 16384;
-constexpr size_t kMostReceiversPerPatch = 4;
+constexpr size_t kMostReceiversPerPatch = 16;
 // Where there would be more, larger edges are left.
 constexpr double kCoarser = 4;
 // Rays that are traced together.

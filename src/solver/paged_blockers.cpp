@@ -91,4 +91,16 @@ bool PagedBlockers::LeaveEmpty(const Shaft& shaft) {
   });
 }
 
+uint64_t PagedBlockers::SumOfShadows(const Shaft& shaft,
+                                     const CastShadow& shadow) {
+  uint64_t sum = 0;
+  for (const Cell& cell : cells_) {
+    if (shaft.box.Overlaps(cell.box)) {
+      const std::lock_guard lock(mutex_);
+      sum += pager_->Obstacles(cell.id)->SumOfShadows(shaft, shadow);
+    }
+  }
+  return sum;
+}
+
 }  // namespace enfilade

@@ -33,6 +33,10 @@ class PagedBlockers {
   // Nothing in the cells stands in the shaft. As above.
   bool LeaveEmpty(const Shaft& shaft);
 
+  // The shadows of what stands in the shaft, in parts of CastShadow::kWhole.
+  // As above.
+  uint64_t SumOfShadows(const Shaft& shaft, const CastShadow& shadow);
+
  private:
   struct Cell {
     CellId id;

@@ -15,6 +15,8 @@ namespace {
 // kUnprovenClear.
 constexpr float kMixedVisibility = 0.5F;
 constexpr float kUnprovenBlocked = 0.04F;
+// Sixteen rays do not all miss shadows of much more of the receiver.
+constexpr float kMostMissed = 0.125F;
 // Shadows cost bases of higher order more, on their larger elements, than rays
 // tell: measured, docs/decisions/0017-higher-orders.md.
 constexpr std::array<float, 5> kShadowsOfOrder = {1, 1, 1, 1.25F, 1.4F};
@@ -29,6 +31,11 @@ constexpr float kDecidedByFour = 0.25F;
 // most this probability, and these many are to be expected.
 constexpr float kMostProbable = 0.5F;
 constexpr float kFewLinks = 2;
+
+// What is unknown where a share is visible, or hidden.
+float MixedShare(float visible) {
+  return kMixedVisibility * std::sqrt(visible * (1 - visible));
+}
 
 float LongestExtent(const Cluster& c) {
   const Vec3f e = c.box.Extent();
@@ -259,7 +266,9 @@ void Refiner::VisitSeen(const Receiver& r,
   }
   blocked += is_seen ? 0 : 1;
   const float share = ReceiverShare(look.bits, r.end, s.end);
-  const float by_receiver = error_at_receiver + share * unknown;
+  const float missed = judgement.transfer * shadows_ *
+                       MissedShadow(r, s, {&judgement, &shaft, blocked}, look);
+  const float by_receiver = error_at_receiver + share * unknown + missed;
   const float by_source = error_at_source + (1 - share) * unknown;
   // What cannot be split cannot be helped: splitting the other end instead
   // would only make more links of the same error together.
@@ -318,8 +327,25 @@ float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
   if (visible <= 0) {
     return UnknownBlocked(few, blocked);
   }
-  return kMixedVisibility * std::sqrt(visible * (1 - visible)) +
-         (few ? kUnprovenByFour : kUnprovenClear);
+  return MixedShare(visible) + (few ? kUnprovenByFour : kUnprovenClear);
+}
+
+// What the outlines of blockers say of shadows where all rays got through,
+// likewise, beyond what is taken for unknown.
+float Refiner::MissedShadow(const Receiver& r,
+                            const Source& s,
+                            const Sight& sight,
+                            const Visibility& look) const {
+  if (look.proven || look.few || look.fraction < 1 ||
+      r.weight * sight.judgement->transfer * shadows_ *
+              MixedShare(kMostMissed) <=
+          static_cast<float>(options_.tau)) {
+    return 0;
+  }
+  const float hidden =
+      blockers_->SumOfShadows(*sight.shaft, CastShadow(r.end, s.end.center));
+  return std::max(0.0F,
+                  MixedShare(std::min(hidden, kMostMissed)) - kUnprovenClear);
 }
 
 // Whether what four rays leave unknown of a transfer, where they agree, is

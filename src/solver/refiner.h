@@ -231,6 +231,10 @@ class Refiner {
                                  const Judgement& judgement) const;
   static float UnknownBlocked(bool few, int blocked);
   static float UnknownShare(float visible, bool proven, bool few, int blocked);
+  [[nodiscard]] float MissedShadow(const Receiver& r,
+                                   const Source& s,
+                                   const Sight& sight,
+                                   const Visibility& look) const;
   // Writes the coefficients of a link down, finely where four bits each would
   // be seen.
   void Encode(const Receiver& r,

@@ -128,23 +128,19 @@ ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches) {
   }
 }
 
-bool ShaftBlockers::LeaveEmpty(const Group& group, const Shaft& shaft) const {
+bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
   const auto both = std::span<const Vec3f>(shaft.ends).first(shaft.count);
-  for (uint32_t i = group.first; i < group.first + group.count; ++i) {
-    const auto blocker = std::span<const Vec3f>(&points_[size_t{4} * i], 4);
-    if (shaft.box.Overlaps(boxes_[i]) &&
-        !AllOnSide(both, blocker[0], normals_[i], 1) &&
-        !AllOnSide(both, blocker[0], normals_[i], -1) &&
-        !AllOnSide(
-            blocker, shaft.receiver->origin, shaft.receiver->normal, -1) &&
-        !IsBehindSource(blocker, shaft)) {
-      return false;
-    }
-  }
-  return true;
+  const std::span<const Vec3f> blocker = CornersOfBlocker(i);
+  return shaft.box.Overlaps(boxes_[i]) &&
+         !AllOnSide(both, blocker[0], normals_[i], 1) &&
+         !AllOnSide(both, blocker[0], normals_[i], -1) &&
+         !AllOnSide(
+             blocker, shaft.receiver->origin, shaft.receiver->normal, -1) &&
+         !IsBehindSource(blocker, shaft);
 }
 
-bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
+template <typename Visit>
+bool ShaftBlockers::VisitAll(const Shaft& shaft, const Visit& visit) const {
   if (!box_.Overlaps(shaft.box)) {
     return true;
   }
@@ -152,14 +148,34 @@ bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
     if (!shaft.box.Overlaps(super.box)) {
       continue;
     }
-    for (uint32_t i = super.first; i < super.first + super.count; ++i) {
-      if (shaft.box.Overlaps(groups_[i].box) &&
-          !LeaveEmpty(groups_[i], shaft)) {
-        return false;
+    for (uint32_t g = super.first; g < super.first + super.count; ++g) {
+      const Group& group = groups_[g];
+      if (!shaft.box.Overlaps(group.box)) {
+        continue;
+      }
+      for (uint32_t i = group.first; i < group.first + group.count; ++i) {
+        if (MayCut(i, shaft) && !visit(i)) {
+          return false;
+        }
       }
     }
   }
   return true;
+}
+
+bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
+  return VisitAll(shaft, [](size_t) { return false; });
+}
+
+uint32_t ShaftBlockers::SumOfShadows(const Shaft& shaft,
+                                     const CastShadow& shadow) const {
+  uint32_t sum = 0;
+  size_t left = kMostShadows;
+  VisitAll(shaft, [&](size_t i) {
+    sum += shadow.ShareOf(CornersOfBlocker(i));
+    return --left > 0;
+  });
+  return sum;
 }
 
 uint64_t ShaftBlockers::BytesFor(size_t blockers) {

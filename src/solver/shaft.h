@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "solver/cast_shadow.h"
 #include "solver/geometry.h"
 
 #include <array>
@@ -41,6 +42,12 @@ class ShaftBlockers {
   // its plane, or lies behind one of them.
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
+  // The shadows of the blockers in the shaft, added up, of which there are at
+  // most so many.
+  static constexpr size_t kMostShadows = 64;
+  [[nodiscard]] uint32_t SumOfShadows(const Shaft& shaft,
+                                      const CastShadow& shadow) const;
+
   [[nodiscard]] uint64_t SizeBytes() const;
 
   // What SizeBytes() of so many will be.
@@ -53,7 +60,15 @@ class ShaftBlockers {
     uint32_t count = 0;
   };
 
-  [[nodiscard]] bool LeaveEmpty(const Group& group, const Shaft& shaft) const;
+  // Calls visit(i) for every blocker that may cut a segment in the shaft, until
+  // it returns false. Returns whether it never did.
+  template <typename Visit>
+  bool VisitAll(const Shaft& shaft, const Visit& visit) const;
+  [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
+
+  [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {
+    return std::span<const Vec3f>(points_).subspan(4 * i, 4);
+  }
 
   // Groups of blockers, and groups of groups.
   std::vector<Group> groups_;
