@@ -163,6 +163,13 @@ SolveSummary PipelineRun::Solve() {
       UpdateRecord();
     }
   };
+  options.round_ended = [](const RoundSummary& round) {
+    spdlog::info("solve: round {}: {} elements, {} links, error {:.4f}",
+                 round.round,
+                 round.elements,
+                 round.links,
+                 round.estimated_error);
+  };
   UpdateRecord();
   const SolveSummary summary = enfilade::Solve(store_, options, budget_);
   UpdateRecord();

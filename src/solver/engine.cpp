@@ -196,6 +196,7 @@ MemoryCharge Engine::ReserveWorkspace() {
 void Engine::NextCell() {
   ++state_.next_cell;
   state_.cursor = {};
+  share_of_cell_ = 0;
   CheckPoint();
 }
 
@@ -448,10 +449,13 @@ void Engine::CheckPoint() {
     throw InterruptedError("stopped as asked; all work is kept");
   }
   if (options_.progress) {
-    const double fraction = static_cast<double>(state_.next_cell) /
-                            static_cast<double>(state_.cells.size());
-    options_.progress(fraction, PhaseText(state_));
+    options_.progress(ShareOfSweep(), PhaseText(state_));
   }
+}
+
+double Engine::ShareOfSweep() const {
+  return (static_cast<double>(state_.next_cell) + share_of_cell_) /
+         static_cast<double>(state_.cells.size());
 }
 
 }  // namespace enfilade

@@ -92,6 +92,10 @@ class Engine {
   void Commit();
   // Commits if it is time to; throws InterruptedError if asked to stop.
   void CheckPoint();
+  // How much of the sweep is done, as far as cells and pairs alike take as
+  // long.
+  [[nodiscard]] double ShareOfSweep() const;
+  void TellOfRound() const;
   [[nodiscard]] bool IsLit(CellId cell) const;
 
   BlockStorage* store_;
@@ -110,7 +114,8 @@ class Engine {
   // Nothing reflects: the irradiance is solved for, and its error is measured
   // as if all surfaces had kLeastWeightReflectance.
   bool is_black_ = false;
-  CellCare care_;  // of the cell whose links are made; else empty
+  CellCare care_;             // of the cell whose links are made; else empty
+  double share_of_cell_ = 0;  // of the cell at work that is done
   std::chrono::steady_clock::time_point last_commit_;
 };
 

@@ -36,6 +36,7 @@ void Engine::FinishRound() {
   if (!is_black_ && IsWorthChecking(state_)) {
     CheckResidual();
   }
+  TellOfRound();
   state_.converged = HasMetError(state_);
   if (state_.converged || IsExhausted(state_) ||
       state_.rounds.size() >= state_.first_round + kMostRounds) {
@@ -44,6 +45,21 @@ void Engine::FinishRound() {
   }
   ++state_.round;
   StartRound(NextTau(state_));
+}
+
+void Engine::TellOfRound() const {
+  if (!options_.round_ended) {
+    return;
+  }
+  const RoundRecord& record = state_.rounds.back();
+  RoundSummary summary;
+  summary.round = state_.rounds.size();
+  for (const CellRow& row : state_.cells) {
+    summary.elements += row.elements;
+  }
+  summary.links = record.links;
+  summary.estimated_error = record.estimated_error;
+  options_.round_ended(summary);
 }
 
 // Rays look at what a round has reached, which FinishSweep has committed:

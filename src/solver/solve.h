@@ -37,6 +37,14 @@ struct MethodOptions {
   friend bool operator==(const MethodOptions&, const MethodOptions&) = default;
 };
 
+// What a round of refinement has come to.
+struct RoundSummary {
+  size_t round = 0;  // from 1, over all runs
+  uint64_t elements = 0;
+  uint64_t links = 0;
+  double estimated_error = 0;
+};
+
 struct SolveOptions {
   double error = 0.05;       // requested relative error (docs/error-measure.md)
   std::string basis = "m2";  // haar, m2, m3, m4, f2 or f3
@@ -46,6 +54,8 @@ struct SolveOptions {
   // Called now and then from the solving thread; fraction in [0,1] of the
   // work as estimated so far, and a few words on what is being done.
   std::function<void(double fraction, const std::string& phase)> progress;
+  // Called from the solving thread after each round.
+  std::function<void(const RoundSummary&)> round_ended;
   // Set by a signal handler: Solve commits and throws InterruptedError.
   const std::atomic<bool>* stop = nullptr;
 
