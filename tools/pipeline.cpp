@@ -163,12 +163,13 @@ SolveSummary PipelineRun::Solve() {
       UpdateRecord();
     }
   };
-  options.round_ended = [](const RoundSummary& round) {
-    spdlog::info("solve: round {}: {} elements, {} links, error {:.4f}",
-                 round.round,
-                 round.elements,
-                 round.links,
-                 round.estimated_error);
+  options.round_ended = [&](const RoundSummary& round) {
+    progress_.Note(
+        fmt::format("solve: round {}: {} elements, {} links, error {:.4f}",
+                    round.round,
+                    round.elements,
+                    round.links,
+                    round.estimated_error));
   };
   UpdateRecord();
   const SolveSummary summary = enfilade::Solve(store_, options, budget_);

@@ -104,6 +104,12 @@ void Progress::Update(double fraction, std::string_view detail) {
   line_visible_ = true;
 }
 
+void Progress::Note(std::string_view text) {
+  const std::scoped_lock lock(mutex_);
+  ClearLine();
+  spdlog::info("{}", text);
+}
+
 void Progress::End() {
   const std::scoped_lock lock(mutex_);
   ClearLine();

@@ -40,6 +40,9 @@ class Progress {
   // `fraction` in [0, 1] of the stage.
   void Update(double fraction, std::string_view detail = {});
 
+  // Logs a line that people asked for (-v), on a line of its own.
+  void Note(std::string_view text);
+
   // Ends the stage and clears the line.
   void End();
 

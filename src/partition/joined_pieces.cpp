@@ -33,11 +33,11 @@ bool IsApartAlongEdges(const Polygon& a,
                        const Vec3& normal,
                        double gap_m) {
   for (size_t i = 0; i < a.size(); ++i) {
-    const Vec3 edge = a[(i + 1) % a.size()] - a[i];
-    if (Length(edge) < kRoundingM) {
+    const Vec3 aside = Cross(a[(i + 1) % a.size()] - a[i], normal);
+    if (Length(aside) < kRoundingM) {
       continue;
     }
-    const Vec3 across = Normalize(Cross(edge, normal));
+    const Vec3 across = Normalize(aside);
     const Range of_a = RangeAlong(a, across);
     const Range of_b = RangeAlong(b, across);
     if (of_a.low > of_b.high + gap_m || of_b.low > of_a.high + gap_m) {
@@ -47,17 +47,50 @@ bool IsApartAlongEdges(const Polygon& a,
   return false;
 }
 
+// Along the longest edge of the largest polygon, as most floors are drawn;
+// boxes along the axes of the world would all overlap in a building that is
+// turned.
+Vec3 MainDirection(std::span<const Polygon* const> polygons) {
+  const Polygon& largest = **std::max_element(
+      polygons.begin(), polygons.end(), [](const Polygon* a, const Polygon* b) {
+        return PolygonArea(*a) < PolygonArea(*b);
+      });
+  Vec3 longest{1, 0, 0};
+  double most = 0;
+  for (size_t i = 0; i < largest.size(); ++i) {
+    const Vec3 edge = largest[(i + 1) % largest.size()] - largest[i];
+    if (Length(edge) > most) {
+      most = Length(edge);
+      longest = edge / most;
+    }
+  }
+  return longest;
+}
+
+std::vector<Box3> BoxesInPlane(std::span<const Polygon* const> polygons,
+                               const Vec3& normal) {
+  const Vec3 u = MainDirection(polygons);
+  const Vec3 v = Cross(normal, u);
+  std::vector<Box3> boxes;
+  boxes.reserve(polygons.size());
+  for (const Polygon* polygon : polygons) {
+    const Range along = RangeAlong(*polygon, u);
+    const Range aside = RangeAlong(*polygon, v);
+    boxes.push_back({{along.low, aside.low, 0}, {along.high, aside.high, 0}});
+  }
+  return boxes;
+}
+
 }  // namespace
 
 double AreaOfLargePieces(std::span<const Polygon* const> polygons,
                          const Vec3& normal,
                          double gap_m,
                          double least_m2) {
-  std::vector<Box3> boxes;
-  boxes.reserve(polygons.size());
-  for (const Polygon* polygon : polygons) {
-    boxes.push_back(BoundsOf(*polygon));
+  if (polygons.empty()) {
+    return 0;
   }
+  const std::vector<Box3> boxes = BoxesInPlane(polygons, normal);
   const BoxTree tree(boxes);
   DisjointSets pieces(polygons.size());
   for (uint32_t i = 0; i < polygons.size(); ++i) {

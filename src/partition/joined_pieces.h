@@ -10,9 +10,9 @@
 namespace enfilade {
 
 // The area in m2 of all polygons that belong to pieces of at least `least_m2`.
-// The polygons lie in a plane of that normal (or of its opposite); two belong to
-// one piece if no line in the plane leaves more than `gap_m` between them, or if
-// a chain of others joins them.
+// The polygons lie in a plane of that normal (or of its opposite); two belong
+// to one piece if no line along an edge leaves more than `gap_m` between them,
+// or if a chain of others joins them.
 double AreaOfLargePieces(std::span<const Polygon* const> polygons,
                          const Vec3& normal,
                          double gap_m,

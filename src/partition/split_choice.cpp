@@ -17,12 +17,12 @@ constexpr double kLeastCoverM2 = 0.09;
 constexpr double kTallShare = 0.75;
 constexpr double kLeastTallM2 = 0.7;
 // or are a slab of this area and share, or of that area alone. Of what is level
-// only pieces count that are no seats or desks.
+// only pieces of that area or of this share of the cross-section count: seats,
+// desks and tables are none.
 constexpr double kSlabM2 = 8.0;
 constexpr double kSlabShare = 0.25;
 constexpr double kLargeSlabM2 = 30.0;
-constexpr double kLeastSlabPieceM2 = 3.0;
-constexpr double kLeastSlabPieceShare = 0.1;  // of the cross-section
+constexpr double kLeastSlabPieceShare = 0.1;
 constexpr double kSlabGapM = 0.01;
 // Planes are examined in the order of their area, up to this many; as many of
 // the best as that are compared in full.
@@ -142,10 +142,12 @@ class SplitChooser {
       if (section.empty()) {
         continue;
       }
-      const double share =
-          std::min(1.0, groups[i].area_m2 / PolygonArea(section));
-      if (walls_->all_split || IsWall(groups[i], *plane, share)) {
-        candidates.push_back({*plane, share, 0});
+      const double section_m2 = PolygonArea(section);
+      const double wall_m2 = walls_->all_split
+                                 ? groups[i].area_m2
+                                 : WallArea(groups[i], *plane, section_m2);
+      if (wall_m2 > 0) {
+        candidates.push_back({*plane, std::min(1.0, wall_m2 / section_m2), 0});
       }
     }
     std::stable_sort(candidates.begin(),
@@ -156,31 +158,33 @@ class SplitChooser {
     return candidates;
   }
 
-  [[nodiscard]] bool IsWall(const Group& group,
-                            const Plane& plane,
-                            double share) const {
+  // The area of a wall of that cross-section; 0 if it is none.
+  [[nodiscard]] double WallArea(const Group& group,
+                                const Plane& plane,
+                                double section_m2) const {
     if (std::abs(Dot(plane.normal, walls_->up)) < 0.5) {
-      return Covers(group.area_m2, share) || group.tall_m2 >= kLeastTallM2;
+      return Covers(group.area_m2, section_m2) || group.tall_m2 >= kLeastTallM2
+                 ? group.area_m2
+                 : 0;
     }
-    if (!IsSlab(group.area_m2, share)) {
-      return false;
+    if (!IsSlab(group.area_m2, section_m2)) {
+      return 0;
     }
-    const double section_m2 = group.area_m2 / share;
-    const double pieces_m2 = AreaOfLargePieces(
-        PolygonsOf(group),
-        plane.normal,
-        kSlabGapM,
-        std::min(kLeastSlabPieceM2, kLeastSlabPieceShare * section_m2));
-    return IsSlab(pieces_m2, pieces_m2 / section_m2);
+    const double pieces_m2 =
+        AreaOfLargePieces(PolygonsOf(group),
+                          plane.normal,
+                          kSlabGapM,
+                          std::min(kSlabM2, kLeastSlabPieceShare * section_m2));
+    return IsSlab(pieces_m2, section_m2) ? pieces_m2 : 0;
   }
 
-  static bool Covers(double area_m2, double share) {
-    return share >= kCoverShare && area_m2 >= kLeastCoverM2;
+  static bool Covers(double area_m2, double section_m2) {
+    return area_m2 >= kCoverShare * section_m2 && area_m2 >= kLeastCoverM2;
   }
 
-  static bool IsSlab(double area_m2, double share) {
-    return Covers(area_m2, share) ||
-           (area_m2 >= kSlabM2 && share >= kSlabShare) ||
+  static bool IsSlab(double area_m2, double section_m2) {
+    return Covers(area_m2, section_m2) ||
+           (area_m2 >= kSlabM2 && area_m2 >= kSlabShare * section_m2) ||
            area_m2 >= kLargeSlabM2;
   }
 

@@ -27,13 +27,18 @@ bool Blockers::LeaveEmpty(const Shaft& shaft) const {
          (paged == nullptr || paged->LeaveEmpty(shaft));
 }
 
-float Blockers::SumOfShadows(const Shaft& shaft,
-                             const CastShadow& shadow) const {
-  uint64_t sum = paged == nullptr ? 0 : paged->SumOfShadows(shaft, shadow);
+float Blockers::SumOfShadows(const CastShadow& shadow, float most) const {
+  constexpr auto kWhole = static_cast<float>(CastShadow::kWhole);
+  const auto enough = static_cast<uint64_t>(most * kWhole);
+  ShadowSum sum;
   for (const ShaftBlockers* cell : shafts) {
-    sum += cell->SumOfShadows(shaft, shadow);
+    sum.Add(cell->SumOfShadows(shadow, enough));
   }
-  return static_cast<float>(sum) / static_cast<float>(CastShadow::kWhole);
+  // Whatever the order: where one cell has enough, so have all together.
+  if (paged != nullptr && sum.Larger() < enough) {
+    sum.Add(paged->SumOfShadows(shadow, enough));
+  }
+  return static_cast<float>(std::min(sum.Larger(), enough)) / kWhole;
 }
 
 }  // namespace enfilade

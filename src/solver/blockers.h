@@ -14,7 +14,7 @@ class PagedBlockers;
 
 struct Blockers {
   std::vector<const CellBlockers*> occluders;  // for rays
-  std::vector<const ShaftBlockers*> shafts;    // for proofs
+  std::vector<const ShaftBlockers*> shafts;    // for proofs, and shadows
   // The portals of two different cells: light between them must cross one of
   // each. Empty within a cell.
   std::vector<const ShaftBlockers*> gates;
@@ -30,10 +30,9 @@ struct Blockers {
   // Nothing stands in the shaft.
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
-  // The shadows of what stands in the shaft, added up: a share of the receiver,
-  // 1 or more where they hide all of it.
-  [[nodiscard]] float SumOfShadows(const Shaft& shaft,
-                                   const CastShadow& shadow) const;
+  // The shadows of all that stands there, added up, at most `most`: a share of
+  // the receiver. Where they overlap, more than they hide.
+  [[nodiscard]] float SumOfShadows(const CastShadow& shadow, float most) const;
 };
 
 }  // namespace enfilade

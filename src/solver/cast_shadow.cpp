@@ -1,7 +1,5 @@
 #include "solver/cast_shadow.h"
 
-#include "base/check.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +26,9 @@ Corner Between(const Corner& p, const Corner& q, float t) {
           p.b + t * (q.b - p.b)};
 }
 
-// A convex polygon of few corners: four, and one more for each cut.
+// A convex polygon of few corners: four, and one more for each of six cuts.
+// Rounding may make it a little concave; corners for which there is no room
+// then are left out.
 struct Outline {
   static constexpr size_t kMost = 12;
 
@@ -36,8 +36,9 @@ struct Outline {
   size_t count = 0;
 
   void Add(const Corner& corner) {
-    ENFILADE_CHECK(count < kMost, "an outline has too many corners");
-    corners[count++] = corner;
+    if (count < kMost) {
+      corners[count++] = corner;
+    }
   }
 
   // The part of it where distance(corner), which is linear, is not negative.
@@ -93,6 +94,31 @@ CastShadow::CastShadow(const TransferEnd& receiver, Vec3f light)
   const float square = Dot(cross, cross);
   along_a_ = Cross(patch.v, cross) * (1 / square);
   along_b_ = Cross(cross, patch.u) * (1 / square);
+  const auto add = [this](Vec3f normal, Vec3f on_plane) {
+    within_[half_spaces_++] = {normal, Dot(normal, on_plane)};
+  };
+  add(patch.normal, patch.origin);
+  add(patch.normal * -1.0F, light);
+  const Corners corners = CornersOf(patch, receiver.frame);
+  for (size_t i = 0; i < corners.count; ++i) {
+    const Vec3f p = corners.points[i];
+    const Vec3f q = corners.points[i + 1 < corners.count ? i + 1 : 0];
+    const Vec3f normal = Cross(q - p, light - p);
+    const float sign = Dot(receiver.center - p, normal) < 0 ? -1.0F : 1.0F;
+    add(normal * sign, p);
+  }
+}
+
+bool CastShadow::Misses(const Box& box) const {
+  const Vec3f middle = (box.low + box.high) * 0.5F;
+  const Vec3f half = (box.high - box.low) * 0.5F;
+  return std::any_of(
+      within_.begin(), within_.begin() + half_spaces_, [&](const HalfSpace& h) {
+        const float reach = half.x * std::abs(h.normal.x) +
+                            half.y * std::abs(h.normal.y) +
+                            half.z * std::abs(h.normal.z);
+        return Dot(middle, h.normal) + reach < h.offset;
+      });
 }
 
 uint32_t CastShadow::ShareOf(std::span<const Vec3f> blocker) const {
@@ -134,8 +160,10 @@ uint32_t CastShadow::ShareOf(std::span<const Vec3f> blocker) const {
     outline = outline.ClippedTo([](const Corner& p) { return 1 - p.b; });
   }
   const float share = (is_triangle ? 2.0F : 1.0F) * outline.Area();
-  return static_cast<uint32_t>(std::min(share, 1.0F) *
-                               static_cast<float>(kWhole));
+  // Degenerate ends give no number.
+  return share > 0 ? static_cast<uint32_t>(std::min(share, 1.0F) *
+                                           static_cast<float>(kWhole))
+                   : 0;
 }
 
 }  // namespace enfilade

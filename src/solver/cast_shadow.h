@@ -7,6 +7,7 @@
 #include "solver/form_factor.h"
 #include "solver/geometry.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -26,12 +27,46 @@ class CastShadow {
   // and what is farther from it than the light, casts none.
   [[nodiscard]] uint32_t ShareOf(std::span<const Vec3f> blocker) const;
 
+  // Nothing in the box casts a shadow on the receiver: it lies beyond a plane
+  // through the light and an edge, behind the receiver, or beyond the light.
+  [[nodiscard]] bool Misses(const Box& box) const;
+
+  // Whether light falls on the front of a surface through a point.
+  [[nodiscard]] bool IsLit(Vec3f point, Vec3f normal) const {
+    return Dot(light_ - point, normal) > 0;
+  }
+
  private:
+  struct HalfSpace {
+    Vec3f normal;
+    float offset = 0;  // Dot(normal, p) >= offset within
+  };
+
   const TransferEnd* receiver_;
   Vec3f light_;
   float height_ = 0;  // of the light over the receiver's plane, m
   Vec3f along_a_;     // to coordinates of the element: Dot(p - origin, .)
   Vec3f along_b_;
+  // Whose intersection holds all segments from the receiver to the light.
+  std::array<HalfSpace, 6> within_;
+  uint32_t half_spaces_ = 0;
+};
+
+// The shadows of several blockers, added up: of those with the light on their
+// front and of those with it on their back, since a closed solid has as much of
+// both.
+struct ShadowSum {
+  uint64_t of_fronts = 0;
+  uint64_t of_backs = 0;
+
+  void Add(const ShadowSum& other) {
+    of_fronts += other.of_fronts;
+    of_backs += other.of_backs;
+  }
+
+  [[nodiscard]] uint64_t Larger() const {
+    return of_fronts > of_backs ? of_fronts : of_backs;
+  }
 };
 
 }  // namespace enfilade

@@ -19,7 +19,7 @@ namespace enfilade {
 struct CoverOptions {
   double tau = 1;  // W/m: largest weighted error that may stay at an edge
   uint64_t seed = 0;
-  float least_diameter = 0.005F;  // m
+  float least_diameter = 0.001F;  // m
   // Where a cell would have more, larger edges are left. At least as many as
   // it has patches.
   size_t most_receivers = SIZE_MAX;

@@ -80,10 +80,11 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
       ApplyPart(*links, r, s, &writer.Pending());
       parts.Pop();
       state_.cursor.work = parts.Next();
-      share_of_cell_ = (static_cast<double>(state_.cursor.source) +
-                        static_cast<double>(state_.cursor.work.item) /
-                            static_cast<double>(refiner.ItemCount())) /
-                       static_cast<double>(r.sources.size());
+      share_of_cell_ =
+          (static_cast<double>(state_.cursor.source) +
+           static_cast<double>(state_.cursor.work.item) /
+               static_cast<double>(refiner.ItemCount())) /
+          static_cast<double>(r.sources.size() + 1);  // and the balance
       if (writer.Full()) {
         writer.Flush();
         state_.cursor.chunk = writer.Chunks();

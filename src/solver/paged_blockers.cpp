@@ -91,13 +91,13 @@ bool PagedBlockers::LeaveEmpty(const Shaft& shaft) {
   });
 }
 
-uint64_t PagedBlockers::SumOfShadows(const Shaft& shaft,
-                                     const CastShadow& shadow) {
-  uint64_t sum = 0;
+ShadowSum PagedBlockers::SumOfShadows(const CastShadow& shadow,
+                                      uint64_t enough) {
+  ShadowSum sum;
   for (const Cell& cell : cells_) {
-    if (shaft.box.Overlaps(cell.box)) {
+    if (sum.Larger() < enough && !shadow.Misses(cell.box)) {
       const std::lock_guard lock(mutex_);
-      sum += pager_->Obstacles(cell.id)->SumOfShadows(shaft, shadow);
+      sum.Add(pager_->Obstacles(cell.id)->SumOfShadows(shadow, enough));
     }
   }
   return sum;

@@ -33,9 +33,8 @@ class PagedBlockers {
   // Nothing in the cells stands in the shaft. As above.
   bool LeaveEmpty(const Shaft& shaft);
 
-  // The shadows of what stands in the shaft, in parts of CastShadow::kWhole.
-  // As above.
-  uint64_t SumOfShadows(const Shaft& shaft, const CastShadow& shadow);
+  // The shadows of what stands in the cells, as of ShaftBlockers. As above.
+  ShadowSum SumOfShadows(const CastShadow& shadow, uint64_t enough);
 
  private:
   struct Cell {

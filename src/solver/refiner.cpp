@@ -15,7 +15,7 @@ namespace {
 // kUnprovenClear.
 constexpr float kMixedVisibility = 0.5F;
 constexpr float kUnprovenBlocked = 0.04F;
-// Sixteen rays do not all miss shadows of much more of the receiver.
+// Sixteen rays seldom miss shadows of more of the receiver: one time in ten.
 constexpr float kMostMissed = 0.125F;
 // Shadows cost bases of higher order more, on their larger elements, than rays
 // tell: measured, docs/decisions/0017-higher-orders.md.
@@ -267,7 +267,7 @@ void Refiner::VisitSeen(const Receiver& r,
   blocked += is_seen ? 0 : 1;
   const float share = ReceiverShare(look.bits, r.end, s.end);
   const float missed = judgement.transfer * shadows_ *
-                       MissedShadow(r, s, {&judgement, &shaft, blocked}, look);
+                       MissedShadow(r, s, judgement.transfer, look);
   const float by_receiver = error_at_receiver + share * unknown + missed;
   const float by_source = error_at_source + (1 - share) * unknown;
   // What cannot be split cannot be helped: splitting the other end instead
@@ -331,21 +331,20 @@ float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
 }
 
 // What the outlines of blockers say of shadows where all rays got through,
-// likewise, beyond what is taken for unknown.
+// likewise, beyond what is taken for unknown. Looked for only where it could
+// decide by itself.
 float Refiner::MissedShadow(const Receiver& r,
                             const Source& s,
-                            const Sight& sight,
+                            float transfer,
                             const Visibility& look) const {
   if (look.proven || look.few || look.fraction < 1 ||
-      r.weight * sight.judgement->transfer * shadows_ *
-              MixedShare(kMostMissed) <=
+      r.weight * transfer * shadows_ * MixedShare(kMostMissed) <=
           static_cast<float>(options_.tau)) {
     return 0;
   }
   const float hidden =
-      blockers_->SumOfShadows(*sight.shaft, CastShadow(r.end, s.end.center));
-  return std::max(0.0F,
-                  MixedShare(std::min(hidden, kMostMissed)) - kUnprovenClear);
+      blockers_->SumOfShadows(CastShadow(r.end, s.end.center), kMostMissed);
+  return std::max(0.0F, MixedShare(hidden) - kUnprovenClear);
 }
 
 // Whether what four rays leave unknown of a transfer, where they agree, is

@@ -233,7 +233,7 @@ class Refiner {
   static float UnknownShare(float visible, bool proven, bool few, int blocked);
   [[nodiscard]] float MissedShadow(const Receiver& r,
                                    const Source& s,
-                                   const Sight& sight,
+                                   float transfer,
                                    const Visibility& look) const;
   // Writes the coefficients of a link down, finely where four bits each would
   // be seen.

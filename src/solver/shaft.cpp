@@ -131,30 +131,29 @@ ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches) {
 bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
   const auto both = std::span<const Vec3f>(shaft.ends).first(shaft.count);
   const std::span<const Vec3f> blocker = CornersOfBlocker(i);
-  return shaft.box.Overlaps(boxes_[i]) &&
-         !AllOnSide(both, blocker[0], normals_[i], 1) &&
+  return !AllOnSide(both, blocker[0], normals_[i], 1) &&
          !AllOnSide(both, blocker[0], normals_[i], -1) &&
          !AllOnSide(
              blocker, shaft.receiver->origin, shaft.receiver->normal, -1) &&
          !IsBehindSource(blocker, shaft);
 }
 
-template <typename Visit>
-bool ShaftBlockers::VisitAll(const Shaft& shaft, const Visit& visit) const {
-  if (!box_.Overlaps(shaft.box)) {
+template <typename Misses, typename Visit>
+bool ShaftBlockers::VisitAll(const Misses& misses, const Visit& visit) const {
+  if (misses(box_)) {
     return true;
   }
   for (const Group& super : supergroups_) {
-    if (!shaft.box.Overlaps(super.box)) {
+    if (misses(super.box)) {
       continue;
     }
     for (uint32_t g = super.first; g < super.first + super.count; ++g) {
       const Group& group = groups_[g];
-      if (!shaft.box.Overlaps(group.box)) {
+      if (misses(group.box)) {
         continue;
       }
       for (uint32_t i = group.first; i < group.first + group.count; ++i) {
-        if (MayCut(i, shaft) && !visit(i)) {
+        if (!misses(boxes_[i]) && !visit(i)) {
           return false;
         }
       }
@@ -164,17 +163,21 @@ bool ShaftBlockers::VisitAll(const Shaft& shaft, const Visit& visit) const {
 }
 
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
-  return VisitAll(shaft, [](size_t) { return false; });
+  return VisitAll([&](const Box& box) { return !shaft.box.Overlaps(box); },
+                  [&](size_t i) { return !MayCut(i, shaft); });
 }
 
-uint32_t ShaftBlockers::SumOfShadows(const Shaft& shaft,
-                                     const CastShadow& shadow) const {
-  uint32_t sum = 0;
-  size_t left = kMostShadows;
-  VisitAll(shaft, [&](size_t i) {
-    sum += shadow.ShareOf(CornersOfBlocker(i));
-    return --left > 0;
-  });
+ShadowSum ShaftBlockers::SumOfShadows(const CastShadow& shadow,
+                                      uint64_t enough) const {
+  ShadowSum sum;
+  VisitAll([&](const Box& box) { return shadow.Misses(box); },
+           [&](size_t i) {
+             const std::span<const Vec3f> blocker = CornersOfBlocker(i);
+             (shadow.IsLit(blocker[0], normals_[i]) ? sum.of_fronts
+                                                    : sum.of_backs) +=
+                 shadow.ShareOf(blocker);
+             return sum.Larger() < enough;
+           });
   return sum;
 }
 

@@ -42,11 +42,10 @@ class ShaftBlockers {
   // its plane, or lies behind one of them.
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
-  // The shadows of the blockers in the shaft, added up, of which there are at
-  // most so many.
-  static constexpr size_t kMostShadows = 64;
-  [[nodiscard]] uint32_t SumOfShadows(const Shaft& shaft,
-                                      const CastShadow& shadow) const;
+  // The shadows of the blockers, added up until one of the two sums is at least
+  // `enough`, in parts of CastShadow::kWhole.
+  [[nodiscard]] ShadowSum SumOfShadows(const CastShadow& shadow,
+                                       uint64_t enough) const;
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
@@ -60,10 +59,10 @@ class ShaftBlockers {
     uint32_t count = 0;
   };
 
-  // Calls visit(i) for every blocker that may cut a segment in the shaft, until
+  // Calls visit(i) for the blockers whose boxes and groups do not miss, until
   // it returns false. Returns whether it never did.
-  template <typename Visit>
-  bool VisitAll(const Shaft& shaft, const Visit& visit) const;
+  template <typename Misses, typename Visit>
+  bool VisitAll(const Misses& misses, const Visit& visit) const;
   [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
 
   [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {

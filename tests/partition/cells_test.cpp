@@ -110,10 +110,35 @@ TEST(Cells, DesksOfOneHeightAreNoFloor) {
   EXPECT_TRUE(built.partition.portals.empty());
 }
 
-TEST(Cells, AFloorWithAStairwellIsOne) {
+TEST(Cells, DesksPushedTogetherAreNone) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {20, 12, 4}});
+  for (int i = 0; i < 5; ++i) {
+    for (int k = 0; k < 5; ++k) {
+      const double x = 0.2 + 3.9 * i;
+      const double y = 0.2 + 2.3 * k;
+      for (const double dx : {0.0, 1.6}) {
+        for (const double dy : {0.0, 0.8}) {
+          scene.AddBox(
+              {{x + dx, y + dy, 0.70}, {x + dx + 1.6, y + dy + 0.8, 0.74}});
+        }
+      }
+    }
+  }
+  EXPECT_EQ(Built(scene).partition.cells.size(), 2U);
+}
+
+// A gallery along two walls, of tiles smaller than any desk.
+TEST(Cells, AGalleryOfTilesIsAFloor) {
   SceneBuilder scene;
   scene.AddBox({{0, 0, 0}, {20, 12, 7}});
-  scene.AddWithHole({2, 3.4, 0, 0, 20, 12}, {2, 3.4, 9, 5, 12, 8});
+  for (int i = 0; i < 20; ++i) {
+    for (int k = 0; k < 12; ++k) {
+      if (i < 3 || k < 3) {
+        scene.Add({2, 3.4, 1.0 * i, 1.0 * k, i + 1.0, k + 1.0});
+      }
+    }
+  }
   const Built built(scene);
   EXPECT_NE(built.At({1, 1, 1}), built.At({1, 1, 5}));
 }

@@ -203,5 +203,44 @@ TEST(Shaft, PartsOfAWallSeePastABoxThatHidesTheRest) {
   EXPECT_TRUE(room.Proves(floor, far, ceiling, far));
 }
 
+// All shadows are added up, however the blockers are grouped: of triangles too,
+// which are kept with a corner repeated.
+TEST(ShaftBlockers, AddUpAllShadows) {
+  Random random(11);
+  const auto blockers = GeometryOf(RandomPatches(12, 300, 4, 0.3));
+  const ShaftBlockers shaft(blockers);
+  int several = 0;
+  for (int i = 0; i < 200; ++i) {
+    const auto ends = GeometryOf({test::RandomPatch(random, 4, 1)});
+    const TransferEnd receiver = MakeTransferEnd(ends[0], {});
+    const CastShadow shadow(receiver, receiver.center + ends[0].normal * 2.0F);
+    uint64_t fronts = 0;
+    uint64_t backs = 0;
+    int casting = 0;
+    for (const PatchGeometry& blocker : blockers) {
+      const Corners corners = CornersOf(blocker, {});
+      const uint32_t share = shadow.ShareOf(corners.View());
+      Box box;
+      for (const Vec3f p : corners.View()) {
+        box.Add(p);
+      }
+      EXPECT_TRUE(share == 0 || !shadow.Misses(box));
+      (shadow.IsLit(blocker.origin, blocker.normal) ? fronts : backs) += share;
+      casting += share > 0 ? 1 : 0;
+    }
+    const ShadowSum sum = shaft.SumOfShadows(shadow, UINT64_MAX);
+    // A repeated corner may round a share down by one.
+    EXPECT_NEAR(static_cast<double>(sum.of_fronts),
+                static_cast<double>(fronts),
+                casting);
+    EXPECT_NEAR(
+        static_cast<double>(sum.of_backs), static_cast<double>(backs), casting);
+    several += casting > 1 ? 1 : 0;
+    const uint64_t enough = sum.Larger() / 2;
+    EXPECT_GE(shaft.SumOfShadows(shadow, enough).Larger(), enough);
+  }
+  EXPECT_GT(several, 50);
+}
+
 }  // namespace
 }  // namespace enfilade

@@ -121,17 +121,25 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   const auto patches = roomy.pager.Geometry(receiver)->patches;
   const auto others = roomy.pager.Geometry(source.source)->patches;
   int empty = 0;
+  int shaded = 0;
   constexpr int kShafts = 2000;
   for (int i = 0; i < kShafts; ++i) {
     const auto pick = [&](const std::vector<PatchGeometry>& of) {
       return random.NextBelow(static_cast<uint32_t>(of.size()));
     };
-    const Shaft shaft =
-        ShaftBetween(patches[pick(patches)], {}, others[pick(others)], {});
+    const PatchGeometry& end = patches[pick(patches)];
+    const PatchGeometry& other = others[pick(others)];
+    const Shaft shaft = ShaftBetween(end, {}, other, {});
     const bool expected = together.All().LeaveEmpty(shaft);
     ASSERT_EQ(in_turn.All().LeaveEmpty(shaft), expected) << "shaft " << i;
     empty += expected ? 1 : 0;
+    const TransferEnd lit = MakeTransferEnd(end, {});
+    const CastShadow shadow(lit, MakeTransferEnd(other, {}).center);
+    const float sum = together.All().SumOfShadows(shadow, 0.5F);
+    ASSERT_EQ(in_turn.All().SumOfShadows(shadow, 0.5F), sum) << "shaft " << i;
+    shaded += sum > 0 && sum < 0.5F ? 1 : 0;
   }
+  EXPECT_GT(shaded, 20);
   EXPECT_GT(empty, 0);
   EXPECT_LT(empty, kShafts);
 }
