@@ -138,9 +138,8 @@ void PipelineRun::Visibility() {
            record_.visibility_seconds,
            [&] {
              VisibilityOptions options;
-             options.budget = &budget_;
              options.progress = ProgressOrStop();
-             BuildVisibleSets(LoadPartition(store_), options, store_);
+             BuildVisibleSets(LoadPartition(store_), options, budget_, store_);
            });
 }
 

@@ -10,14 +10,15 @@
 // (reflected_error.h); docs/decisions/residual-check.md.
 //
 // Points and rays are random, so r^2 is estimated without bias by the product
-// of two independent estimates of r. Emission is sampled both by the rays and
-// on the lamps, weighed by the balance heuristic (Veach & Guibas 1995).
+// of two independent estimates of r (residual_rays.h). The loop is here; what
+// its points say together is in residual_estimate.h.
 
 #pragma once
 
 #include "base/block_storage.h"
 #include "base/memory.h"
 #include "solver/patch_errors.h"
+#include "solver/residual_estimate.h"
 
 #include <atomic>
 #include <cstdint>
@@ -33,26 +34,10 @@ struct ResidualOptions {
   uint64_t most_rays = 1 << 20;
   // Where the value is exceeded, so many rays say on which patches.
   uint64_t locating_rays = 0;
-  // The solution is constant on its elements. What the slopes that it lacks
-  // become on their way is not seen; it is added by the share of the light that
-  // a bounce leaves, in the mean over all that anything is seen from.
+  // The solution is constant on its elements (ErrorScale).
   bool is_constant = false;
   // Where it is set, InterruptedError is thrown.
   const std::atomic<bool>* stop = nullptr;
-};
-
-// Relative RMS of the error over the reflecting sides, and its 95 % interval.
-struct ResidualEstimate {
-  double value = 0;
-  double low = 0;
-  double high = 0;
-  // Between which another estimate of the error is believed: the value, if
-  // there is any error to be seen at all (or by all points but a few, where
-  // these alone make the value uncertain), and one standard deviation above it.
-  double least = 0;
-  double most = 0;
-  uint64_t points = 0;
-  uint64_t rays = 0;
 };
 
 // Reads the solution and the trace chunks of the store. The same bits whatever

@@ -45,21 +45,17 @@ size_t CellsAtOnce(const RegionGraph& regions, const MemoryBudget& budget) {
 uint64_t ExploreAll(const Partition& partition,
                     const RegionGraph& regions,
                     const VisibilityOptions& options,
+                    MemoryBudget& budget,
                     SetAgreement& sets) {
   const PortalGraph graph(partition.cells.size(), partition.portals);
   const size_t count = partition.cells.size();
-  size_t at_once = kMostExploredAtOnce;
-  MemoryCharge of_graphs;
-  MemoryCharge of_floods;
-  if (options.budget != nullptr) {
-    of_graphs = MemoryCharge(*options.budget,
-                             graph.SizeBytes() + regions.Graph().SizeBytes(),
-                             "the doorways of the building");
-    at_once = CellsAtOnce(regions, *options.budget);
-    of_floods = MemoryCharge(*options.budget,
-                             at_once * BeamFlood::MostBytes(regions),
-                             "looking through the doorways");
-  }
+  const MemoryCharge of_graphs(budget,
+                               graph.SizeBytes() + regions.Graph().SizeBytes(),
+                               "the doorways of the building");
+  const size_t at_once = CellsAtOnce(regions, budget);
+  const MemoryCharge of_floods(budget,
+                               at_once * BeamFlood::MostBytes(regions),
+                               "looking through the doorways");
   uint64_t spent = 0;
   for (size_t first = 0; first < count; first += at_once) {
     std::vector<Exploration> batch(std::min(at_once, count - first));
@@ -88,13 +84,14 @@ uint64_t ExploreAll(const Partition& partition,
 
 VisibilitySummary BuildVisibleSets(const Partition& partition,
                                    const VisibilityOptions& options,
+                                   MemoryBudget& budget,
                                    BlockStorage& store) {
   store.EraseAll(BlockKind::kVisibleSet);
   store.EraseAll(BlockKind::kScratch);
   VisibilitySummary summary;
   SetAgreement sets(partition, store);
-  summary.budget_spent_cells =
-      ExploreAll(partition, RegionGraphOf(partition, store), options, sets);
+  summary.budget_spent_cells = ExploreAll(
+      partition, RegionGraphOf(partition, store), options, budget, sets);
   sets.Agree();
   for (size_t i = 0; i < partition.cells.size(); ++i) {
     const CellId receiver(i);

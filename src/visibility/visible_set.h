@@ -36,9 +36,6 @@ uint64_t VisibleSetBytes(size_t sources, size_t between);
 
 struct VisibilityOptions {
   uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
-  // What looking through doorways is charged to; it takes what it needs where
-  // there is none.
-  MemoryBudget* budget = nullptr;
   std::function<void(double fraction)> progress;  // may be empty
 };
 
@@ -47,9 +44,12 @@ struct VisibilitySummary {
   uint64_t budget_spent_cells = 0;
 };
 
-// Writes a kVisibleSet block per cell and a meta entry.
+// Writes a kVisibleSet block per cell and a meta entry: the same bits whatever
+// the budget, to which looking through doorways is charged, and the threads.
+// DoesNotFitError when the budget does not hold it for one cell.
 VisibilitySummary BuildVisibleSets(const Partition& partition,
                                    const VisibilityOptions& options,
+                                   MemoryBudget& budget,
                                    BlockStorage& store);
 
 VisibilitySummary LoadVisibilitySummary(const BlockStorage& store);

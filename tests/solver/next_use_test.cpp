@@ -36,7 +36,8 @@ std::unique_ptr<BlockStorage> RowOfRooms(size_t cells) {
          CellId(i),
          {{x, y, 0}, {x, y + 0.1, 0}, {x, y + 0.1, 0.1}, {x, y, 0.1}}});
   }
-  BuildVisibleSets(partition, {}, *store);
+  MemoryBudget budget(kModest);
+  BuildVisibleSets(partition, {}, budget, *store);
   return store;
 }
 

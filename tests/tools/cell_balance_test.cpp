@@ -33,7 +33,7 @@ class BalanceOfACell : public ::testing::Test {
     ImportScene(dir_ / "floor.obj", {}, budget, *store_);
     scene_ = LoadSceneInfo(*store_);
     partition_ = BuildPartition(*store_, {}, budget);
-    BuildVisibleSets(partition_, {}, *store_);
+    BuildVisibleSets(partition_, {}, budget, *store_);
     size_t most = 0;
     for (size_t i = 0; i < partition_.cells.size(); ++i) {
       const size_t patches = LoadCellPatches(*store_, CellId(i)).patches.size();

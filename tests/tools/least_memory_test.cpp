@@ -40,7 +40,7 @@ class LeastMemoryOfFloor : public ::testing::Test {
     MemoryBudget budget(kRoomy);
     ImportScene(dir_ / "floor.obj", {}, budget, *store_);
     partition_ = BuildPartition(*store_, {}, budget);
-    BuildVisibleSets(partition_, {}, *store_);
+    BuildVisibleSets(partition_, {}, budget, *store_);
     BuildTraceChunks(*store_, budget);
   }
 

@@ -34,7 +34,7 @@ class PagedFloor : public ::testing::Test {
     ImportScene(dir_ / "floor.obj", {}, budget, *store_);
     scene_ = LoadSceneInfo(*store_);
     partition_ = BuildPartition(*store_, {}, budget);
-    BuildVisibleSets(partition_, {}, *store_);
+    BuildVisibleSets(partition_, {}, budget, *store_);
   }
 
   // A pager of its own budget.

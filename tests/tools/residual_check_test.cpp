@@ -39,7 +39,7 @@ class SolvedScene {
     WriteFile(dir_ / "scene.obj", "mtllib scene.mtl\n" + obj);
     MemoryBudget budget(kRoomy);
     ImportScene(dir_ / "scene.obj", {}, budget, *store);
-    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, *store);
+    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
     BuildTraceChunks(*store, budget);
     SolveOptions options;
     options.error = error;

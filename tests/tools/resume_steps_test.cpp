@@ -35,7 +35,7 @@ class ResumedFloor : public ::testing::Test {
     auto store = CreateStoreInMemory();
     MemoryBudget budget(kRoomy);
     ImportScene(scene, {}, budget, *store);
-    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, *store);
+    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
     BuildTraceChunks(*store, budget);
     return store;
   }

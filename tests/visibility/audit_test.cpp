@@ -81,6 +81,11 @@ void BuildRow(int rooms, Row& row) {
   BuildTraceChunks(row.store, budget);
 }
 
+void BuildSets(const Partition& partition, MapStorage& store) {
+  MemoryBudget budget(kRoomy);
+  BuildVisibleSets(partition, {}, budget, store);
+}
+
 AuditSummary AuditOf(const MapStorage& store, uint64_t rays, uint64_t bytes) {
   MemoryBudget budget(bytes);
   const AuditSummary summary = Audit(store, rays, budget, {});
@@ -92,7 +97,7 @@ AuditSummary AuditOf(const MapStorage& store, uint64_t rays, uint64_t bytes) {
 TEST(Audit, FindsAllPairsOfAnEnfiladeAndNoneMissing) {
   Row row;
   BuildRow(4, row);
-  BuildVisibleSets(row.partition, {}, row.store);
+  BuildSets(row.partition, row.store);
   const AuditSummary found = AuditOf(row.store, 200000, kRoomy);
   EXPECT_EQ(found.audit_rays, 200000U);
   EXPECT_EQ(found.audit_missed, 0U);
@@ -106,7 +111,7 @@ TEST(Audit, ReportsPairsThatTheSetsLack) {
   Row row;
   BuildRow(4, row);
   row.partition.portals.pop_back();
-  BuildVisibleSets(row.partition, {}, row.store);
+  BuildSets(row.partition, row.store);
   const AuditSummary found = AuditOf(row.store, 200000, kRoomy);
   EXPECT_EQ(found.conservative_pairs, 10U);
   EXPECT_GT(found.audit_missed, 1000U);
@@ -132,7 +137,7 @@ uint64_t MissedFromBelow(double depth) {
   store.Put({BlockKind::kCellPatches, 1}, EncodeCellPatches(above));
   Partition partition;
   partition.cells.resize(2);
-  BuildVisibleSets(partition, {}, store);
+  BuildSets(partition, store);
   BspTree tree;
   tree.box = {{-1, -1, -1}, {3, 3, 3}};
   tree.root = BspChild(NodeId(0U));
@@ -161,7 +166,7 @@ uint64_t LeaksAtPanel(bool emits) {
   row.store.Put({BlockKind::kCellPatches, 0}, EncodeCellPatches(room));
   MemoryBudget budget(kRoomy);
   BuildTraceChunks(row.store, budget);
-  BuildVisibleSets(row.partition, {}, row.store);
+  BuildSets(row.partition, row.store);
   return AuditOf(row.store, 50000, kRoomy).audit_leaks;
 }
 
@@ -173,7 +178,7 @@ TEST(Audit, TheBackOfALuminaireIsNoLeak) {
 TEST(Audit, IsTheSameWhateverTheBudgetAndTheThreads) {
   Row row;
   BuildRow(5, row);
-  BuildVisibleSets(row.partition, {}, row.store);
+  BuildSets(row.partition, row.store);
   const AuditSummary much = AuditOf(row.store, 50000, kRoomy);
   const ThreadLimit one(1);
   const AuditSummary little = AuditOf(row.store, 50000, 12 << 20);

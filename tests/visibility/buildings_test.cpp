@@ -32,7 +32,7 @@ class BuildingSets : public testing::RealBuildings {
   Building Build(const char* name, bool strip_spaces = false) {
     Building building = testing::Import(name, budget_, strip_spaces);
     const Partition partition = BuildPartition(*building.store, {}, budget_);
-    BuildVisibleSets(partition, {}, *building.store);
+    BuildVisibleSets(partition, {}, budget_, *building.store);
     BuildTraceChunks(*building.store, budget_);
     return building;
   }

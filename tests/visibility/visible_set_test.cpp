@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "tests/budgets.h"
 #include "tests/visibility/map_storage.h"
 #include <gtest/gtest.h>
 
@@ -186,7 +187,8 @@ std::vector<VisibleSet> Build(const Partition& partition,
                               uint32_t steps = 200000) {
   VisibilityOptions options;
   options.max_steps_per_cell = steps;
-  BuildVisibleSets(partition, options, store);
+  MemoryBudget budget(kRoomy);
+  BuildVisibleSets(partition, options, budget, store);
   std::vector<VisibleSet> sets;
   for (size_t i = 0; i < partition.cells.size(); ++i) {
     sets.push_back(LoadVisibleSet(store, CellId(i)));
@@ -398,19 +400,17 @@ TEST(VisibleSet, SameBitsUnderASmallBudget) {
   MemoryBudget all(64 << 20);
   VisibilityOptions options;
   options.max_steps_per_cell = 200000;
-  options.budget = &all;
   MapStorage store;
-  BuildVisibleSets(partition, options, store);
+  BuildVisibleSets(partition, options, all, store);
   EXPECT_GT(all.PeakBytes(), 0U);
   MemoryBudget small(all.PeakBytes() / 2);
-  options.budget = &small;
-  BuildVisibleSets(partition, options, store);
+  BuildVisibleSets(partition, options, small, store);
   EXPECT_EQ(store.Blocks(), roomy.Blocks());
   EXPECT_LT(small.PeakBytes(), all.PeakBytes());
   EXPECT_EQ(small.UsedBytes(), 0U);
   MemoryBudget none(4096);
-  options.budget = &none;
-  EXPECT_THROW(BuildVisibleSets(partition, options, store), DoesNotFitError);
+  EXPECT_THROW(BuildVisibleSets(partition, options, none, store),
+               DoesNotFitError);
 }
 
 // A portal too thin for a normal still lets pass what it may.

@@ -1,0 +1,79 @@
+#include "solver/residual_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace enfilade {
+namespace {
+
+// An interval of this half-width, relative, is narrow.
+constexpr double kNarrowInterval = 0.06;
+constexpr double kDeviations = 1.96;
+// More is asked for where points are left out, since the choice is free.
+constexpr double kCertainDeviations = 3;
+// Of solutions that are constant on their elements: error over what rays see of
+// it, less 1, per share of the light that a bounce leaves:
+// docs/decisions/residual-check.md.
+constexpr double kSlopesPerBounce = 0.65;
+
+}  // namespace
+
+void ResidualSum::Add(const ProbeResidual& probe) {
+  const Rgb& rho = probe.reflectance;
+  seen_area_ += probe.weight * probe.enclosed;
+  reflected_area_ += probe.weight * probe.enclosed * probe.enclosed *
+                     (rho[0] + rho[1] + rho[2]) / kRgbChannels;
+  squares_.Add(probe.square * probe.weight);
+}
+
+ResidualEstimate ResidualSum::Estimate(const ErrorIntegral& reflected,
+                                       uint64_t rays) const {
+  const SampledMean local = squares_.MeanWithout(0);
+  const double mean = local.value + reflected.value;
+  const double deviation = std::hypot(local.deviation, reflected.deviation);
+  const double slopes = SlopesPerError();
+  const auto relative = [&](double integral) {
+    return (1 + slopes) *
+           std::sqrt(std::max(0.0, integral) / scale_.reflecting_area) /
+           scale_.mean_reflected;
+  };
+  return {relative(mean),
+          relative(mean - kDeviations * deviation),
+          relative(mean + kDeviations * deviation),
+          relative(mean > kDeviations * deviation ? mean : CertainPart()),
+          relative(mean + deviation),
+          squares_.Count(),
+          rays};
+}
+
+// Where all points together leave open whether there is any error: that of all
+// but the few that leave it open.
+double ResidualSum::CertainPart() const {
+  for (size_t k = 1; k <= OutlierSum::kMostOutliers; ++k) {
+    const SampledMean others = squares_.MeanWithout(k);
+    if (others.value > kCertainDeviations * others.deviation) {
+      return others.value;
+    }
+  }
+  return 0;
+}
+
+// What slopes add, for each part of error that is seen.
+double ResidualSum::SlopesPerError() const {
+  return scale_.is_constant && seen_area_ > 0
+             ? kSlopesPerBounce * reflected_area_ / seen_area_
+             : 0;
+}
+
+bool IsDecided(const ResidualEstimate& estimate,
+               double decide_at,
+               uint64_t locating_rays) {
+  if (estimate.low > decide_at) {
+    return estimate.rays >= locating_rays;
+  }
+  return estimate.high < decide_at ||
+         estimate.high - estimate.low < 2 * kNarrowInterval * estimate.value;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,81 @@
+// What the probes of the residual say together: the error of the solution, how
+// sure that is, and whether more of them are needed.
+//
+// The integral of e^2 is that of r^2, of which each probe is an estimate, and
+// what reflection adds to it (reflected_error.h), both in W^2/m2. Of r^2 very
+// few probes may hold nearly all (outlier_sum.h). Knows no rays and no store:
+// residual_check measures, this counts.
+
+#pragma once
+
+#include "base/photometry.h"
+#include "solver/outlier_sum.h"
+#include "solver/reflected_error.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+// Relative RMS of the error over the reflecting sides, and its 95 % interval.
+struct ResidualEstimate {
+  double value = 0;
+  double low = 0;
+  double high = 0;
+  // Between which another estimate of the error is believed: the value, if
+  // there is any error to be seen at all (or by all points but a few, where
+  // these alone make the value uncertain), and one standard deviation above it.
+  double least = 0;
+  double most = 0;
+  uint64_t points = 0;
+  uint64_t rays = 0;
+};
+
+// What makes an error of an integral.
+struct ErrorScale {
+  double mean_reflected = 1;   // W/m2: the error is relative to it
+  double reflecting_area = 0;  // m2, both of all sides that reflect
+  // The solution is constant on its elements. What the slopes that it lacks
+  // become on their way is not seen; it is added by the share of the light that
+  // a bounce leaves, in the mean over all that anything is seen from.
+  bool is_constant = false;
+};
+
+// What a probe has measured.
+struct ProbeResidual {
+  double weight = 0;    // m2: the area that it stands for, times all probes
+  double square = 0;    // r^2 without bias, mean of the channels, (W/m2)^2
+  double enclosed = 0;  // share of its hemisphere that anything came from
+  Rgb reflectance{};
+};
+
+class ResidualSum {
+ public:
+  explicit ResidualSum(const ErrorScale& scale) : scale_(scale) {}
+
+  void Add(const ProbeResidual& probe);
+
+  // Of all probes so far, after so many rays. `reflected`: the integral of
+  // e^2 - r^2 by the same probes.
+  [[nodiscard]] ResidualEstimate Estimate(const ErrorIntegral& reflected,
+                                          uint64_t rays) const;
+
+ private:
+  [[nodiscard]] double CertainPart() const;
+  [[nodiscard]] double SlopesPerError() const;
+
+  ErrorScale scale_;
+  OutlierSum squares_;  // weighted
+  // Of the probes, m2: times the share of their hemispheres that is closed, and
+  // times that again and the reflectance.
+  double seen_area_ = 0;
+  double reflected_area_ = 0;
+};
+
+// The interval is clear of an error, or narrow: more probes would change
+// nothing. Above that error they go on until so many rays have said on which
+// patches it is.
+bool IsDecided(const ResidualEstimate& estimate,
+               double decide_at,
+               uint64_t locating_rays);
+
+}  // namespace enfilade

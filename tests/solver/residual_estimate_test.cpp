@@ -1,0 +1,142 @@
+// What probes say together, of residuals that are known.
+
+#include "solver/residual_estimate.h"
+
+#include "base/random.h"
+
+#include <cmath>
+#include <cstdint>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kReflectingArea = 8;  // m2
+constexpr double kMeanReflected = 4;   // W/m2
+constexpr ErrorScale kScale = {kMeanReflected, kReflectingArea, false};
+constexpr uint64_t kRays = 1000;
+
+// The error that an integral of its square is, W^2/m2.
+double ErrorOf(double integral) {
+  return std::sqrt(integral / kReflectingArea) / kMeanReflected;
+}
+
+// A probe that stands for everything, so that the mean of all is the integral.
+ProbeResidual Probe(double square) {
+  return {kReflectingArea, square, 0, {0.5, 0.5, 0.5}};
+}
+
+// As many probes of either square.
+ResidualSum Halves(double first, double second, int count) {
+  ResidualSum sum(kScale);
+  for (int i = 0; i < count; ++i) {
+    sum.Add(Probe(i % 2 == 0 ? first : second));
+  }
+  return sum;
+}
+
+TEST(ResidualEstimate, IsTheRootOfTheMeanRelativeToTheLight) {
+  const ResidualEstimate e = Halves(0.25, 0.25, 16).Estimate({}, kRays);
+  EXPECT_DOUBLE_EQ(e.value, 0.5 / kMeanReflected);
+  EXPECT_DOUBLE_EQ(e.low, e.value);
+  EXPECT_DOUBLE_EQ(e.high, e.value);
+  EXPECT_DOUBLE_EQ(e.least, e.value);
+  EXPECT_DOUBLE_EQ(e.most, e.value);
+  EXPECT_EQ(e.points, 16U);
+  EXPECT_EQ(e.rays, kRays);
+}
+
+// Of 16 probes the squares 1 and 4 make integrals of 20 +- 12 over 8 m2: the
+// mean deviates by 3. With the 4 of what reflection adds that is 5.
+TEST(ResidualEstimate, AddsWhatReflectionAddsAndHowUnsureItIs) {
+  const ResidualEstimate e = Halves(1, 4, 16).Estimate({80, 4}, kRays);
+  EXPECT_DOUBLE_EQ(e.value, ErrorOf(100));
+  EXPECT_DOUBLE_EQ(e.low, ErrorOf(100 - 1.96 * 5));
+  EXPECT_DOUBLE_EQ(e.high, ErrorOf(100 + 1.96 * 5));
+  EXPECT_DOUBLE_EQ(e.least, e.value);
+  EXPECT_DOUBLE_EQ(e.most, ErrorOf(100 + 5));
+}
+
+// Squares without bias have either sign where there is nothing but noise.
+TEST(ResidualEstimate, NoiseAloneIsNoError) {
+  const ResidualEstimate e = Halves(1, -1, 64).Estimate({}, kRays);
+  EXPECT_EQ(e.value, 0);
+  EXPECT_EQ(e.low, 0);
+  EXPECT_EQ(e.least, 0);
+  EXPECT_DOUBLE_EQ(e.high, ErrorOf(1.96 * kReflectingArea / 8));
+}
+
+TEST(ResidualEstimate, WhereOnePointLeavesAllOpenTheOthersSayTheLeast) {
+  ResidualSum sum = Halves(1, 1, 1024);
+  sum.Add(Probe(1 << 16));
+  const ResidualEstimate e = sum.Estimate({}, kRays);
+  EXPECT_EQ(e.low, 0);
+  EXPECT_GT(e.value, 7 * ErrorOf(kReflectingArea)) << "a mean of 65";
+  EXPECT_DOUBLE_EQ(e.least, ErrorOf(kReflectingArea));
+}
+
+// 0.65 of what a bounce leaves: of half the light that half of all directions
+// see. Half of the area sees nothing and is no part of the mean.
+TEST(ResidualEstimate, ConstantBasesLackSlopes) {
+  const auto value_of = [](bool is_constant, double enclosed) {
+    ResidualSum sum({kMeanReflected, kReflectingArea, is_constant});
+    sum.Add({kReflectingArea, 1, enclosed, {0.25, 0.5, 0.75}});
+    sum.Add({kReflectingArea, 1, 0, {0.25, 0.5, 0.75}});
+    return sum.Estimate({}, kRays).value;
+  };
+  const double seen = ErrorOf(kReflectingArea);
+  EXPECT_DOUBLE_EQ(value_of(false, 0.5), seen);
+  EXPECT_DOUBLE_EQ(value_of(true, 0.5), seen * (1 + 0.65 * 0.25));
+  EXPECT_DOUBLE_EQ(value_of(true, 0), seen);
+}
+
+// A residual of 1 under noise, by products of two independent estimates. The
+// interval is 1.96 deviations: of 400 it misses 20, and those with a deviation
+// of 4.36, of which 4 are allowed to either side.
+TEST(ResidualEstimate, NineteenOfTwentyIntervalsHoldTheError) {
+  constexpr int kRuns = 400;
+  constexpr int kPointsPerRun = 1000;
+  int missed = 0;
+  for (uint64_t seed = 0; seed < kRuns; ++seed) {
+    Random random(seed);
+    ResidualSum sum(kScale);
+    for (int i = 0; i < kPointsPerRun; ++i) {
+      const double first = 1 + 4 * (random.Next() - 0.5);
+      const double second = 1 + 4 * (random.Next() - 0.5);
+      sum.Add(Probe(first * second));
+    }
+    const ResidualEstimate e = sum.Estimate({}, kRays);
+    const double error = ErrorOf(kReflectingArea);
+    missed += error < e.low || error > e.high ? 1 : 0;
+  }
+  EXPECT_LE(missed, 20 + 17);
+  EXPECT_GE(missed, 20 - 17);
+}
+
+ResidualEstimate Interval(double low, double high) {
+  ResidualEstimate e;
+  e.value = (low + high) / 2;
+  e.low = low;
+  e.high = high;
+  e.rays = kRays;
+  return e;
+}
+
+TEST(ResidualEstimate, IsDecidedClearOfTheRequestedErrorOrWhereNarrow) {
+  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.1, 0));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, 0));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.07, 0));
+  EXPECT_TRUE(IsDecided(Interval(0.095, 0.105), 0.1, 0)) << "5 % to each side";
+  EXPECT_FALSE(IsDecided(Interval(0.093, 0.107), 0.1, 0)) << "7 %";
+}
+
+// Only an error that is too large is located.
+TEST(ResidualEstimate, AboveTheRequestedErrorItTakesRaysToLocateIt) {
+  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.07, kRays + 1));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.07, kRays));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, kRays + 1));
+}
+
+}  // namespace
+}  // namespace enfilade
