@@ -139,6 +139,21 @@ bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
 }
 
 template <typename Misses, typename Visit>
+bool ShaftBlockers::VisitGroup(const Group& group,
+                               const Misses& misses,
+                               const Visit& visit) const {
+  if (misses(group.box)) {
+    return true;
+  }
+  for (uint32_t i = group.first; i < group.first + group.count; ++i) {
+    if (!misses(boxes_[i]) && !visit(i)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <typename Misses, typename Visit>
 bool ShaftBlockers::VisitAll(const Misses& misses, const Visit& visit) const {
   if (misses(box_)) {
     return true;
@@ -148,14 +163,8 @@ bool ShaftBlockers::VisitAll(const Misses& misses, const Visit& visit) const {
       continue;
     }
     for (uint32_t g = super.first; g < super.first + super.count; ++g) {
-      const Group& group = groups_[g];
-      if (misses(group.box)) {
-        continue;
-      }
-      for (uint32_t i = group.first; i < group.first + group.count; ++i) {
-        if (!misses(boxes_[i]) && !visit(i)) {
-          return false;
-        }
+      if (!VisitGroup(groups_[g], misses, visit)) {
+        return false;
       }
     }
   }

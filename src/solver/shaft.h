@@ -63,6 +63,10 @@ class ShaftBlockers {
   // it returns false. Returns whether it never did.
   template <typename Misses, typename Visit>
   bool VisitAll(const Misses& misses, const Visit& visit) const;
+  template <typename Misses, typename Visit>
+  bool VisitGroup(const Group& group,
+                  const Misses& misses,
+                  const Visit& visit) const;
   [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
 
   [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {
