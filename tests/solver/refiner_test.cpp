@@ -398,8 +398,6 @@ TEST_F(FinelyLinkedRoom, HasPartsBelowTheirLimit) {
   }
 }
 
-// Half of the ceiling is hidden. Whichever rays let a link be accepted, what
-// the links bring together must be half of what the bare ceiling would.
 // A patch that is cared for n times as much gets the links of a solve with an
 // n-th of tau; their errors are what they are.
 TEST(Care, IsASmallerTauOfOnePatch) {
@@ -501,6 +499,8 @@ TEST(Links, SeeTheNarrowShadowOfARim) {
   EXPECT_LT(height, 1.0 / 12);
 }
 
+// Half of the ceiling is hidden. Whichever rays let a link be accepted, what
+// the links bring together must be half of what the bare ceiling would.
 TEST(Links, KeepRaysThatDidNotDecideOnThem) {
   Patch plate = Ceiling(1 - 3e-4);
   plate.v = {0.5, 0, 0};
