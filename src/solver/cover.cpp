@@ -37,8 +37,7 @@ constexpr size_t kMostCandidates = 64;
 // Levels of elements whose children are looked at in parallel.
 constexpr size_t kParallelLevels = 4;
 // A surface can only be covered below what stands on it or hangs before it, or
-// inside of it: within this distance of what is projected onto it, or within
-// the width of the projection.
+// inside of it: within this distance of what is projected onto it.
 constexpr float kCoverMargin = 0.05F;  // m
 // Receivers of a cell: as many, and so many for each of its patches.
 constexpr size_t kMostReceivers = 16384;
@@ -136,11 +135,8 @@ class Candidates {
       a.Add(Dot(Cross(d, patch_->v), cross) / square);
       b.Add(Dot(Cross(patch_->u, d), cross) / square);
     }
-    const Vec3f across = patch_->u * (a.high - a.low);
-    const Vec3f along = patch_->v * (b.high - b.low);
-    const float margin = std::min(kCoverMargin, Length(across) + Length(along));
-    const float wide_a = margin * Length(patch_->v) / area;
-    const float wide_b = margin * Length(patch_->u) / area;
+    const float wide_a = kCoverMargin * Length(patch_->v) / area;
+    const float wide_b = kCoverMargin * Length(patch_->u) / area;
     const Rect rect = {
         a.low - wide_a, a.high + wide_a, b.low - wide_b, b.high + wide_b};
     if (rect.low_a < 1 && rect.high_a > 0 && rect.low_b < 1 &&

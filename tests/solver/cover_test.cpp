@@ -190,6 +190,35 @@ TEST(Cover, EveryFootIsFound) {
   }
 }
 
+// The facets of a round leg are narrow: what it stands on is farther from each
+// of them than they are wide.
+TEST(Cover, TheFootOfARoundLegIsFound) {
+  constexpr int kFacets = 48;
+  constexpr double kRadius = 0.04;
+  std::vector<Patch> patches = BareRoom();
+  const auto at = [](int i) {
+    const double phi = 2 * kPi * i / kFacets;
+    return Point3{
+        1.37 + kRadius * std::cos(phi), 2.21 + kRadius * std::sin(phi), 0};
+  };
+  for (int i = 0; i < kFacets; ++i) {
+    patches.push_back(test::Rectangle(at(i), at(i + 1) - at(i), {0, 0, 0.45}));
+  }
+  double covered = 0;
+  for (const ElementFrame leaf :
+       CoveredCell(std::move(patches), 0.005).Leaves(0)) {
+    const double middle_x =
+        kRoomEdge * static_cast<double>(leaf.a + leaf.scale / 2);
+    const double middle_y =
+        kRoomEdge * static_cast<double>(leaf.b + leaf.scale / 2);
+    if (std::hypot(middle_x - 1.37, middle_y - 2.21) < kRadius) {
+      covered += LeafArea(leaf);
+      EXPECT_LE(kRoomEdge * static_cast<double>(leaf.scale), 2 * kRadius);
+    }
+  }
+  EXPECT_NEAR(covered, kPi * kRadius * kRadius, 0.5 * kPi * kRadius * kRadius);
+}
+
 // The RMS over the floor of what is lost by taking each leaf for covered in its
 // mean.
 double EdgeError(double tau) {
