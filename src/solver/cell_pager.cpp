@@ -251,11 +251,8 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
   // cap.
   need += build + budget_->ResidentBeyondCharges();
   uint64_t room = budget_->FreeBytes();
-  if (need <= room) {
-    return true;
-  }
-  for (const auto& [key, item] : items_) {
-    room += item.use.expired() ? item.held_bytes : 0;
+  for (auto it = items_.begin(); room < need && it != items_.end(); ++it) {
+    room += it->second.use.expired() ? it->second.held_bytes : 0;
   }
   return need <= room;
 }

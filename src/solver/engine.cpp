@@ -25,6 +25,10 @@ constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostSweeps = 60;
 // Cycles of the balance within a cell, at most.
 constexpr uint32_t kMostCycles = 40;
+// A commit writes all of a cell's tree, however little of it has changed: work
+// between two takes at least so many times as long.
+constexpr double kWorkPerCommit = 20;
+constexpr double kTellSeconds = 0.5;  // between two reports of progress
 // The light before the first round is guessed with at most this reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
@@ -88,7 +92,9 @@ Engine::Engine(BlockStorage& store,
       workspace_(ReserveWorkspace()),
       area_(ReflectingArea(store, scene_, partition_.cells.size())),
       is_black_(area_ <= 0),
-      last_commit_(std::chrono::steady_clock::now()) {
+      commit_seconds_(options.commit_seconds),
+      last_commit_(std::chrono::steady_clock::now()),
+      last_told_(last_commit_) {
   if (!LoadSolveState(store, &state_)) {
     Start();
   }
@@ -424,9 +430,9 @@ void Engine::Settle(const Receiver& r) {
 
 // ------------------------------------------------------------------ commits
 
-// The end of a step: commits now and then, and stops here when asked to.
 void Engine::Commit() {
   const Stopwatch watch(&state_.times.store_seconds);
+  const auto begin = std::chrono::steady_clock::now();
   pager_.Flush();
   if (!care_.empty()) {
     SaveCellCare(care_, CellId(state_.next_cell), *store_);
@@ -434,22 +440,27 @@ void Engine::Commit() {
   SaveSolveState(state_, *store_);
   store_->Commit();
   last_commit_ = std::chrono::steady_clock::now();
+  commit_seconds_ = options_.commit_seconds > 0
+                        ? std::max(options_.commit_seconds,
+                                   kWorkPerCommit * SecondsSince(begin))
+                        : 0;
 }
 
+// The end of a step: commits now and then, and stops here when asked to.
 void Engine::CheckPoint() {
   const bool stop = options_.stop != nullptr && options_.stop->load();
-  if (!stop && SecondsSince(last_commit_) < options_.commit_seconds) {
-    return;
-  }
   if (stop) {
     TakeReads();
   }
-  Commit();
+  if (stop || SecondsSince(last_commit_) >= commit_seconds_) {
+    Commit();
+  }
   if (stop) {
     throw InterruptedError("stopped as asked; all work is kept");
   }
-  if (options_.progress) {
+  if (options_.progress && SecondsSince(last_told_) >= kTellSeconds) {
     options_.progress(ShareOfSweep(), PhaseText(state_));
+    last_told_ = std::chrono::steady_clock::now();
   }
 }
 

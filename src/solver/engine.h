@@ -116,7 +116,9 @@ class Engine {
   bool is_black_ = false;
   CellCare care_;             // of the cell whose links are made; else empty
   double share_of_cell_ = 0;  // of the cell at work that is done
+  double commit_seconds_;     // of work from one commit to the next, now
   std::chrono::steady_clock::time_point last_commit_;
+  std::chrono::steady_clock::time_point last_told_;  // of progress
 };
 
 }  // namespace enfilade

@@ -27,6 +27,10 @@ constexpr int kBlockedHalvings = 2;
 constexpr float kUnprovenByFour = 0.15F;
 constexpr float kDecidedByFour = 0.25F;
 
+// The sources of a cell are about so many items of work for each few receivers:
+// more would be in vain, as most are too far or too dark to be looked at.
+constexpr size_t kSourceParts = 16;
+
 // Pairs of clusters are sampled where each pair of their items is kept with at
 // most this probability, and these many are to be expected.
 constexpr float kMostProbable = 0.5F;
@@ -56,23 +60,19 @@ Refiner::Refiner(const RefineOptions& options,
       shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
       constant_basis_(receiver.tree->Shape().NodeStride() == 1),
       receiver_front_(receiver.clusters->Front(kItemReceivers)),
-      source_front_(source.clusters->Front(kItemSources)) {
+      source_front_(source.clusters->Front(std::max(
+          kItemSources, source.clusters->Items().size() / kSourceParts))) {
   std::vector<float> weights;
   for (const ClusterItem& item : receiver.clusters->Items()) {
-    weights.push_back(RootReceiver(item).weight);
+    weights.push_back(WeightOf(item));
   }
   weights_ = receiver.clusters->LargestOf(weights);
   std::vector<float> peaks;
   std::vector<float> fluxes;
   for (const ClusterItem& item : source.clusters->Items()) {
-    if (InGroup(item.patch)) {
-      peaks.push_back(0);
-      fluxes.push_back(0);
-      continue;
-    }
-    const Source s = RootSource(item);
-    peaks.push_back(PeakOf(s));
-    fluxes.push_back(PeakOf(s) * s.end.area);
+    const float peak = InGroup(item.patch) ? 0 : PeakOf(item);
+    peaks.push_back(peak);
+    fluxes.push_back(peak * source.patches[item.patch].area);
   }
   SetGroups();
   peaks_ = source.clusters->LargestOf(peaks);
@@ -104,19 +104,60 @@ void Refiner::Refine(const WorkPart& part,
   const size_t column = part.item % columns;
   task.first_receiver = receiver_.clusters->Clusters()[r].first;
   if (column < source_front_.size()) {
-    const uint32_t s = source_front_[column];
-    task.first_source = source_.clusters->Clusters()[s].first;
-    VisitClusters(r, s, &task);
+    VisitSources(r, source_front_[column], &task);
   } else {
     VisitGroups(receiver_.clusters->Clusters()[r],
                 source_.groups->Roots()[column - source_front_.size()],
                 &task);
+    TakeBlocked(&task);
   }
   FlushWeak(&task);
   out->rays += task.rays.traced;
-  const double seen = (static_cast<double>(task.rays.seen) + 1) /
-                      (static_cast<double>(task.rays.traced) + 4);
-  out->squared_error += task.blocked_squared * std::min(1.0, 2 * seen);
+}
+
+// What a pair of clusters is, by its bounds.
+Refiner::ClusterVisit Refiner::LookAt(ClusterPair pair) const {
+  const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
+  const Cluster& s = source_.clusters->Clusters()[pair.source];
+  const ClusterBound bound = BoundOf(r, s);
+  ClusterVisit visit;
+  visit.behind = bound.behind;
+  if (bound.behind) {
+    return visit;
+  }
+  visit.form_factor = bound.form_factor;
+  const float transfer = weights_[pair.receiver] *
+                         std::min(peaks_[pair.source] * bound.form_factor,
+                                  fluxes_[pair.source] * bound.per_area);
+  visit.probability = WeakProbability(transfer, bound.form_factor);
+  visit.expected = static_cast<float>(r.count) * static_cast<float>(s.count) *
+                   visit.probability;
+  return visit;
+}
+
+// From the sources of an item down to those of kItemSources, or to where
+// few links are to be expected: what is far or dark is never looked at.
+void Refiner::VisitSources(uint32_t receiver,
+                           uint32_t source,
+                           Task* task) const {
+  const Cluster& s = source_.clusters->Clusters()[source];
+  if (s.count <= kItemSources) {
+    task->first_source = s.first;
+    task->sources.Clear();
+    VisitClusters(receiver, source, task);
+    TakeBlocked(task);
+    return;
+  }
+  const ClusterVisit visit = LookAt({receiver, source});
+  if (visit.behind || task->out->overflowed) {
+    return;
+  }
+  if (visit.probability < kMostProbable && visit.expected < kFewLinks) {
+    SamplePairs({receiver, source}, visit, task);
+    return;
+  }
+  VisitSources(receiver, s.child, task);
+  VisitSources(receiver, s.child + 1, task);
 }
 
 void Refiner::VisitClusters(uint32_t receiver,
@@ -124,19 +165,17 @@ void Refiner::VisitClusters(uint32_t receiver,
                             Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[receiver];
   const Cluster& s = source_.clusters->Clusters()[source];
-  const ClusterBound bound = BoundOf(r, s);
-  if (bound.behind || task->out->overflowed || !task->Meets(r.first, r.count)) {
+  if (task->out->overflowed || !task->Meets(r.first, r.count)) {
     return;
   }
-  const float transfer =
-      weights_[receiver] * std::min(peaks_[source] * bound.form_factor,
-                                    fluxes_[source] * bound.per_area);
-  const float probability = WeakProbability(transfer, bound.form_factor);
+  const ClusterVisit visit = LookAt({receiver, source});
+  if (visit.behind) {
+    return;
+  }
   const bool are_leaves = r.child == 0 && s.child == 0;
-  const float expected =
-      static_cast<float>(r.count) * static_cast<float>(s.count) * probability;
-  if (probability < kMostProbable && (expected < kFewLinks || are_leaves)) {
-    SamplePairs({receiver, source}, bound.form_factor, probability, task);
+  if (visit.probability < kMostProbable &&
+      (visit.expected < kFewLinks || are_leaves)) {
+    SamplePairs({receiver, source}, visit, task);
   } else if (are_leaves) {
     VisitItems(r, s, task);
   } else if (s.child == 0 ||
@@ -163,15 +202,14 @@ void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
 // others: first by `probability`, which none of them exceeds, jumping from one
 // success to the next; then, of those, by what is their own.
 void Refiner::SamplePairs(ClusterPair pair,
-                          float form_factor,
-                          float probability,
+                          const ClusterVisit& visit,
                           Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
   const uint64_t pairs = uint64_t{r.count} * s.count;
   Random random(
       MixKey(PairKey(), ~(uint64_t{pair.receiver} << 32 | pair.source)));
-  const double log_miss = std::log1p(-static_cast<double>(probability));
+  const double log_miss = std::log1p(-static_cast<double>(visit.probability));
   uint64_t at = 0;
   while (true) {
     const double misses = std::log1p(-random.Next()) / log_miss;
@@ -183,14 +221,16 @@ void Refiner::SamplePairs(ClusterPair pair,
     const uint32_t k = s.first + static_cast<uint32_t>(at % s.count);
     if (task->Meets(i, 1) && !InGroup(source_.clusters->Items()[k].patch)) {
       const Receiver& receiver = ReceiverAt(i, task);
-      const Source& source = SourceAt(k, task);
-      const float f =
-          std::min(form_factor, FormFactorBound(receiver.end, source.end));
+      const Source source = s.count <= kItemSources
+                                ? SourceAt(k, task)
+                                : RootSource(source_.clusters->Items()[k]);
+      const float f = std::min(visit.form_factor,
+                               FormFactorBound(receiver.end, source.end));
       AddWeak(receiver,
               source,
               f,
               receiver.weight * PeakOf(source) * f,
-              probability,
+              visit.probability,
               task);
     }
     if (++at == pairs) {
@@ -205,6 +245,7 @@ const Refiner::Receiver& Refiner::ReceiverAt(uint32_t item, Task* task) const {
   });
 }
 
+// Of the sources that the task is at.
 const Refiner::Source& Refiner::SourceAt(uint32_t item, Task* task) const {
   return task->sources.At(item - task->first_source, [&] {
     return RootSource(source_.clusters->Items()[item]);

@@ -119,7 +119,8 @@ class Refiner {
           const RefineSide& source,
           const Blockers& blockers);
 
-  // How many items of work there are.
+  // How many items of work there are: their number grows with that of the
+  // receivers, not with that of pairs.
   [[nodiscard]] size_t ItemCount() const {
     return receiver_front_.size() * (source_front_.size() + GroupCount());
   }
@@ -174,6 +175,14 @@ class Refiner {
     uint32_t source = 0;
   };
 
+  // What is known of the pairs of items of two clusters.
+  struct ClusterVisit {
+    bool behind = false;    // no item of one faces one of the other
+    float form_factor = 0;  // at most
+    float probability = 0;  // with which each is kept, at most
+    float expected = 0;     // so many links, at most, where they are weak
+  };
+
   struct Task;
 
   [[nodiscard]] Source RootSource(const ClusterItem& item) const;
@@ -185,16 +194,28 @@ class Refiner {
       const std::array<float, kTransferNodes>& parent,
       PatchShape shape,
       size_t child) const;
+
+  [[nodiscard]] float CareOf(uint32_t patch) const {
+    return receiver_.care.empty() ? 1.0F : receiver_.care[patch].care;
+  }
+
+  [[nodiscard]] float WeightOf(const ClusterItem& item) const;
+  [[nodiscard]] std::array<float, kTransferNodes> NodeRadiosity(
+      ElementId element, PatchShape patch) const;
+  [[nodiscard]] float SampleAt(size_t node,
+                               PatchShape patch,
+                               std::span<const float> coefficients) const;
   void SetRadiosity(Source* source) const;
-  void SampleRadiosity(std::span<const float> sent, Source* source) const;
   static float PeakOf(const Source& s);
+  [[nodiscard]] float PeakOf(const ClusterItem& item) const;
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
 
+  [[nodiscard]] ClusterVisit LookAt(ClusterPair pair) const;
+  void VisitSources(uint32_t receiver, uint32_t source, Task* task) const;
   void VisitClusters(uint32_t receiver, uint32_t source, Task* task) const;
   void VisitItems(const Cluster& r, const Cluster& s, Task* task) const;
   void SamplePairs(ClusterPair pair,
-                   float form_factor,
-                   float probability,
+                   const ClusterVisit& visit,
                    Task* task) const;
   const Receiver& ReceiverAt(uint32_t item, Task* task) const;
   const Source& SourceAt(uint32_t item, Task* task) const;
@@ -255,6 +276,7 @@ class Refiner {
   static void AddLink(const RawLink& link, Task* task);
   static void AddError(float error, Task* task);
   static void AddBlockedError(float error, Task* task);
+  static void TakeBlocked(Task* task);
 
   // With which probability a transfer is kept, by bounds of itself (W/m,
   // weighted) and of its form factor.

@@ -36,43 +36,53 @@ size_t NearestChild(const TransferEnd& end, Vec3f p) {
 
 }  // namespace
 
-void Refiner::SetRadiosity(Source* source) const {
+// At the transfer nodes of an element, of the brightest channel, W/m2.
+std::array<float, kTransferNodes> Refiner::NodeRadiosity(
+    ElementId element, PatchShape patch) const {
   const TreeShape& shape = source_.tree->Shape();
-  const auto sent = source_.tree->Sent()[source->element];
-  source->radiosity.fill(0);
-  source->detail = source_.tree->Detail(source->element);
-  if (basis_->HasOwnNodes()) {
-    SampleRadiosity(sent, source);
-    return;
-  }
+  const auto sent = source_.tree->Sent()[element];
+  const size_t nodes = SecondOrderBasis().On(patch).NodeCount();
+  std::array<float, kTransferNodes> radiosity{};
   for (size_t c = 0; c < shape.channels; ++c) {
-    for (size_t q = 0; q < source->end.node_count; ++q) {
-      const size_t node = constant_basis_ ? 0 : q;
-      source->radiosity[q] = std::max(
-          source->radiosity[q], std::abs(sent[c * shape.NodeStride() + node]));
+    const auto of_channel = sent.subspan(c * shape.NodeStride());
+    for (size_t q = 0; q < nodes; ++q) {
+      const float value = basis_->HasOwnNodes()
+                              ? SampleAt(q, patch, of_channel)
+                              : of_channel[constant_basis_ ? 0 : q];
+      radiosity[q] = std::max(radiosity[q], std::abs(value));
     }
   }
+  return radiosity;
 }
 
-// At the transfer nodes, of a basis that has its own.
-void Refiner::SampleRadiosity(std::span<const float> sent,
-                              Source* source) const {
-  const TreeShape& shape = source_.tree->Shape();
-  const PatchShape patch_shape = source->end.patch->shape;
-  const auto& rows = basis_->SamplesOn(patch_shape).to_samples;
-  for (size_t c = 0; c < shape.channels; ++c) {
-    for (size_t q = 0; q < source->end.node_count; ++q) {
-      float value = 0;
-      for (size_t g = 0; g < basis_->On(patch_shape).NodeCount(); ++g) {
-        value += rows[g][q] * sent[c * shape.NodeStride() + g];
-      }
-      source->radiosity[q] = std::max(source->radiosity[q], std::abs(value));
-    }
+// Of a basis that has nodes of its own, at a transfer node.
+float Refiner::SampleAt(size_t node,
+                        PatchShape patch,
+                        std::span<const float> coefficients) const {
+  const auto& rows = basis_->SamplesOn(patch).to_samples;
+  float value = 0;
+  for (size_t g = 0; g < basis_->On(patch).NodeCount(); ++g) {
+    value += rows[g][node] * coefficients[g];
   }
+  return value;
+}
+
+void Refiner::SetRadiosity(Source* source) const {
+  source->radiosity = NodeRadiosity(source->element, source->end.patch->shape);
+  source->detail = source_.tree->Detail(source->element);
 }
 
 float Refiner::PeakOf(const Source& s) {
   return *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
+}
+
+// The same of a whole patch, before anything else of it is needed.
+float Refiner::PeakOf(const ClusterItem& item) const {
+  const ElementId element(item.patch);
+  const auto radiosity =
+      NodeRadiosity(element, source_.patches[item.patch].shape);
+  return *std::max_element(radiosity.begin(), radiosity.end()) +
+         source_.tree->Detail(element);
 }
 
 Refiner::Source Refiner::RootSource(const ClusterItem& item) const {
@@ -126,15 +136,23 @@ std::array<float, kTransferNodes> Refiner::Pushed(
   return pushed;
 }
 
+// How much errors on an element weigh at which refinement begins.
+float Refiner::WeightOf(const ClusterItem& item) const {
+  const PatchGeometry& patch = receiver_.patches[item.patch];
+  const float area = AreaOf(patch, FrameOfPath(patch.shape, item.path));
+  return CareOf(item.patch) *
+         std::max(patch.max_reflectance, kLeastWeightReflectance) *
+         std::sqrt(area);
+}
+
 Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
   const PatchGeometry& patch = receiver_.patches[item.patch];
   Receiver r;
   r.end = MakeTransferEnd(patch, FrameOfPath(patch.shape, item.path));
   r.patch = item.patch;
   r.path = item.path;
-  r.care = receiver_.care.empty() ? 1.0F : receiver_.care[item.patch].care;
-  r.weight = r.care * std::max(patch.max_reflectance, kLeastWeightReflectance) *
-             std::sqrt(r.end.area);
+  r.care = CareOf(item.patch);
+  r.weight = WeightOf(item);
   return r;
 }
 

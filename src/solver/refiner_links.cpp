@@ -136,6 +136,18 @@ void Refiner::AddBlockedError(float error, Task* task) {
       static_cast<double>(error) * static_cast<double>(error);
 }
 
+// The sources that the task was at are done.
+void Refiner::TakeBlocked(Task* task) {
+  const auto seen =
+      static_cast<double>(task->rays.seen - task->rays_before.seen);
+  const auto traced =
+      static_cast<double>(task->rays.traced - task->rays_before.traced);
+  task->out->squared_error +=
+      task->blocked_squared * std::min(1.0, 2 * (seen + 1) / (traced + 4));
+  task->blocked_squared = 0;
+  task->rays_before = task->rays;
+}
+
 RawLink Refiner::LinkBetween(const Receiver& r, const Source& s) {
   return {r.patch, s.patch, r.path, s.path, LinkKind::kWeak, 0, 0, {}};
 }

@@ -20,7 +20,7 @@ namespace enfilade {
 // transfer.
 constexpr float kUnprovenClear = 0.03F;
 
-// One item of work: kItemReceivers receivers and this many sources.
+// Sources are looked at by so many.
 constexpr size_t kItemSources = 32;
 
 // Rays that are traced together.
@@ -49,6 +49,8 @@ class Slots {
     std::construct_at(reinterpret_cast<T*>(bytes_) + i, value);
     made_ |= uint64_t{1} << i;
   }
+
+  void Clear() { made_ = 0; }
 
   // Requires that it was made.
   const T& operator[](size_t i) const {
@@ -81,15 +83,17 @@ struct Refiner::Task {
   RawLinks* out = nullptr;
   WorkPart part;
   LinkLimit limit;
-  // The ends of the item's clusters, made when first asked for.
+  // The item's receivers and the sources that it is at, made when first asked
+  // for.
   uint32_t first_receiver = 0;
   uint32_t first_source = 0;
   Slots<Receiver, kItemReceivers> receivers;
   Slots<Source, kItemSources> sources;
-  // What blocked transfers would add to the squared error if half of all rays
-  // of the item were blocked, and its rays.
-  double blocked_squared = 0;
   RayCount rays;
+  // What blocked transfers from these sources would add to the squared error if
+  // half of all rays to them were blocked, and the rays before them.
+  double blocked_squared = 0;
+  RayCount rays_before;
   // Weak links wait for their rays until the packet is full.
   SegmentPacket packet{};
   Slots<PendingLink, kPacketRays> pending;

@@ -50,7 +50,9 @@ struct SolveOptions {
   std::string basis = "m2";  // haar, m2, m3, m4, f2 or f3
   uint64_t seed = 1;         // of the visibility samples
   MethodOptions method;
-  double commit_seconds = 0.5;  // of work between two commits, at least
+  // Of work between two commits, at least, and some twenty times as long as a
+  // commit takes. 0: one after every step.
+  double commit_seconds = 0.5;
   // Called now and then from the solving thread; fraction in [0,1] of the
   // work as estimated so far, and a few words on what is being done.
   std::function<void(double fraction, const std::string& phase)> progress;

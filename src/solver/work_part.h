@@ -1,9 +1,9 @@
 // A part of an item of refinement: the links to some of its receivers. An item
 // that makes too many links at once is done in parts, one after the other:
 //
-//   depth 0             the item, kItemReceivers receivers
-//   depth 1 to 3        a half, a quarter, an eighth of them
-//   depth 3 + n         an element of one, n levels below the receiver
+//   depth 0        the item, kItemReceivers receivers
+//   depth 1        one of them
+//   depth 1 + n    an element of one, n levels below the receiver
 //
 // Links to elements above that one belong to the first of its parts. Where an
 // item is cut depends on its links alone, so it is the same in every run.
@@ -15,13 +15,13 @@
 
 namespace enfilade {
 
-// Receivers of an item, a power of two.
-inline constexpr uint32_t kPartHalvings = 3;
-inline constexpr size_t kItemReceivers = size_t{1} << kPartHalvings;
+// Receivers of an item: as many as bits can tell apart.
+inline constexpr uint32_t kReceiverBits = 3;
+inline constexpr size_t kItemReceivers = size_t{1} << kReceiverBits;
 
 struct WorkPart {
   // Deeper parts are not cut again.
-  static constexpr uint32_t kMostDepth = kPartHalvings + 10;
+  static constexpr uint32_t kMostDepth = 1 + 10;
 
   uint64_t item = 0;
   uint32_t depth = 0;
@@ -51,7 +51,7 @@ struct WorkPart {
 
   // Levels below a receiver to the part's element.
   [[nodiscard]] uint32_t Levels() const {
-    return depth > kPartHalvings ? depth - kPartHalvings : 0;
+    return depth > 1 ? depth - 1 : 0;
   }
 
   // The part's receivers among those of the item: [first, first + count).
@@ -60,7 +60,7 @@ struct WorkPart {
   }
 
   [[nodiscard]] uint32_t ReceiverCount() const {
-    return depth >= kPartHalvings ? 1U : 1U << (kPartHalvings - depth);
+    return depth > 0 ? 1U : uint32_t{kItemReceivers};
   }
 
   // The child on the way from an element `level` levels below the receiver to
@@ -78,7 +78,7 @@ struct WorkPart {
 
  private:
   static uint32_t BitsAt(uint32_t depth) {
-    return depth > kPartHalvings ? 2 : 1;
+    return depth > 1 ? 2 : kReceiverBits;
   }
 };
 

@@ -39,7 +39,7 @@ TEST(WorkPart, PartsFollowEachOtherWithoutGapsOrOverlap) {
     std::vector<int> seen;
     WorkPart part;
     while (part.item == 0) {
-      if (part.depth < kPartHalvings + 2 && random.Next() < 0.6) {
+      if (part.depth < 3 && random.Next() < 0.6) {
         part = part.Narrowed();
         continue;
       }
@@ -60,7 +60,7 @@ TEST(WorkPart, LinksAboveItsElementBelongToTheFirstOne) {
   WorkPart whole;
   EXPECT_TRUE(whole.Owns(0));
   EXPECT_TRUE(whole.Owns(5));
-  WorkPart part = {0, kPartHalvings + 2, 0};
+  WorkPart part = {0, 3, 0};
   int owners = 0;
   for (; part.FirstReceiver() == 0 && part.item == 0; ++part.part) {
     owners += part.Owns(0) ? 1 : 0;
