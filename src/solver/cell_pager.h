@@ -209,13 +209,15 @@ class CellPager {
   static ItemKey LinksKey(CellPair pair, uint32_t chunk);
   [[nodiscard]] uint64_t NextUseOf(ItemKey key) const;
   [[nodiscard]] Victim AsVictim(Items::iterator item) const;
-  Victim FindVictim();
   std::vector<Victim> FindVictims();
   Items::iterator LastLinks();
   bool TryMakeRoom(uint64_t bytes, uint64_t needed_at);
   void KeepBlock(ItemKey key, LinkBlock&& block);
   // False where nothing is left to evict.
   bool EvictUntil(const std::function<bool()>& is_enough);
+  // The same, of what is needed at `first_use` or later.
+  bool EvictNeededFrom(uint64_t first_use,
+                       const std::function<bool()>& is_enough);
   [[nodiscard]] uint64_t EvictionMargin() const;
   void Drop(Items::iterator item);
   // Of the cell's tree in the store: read once, not each time the tree is.

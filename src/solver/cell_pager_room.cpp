@@ -73,15 +73,6 @@ CellPager::Items::iterator CellPager::LastLinks() {
   return here == first ? std::prev(items_.end()) : std::prev(here);
 }
 
-CellPager::Victim CellPager::FindVictim() {
-  Victim victim = AsVictim(LastLinks());
-  const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
-  for (auto it = items_.begin(); it != links; ++it) {
-    victim = std::max(victim, AsVictim(it), GoesLater);
-  }
-  return victim;
-}
-
 // All but links, a heap.
 std::vector<CellPager::Victim> CellPager::FindVictims() {
   std::vector<Victim> victims;
@@ -96,20 +87,26 @@ std::vector<CellPager::Victim> CellPager::FindVictims() {
 }
 
 bool CellPager::EvictUntil(const std::function<bool()>& is_enough) {
+  return EvictNeededFrom(0, is_enough);
+}
+
+bool CellPager::EvictNeededFrom(uint64_t first_use,
+                                const std::function<bool()>& is_enough) {
   if (is_enough()) {
     return true;
   }
   std::vector<Victim> victims = FindVictims();
   do {
     const Victim links = AsVictim(LastLinks());
-    if (!victims.empty() && !GoesLater(victims.front(), links)) {
-      Drop(victims.front().item);
+    const bool is_links = victims.empty() || GoesLater(victims.front(), links);
+    const Victim& last = is_links ? links : victims.front();
+    if (!last.exists || last.rank.first < first_use) {
+      return false;
+    }
+    Drop(last.item);
+    if (!is_links) {
       std::pop_heap(victims.begin(), victims.end(), GoesLater);
       victims.pop_back();
-    } else if (links.exists) {
-      Drop(links.item);
-    } else {
-      return false;
     }
   } while (!is_enough());
   return true;
@@ -177,14 +174,15 @@ bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
     return budget_->ResidentExcess(bytes) <= accepted_excess_ &&
            budget_->TryCharge(bytes);
   };
-  while (!fits()) {
-    const Victim victim = FindVictim();
-    if (!victim.exists || victim.rank.first <= needed_at) {
-      return false;
-    }
-    Drop(victim.item);
+  if (fits()) {
+    return true;
   }
-  return true;
+  const uint64_t wanted = bytes + EvictionMargin();
+  EvictNeededFrom(needed_at + 1, [&] {
+    return budget_->ResidentExcess(wanted) <= accepted_excess_ &&
+           budget_->FreeBytes() >= wanted;
+  });
+  return fits();
 }
 
 // -------------------------------------------------------------- links

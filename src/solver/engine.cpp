@@ -309,6 +309,8 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
       ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
   receiver->receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
+  receiver->weights = ReceiverWeights(
+      {r.id, patches, r.tree.get(), r.receivers.get(), nullptr, care_, {}});
   return covers.rays;
 }
 
@@ -346,6 +348,7 @@ void Engine::RefineCell(CellId cell) {
   FreeVector(&care_);
   care_charge.Reset();
   r.receivers.reset();
+  FreeVector(&r.weights);
   r.receivers_charge.Reset();
   workspace.Reset();
   Settle(r);
@@ -452,13 +455,15 @@ void Engine::CheckPoint() {
   if (stop) {
     TakeReads();
   }
-  if (stop || SecondsSince(last_commit_) >= commit_seconds_) {
+  const bool commits = stop || SecondsSince(last_commit_) >= commit_seconds_;
+  if (commits) {
     Commit();
   }
   if (stop) {
     throw InterruptedError("stopped as asked; all work is kept");
   }
-  if (options_.progress && SecondsSince(last_told_) >= kTellSeconds) {
+  if (options_.progress &&
+      (commits || SecondsSince(last_told_) >= kTellSeconds)) {
     options_.progress(ShareOfSweep(), PhaseText(state_));
     last_told_ = std::chrono::steady_clock::now();
   }

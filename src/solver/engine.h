@@ -53,6 +53,7 @@ class Engine {
     std::shared_ptr<ReceivedLight> received;
     // While it is refined: the elements at which refinement begins.
     std::unique_ptr<ClusterTree> receivers;
+    std::vector<float> weights;  // their ReceiverWeights
     MemoryCharge receivers_charge;
   };
 

@@ -45,12 +45,14 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
                          r.tree.get(),
                          r.receivers.get(),
                          nullptr,
-                         care_},
+                         care_,
+                         r.weights},
                         {s.id,
                          s.geometry->patches,
                          s.tree.get(),
                          s.geometry->clusters.get(),
                          &s.geometry->groups,
+                         {},
                          {}},
                         between.All());
   const CellPair pair{r.id, s.id};

@@ -39,6 +39,17 @@ std::span<const NextUse::Seer> NextUse::SeersOf(uint32_t cell) const {
                                    first_[cell + 1] - first_[cell]);
 }
 
+// From a cell on.
+std::span<const NextUse::Seer> NextUse::SeersFrom(uint32_t cell,
+                                                  uint32_t first) const {
+  const auto seers = SeersOf(cell);
+  const auto at = std::lower_bound(
+      seers.begin(), seers.end(), first, [](const Seer& s, uint32_t id) {
+        return s.cell < id;
+      });
+  return {at, seers.end()};
+}
+
 std::vector<CellId> NextUse::SeenFrom(CellId cell) const {
   std::vector<CellId> cells;
   for (const Seer& seer : SeersOf(cell.value)) {
@@ -48,16 +59,12 @@ std::vector<CellId> NextUse::SeenFrom(CellId cell) const {
 }
 
 const NextUse::Seer& NextUse::SeerOf(CellId cell, CellId seer) const {
-  const auto seers = SeersOf(cell.value);
-  const auto at = std::lower_bound(
-      seers.begin(), seers.end(), seer.value, [](const Seer& s, uint32_t id) {
-        return s.cell < id;
-      });
-  ENFILADE_CHECK(at != seers.end() && at->cell == seer.value,
+  const auto seers = SeersFrom(cell.value, seer.value);
+  ENFILADE_CHECK(!seers.empty() && seers.front().cell == seer.value,
                  "cells {} and {} do not see each other",
                  cell.value,
                  seer.value);
-  return *at;
+  return seers.front();
 }
 
 void NextUse::SetLinked(CellId receiver, CellId source, bool is_linked) {
@@ -159,15 +166,14 @@ uint64_t NextUse::OfNews(CellId id) const {
 // In this sweep.
 uint64_t NextUse::AsSource(uint32_t cell) const {
   const uint64_t place = Place(receiver_, cell);
-  for (const Seer& seer : SeersOf(cell)) {
+  for (const Seer& seer : SeersFrom(cell, receiver_)) {
     if (seer.cell == cell) {
       continue;
     }
     if (seer.cell == receiver_ && place == place_) {
       return 0;
     }
-    const bool is_ahead =
-        seer.cell > receiver_ || (seer.cell == receiver_ && place > place_);
+    const bool is_ahead = seer.cell > receiver_ || place > place_;
     if (is_ahead && Gathers(seer, cell, false)) {
       return Distance(seer.cell - receiver_, Place(seer.cell, cell));
     }
@@ -208,7 +214,7 @@ uint64_t NextUse::OfBlockers(CellId id) const {
     return in_turn->second - place_;
   }
   // A cell that has this one between itself and a source also sees it.
-  for (const Seer& seer : SeersOf(cell)) {
+  for (const Seer& seer : SeersFrom(cell, receiver_)) {
     if (between_.empty() && seer.cell == receiver_) {
       return 1;
     }

@@ -99,6 +99,8 @@ class NextUse {
 
   [[nodiscard]] const Seer& SeerOf(CellId cell, CellId seer) const;
   [[nodiscard]] std::span<const Seer> SeersOf(uint32_t cell) const;
+  [[nodiscard]] std::span<const Seer> SeersFrom(uint32_t cell,
+                                                uint32_t first) const;
 
   [[nodiscard]] uint64_t TurnLength() const { return first_.size() + 1; }
 

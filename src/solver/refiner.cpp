@@ -1,5 +1,6 @@
 #include "solver/refiner.h"
 
+#include "base/check.h"
 #include "base/random.h"
 #include "solver/refiner_task.h"
 
@@ -62,11 +63,11 @@ Refiner::Refiner(const RefineOptions& options,
       receiver_front_(receiver.clusters->Front(kItemReceivers)),
       source_front_(source.clusters->Front(std::max(
           kItemSources, source.clusters->Items().size() / kSourceParts))) {
-  std::vector<float> weights;
-  for (const ClusterItem& item : receiver.clusters->Items()) {
-    weights.push_back(WeightOf(item));
-  }
-  weights_ = receiver.clusters->LargestOf(weights);
+  ENFILADE_CHECK(
+      receiver.weights.size() == receiver.clusters->Clusters().size(),
+      "{} weights of {} clusters",
+      receiver.weights.size(),
+      receiver.clusters->Clusters().size());
   std::vector<float> peaks;
   std::vector<float> fluxes;
   for (const ClusterItem& item : source.clusters->Items()) {
@@ -126,7 +127,7 @@ Refiner::ClusterVisit Refiner::LookAt(ClusterPair pair) const {
     return visit;
   }
   visit.form_factor = bound.form_factor;
-  const float transfer = weights_[pair.receiver] *
+  const float transfer = receiver_.weights[pair.receiver] *
                          std::min(peaks_[pair.source] * bound.form_factor,
                                   fluxes_[pair.source] * bound.per_area);
   visit.probability = WeakProbability(transfer, bound.form_factor);

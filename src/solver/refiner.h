@@ -62,7 +62,13 @@ struct RefineSide {
   const SourceGroups* groups = nullptr;
   // Of the receiver, by patch. Empty: 1 for all.
   std::span<const PatchCare> care = {};
+  // Of the receiver: its ReceiverWeights, the same for all sources.
+  std::span<const float> weights = {};
 };
+
+// By cluster of a receiver, how much errors weigh at most on an element at
+// which refinement begins: reflectance times root of area, times care.
+std::vector<float> ReceiverWeights(const RefineSide& receiver);
 
 // A link before its elements have ids.
 struct RawLink {
@@ -194,12 +200,6 @@ class Refiner {
       const std::array<float, kTransferNodes>& parent,
       PatchShape shape,
       size_t child) const;
-
-  [[nodiscard]] float CareOf(uint32_t patch) const {
-    return receiver_.care.empty() ? 1.0F : receiver_.care[patch].care;
-  }
-
-  [[nodiscard]] float WeightOf(const ClusterItem& item) const;
   [[nodiscard]] std::array<float, kTransferNodes> NodeRadiosity(
       ElementId element, PatchShape patch) const;
   [[nodiscard]] float SampleAt(size_t node,
@@ -361,8 +361,7 @@ class Refiner {
   bool constant_basis_;
   std::vector<uint32_t> receiver_front_;
   std::vector<uint32_t> source_front_;
-  // Per cluster, the largest value of its items.
-  std::vector<float> weights_;
+  // Per cluster of the source, the largest value of its items.
   std::vector<float> peaks_;   // radiosity, W/m2
   std::vector<float> fluxes_;  // radiosity times area, W
   std::vector<Group> groups_;

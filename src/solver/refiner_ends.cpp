@@ -13,6 +13,19 @@ namespace {
 // By how much detail may be concentrated for it to be looked for.
 constexpr float kMostConcentration = 16;
 
+float CareOf(const RefineSide& receiver, uint32_t patch) {
+  return receiver.care.empty() ? 1.0F : receiver.care[patch].care;
+}
+
+// How much errors weigh on an element at which refinement begins.
+float WeightOf(const RefineSide& receiver, const ClusterItem& item) {
+  const PatchGeometry& patch = receiver.patches[item.patch];
+  const float area = AreaOf(patch, FrameOfPath(patch.shape, item.path));
+  return CareOf(receiver, item.patch) *
+         std::max(patch.max_reflectance, kLeastWeightReflectance) *
+         std::sqrt(area);
+}
+
 // Which child of an element lies nearest to a point.
 size_t NearestChild(const TransferEnd& end, Vec3f p) {
   size_t nearest = 0;
@@ -35,6 +48,15 @@ size_t NearestChild(const TransferEnd& end, Vec3f p) {
 }
 
 }  // namespace
+
+std::vector<float> ReceiverWeights(const RefineSide& receiver) {
+  std::vector<float> weights;
+  weights.reserve(receiver.clusters->Items().size());
+  for (const ClusterItem& item : receiver.clusters->Items()) {
+    weights.push_back(WeightOf(receiver, item));
+  }
+  return receiver.clusters->LargestOf(weights);
+}
 
 // At the transfer nodes of an element, of the brightest channel, W/m2.
 std::array<float, kTransferNodes> Refiner::NodeRadiosity(
@@ -136,23 +158,14 @@ std::array<float, kTransferNodes> Refiner::Pushed(
   return pushed;
 }
 
-// How much errors on an element weigh at which refinement begins.
-float Refiner::WeightOf(const ClusterItem& item) const {
-  const PatchGeometry& patch = receiver_.patches[item.patch];
-  const float area = AreaOf(patch, FrameOfPath(patch.shape, item.path));
-  return CareOf(item.patch) *
-         std::max(patch.max_reflectance, kLeastWeightReflectance) *
-         std::sqrt(area);
-}
-
 Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
   const PatchGeometry& patch = receiver_.patches[item.patch];
   Receiver r;
   r.end = MakeTransferEnd(patch, FrameOfPath(patch.shape, item.path));
   r.patch = item.patch;
   r.path = item.path;
-  r.care = CareOf(item.patch);
-  r.weight = WeightOf(item);
+  r.care = CareOf(receiver_, item.patch);
+  r.weight = WeightOf(receiver_, item);
   return r;
 }
 

@@ -53,8 +53,9 @@ struct SolveOptions {
   // Of work between two commits, at least, and some twenty times as long as a
   // commit takes. 0: one after every step.
   double commit_seconds = 0.5;
-  // Called now and then from the solving thread; fraction in [0,1] of the
-  // work as estimated so far, and a few words on what is being done.
+  // Called now and then, and after each commit, from the solving thread;
+  // fraction in [0,1] of the work as estimated so far, and a few words on what
+  // is being done.
   std::function<void(double fraction, const std::string& phase)> progress;
   // Called from the solving thread after each round.
   std::function<void(const RoundSummary&)> round_ended;

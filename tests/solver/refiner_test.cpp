@@ -418,6 +418,8 @@ TEST(Care, IsASmallerTauOfOnePatch) {
     options.tau_weak = tau / 2;
     RefineSide side = receiver.Side();
     side.care = care;
+    const std::vector<float> weights = ReceiverWeights(side);
+    side.weights = weights;
     std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
     double error = 0;
     for (const RawLinks& item :

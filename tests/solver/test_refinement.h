@@ -39,10 +39,11 @@ class BrightCell {
       }
     }
     tree_.UpdateDetail();
+    weights_ = ReceiverWeights(Side());
   }
 
   [[nodiscard]] RefineSide Side() const {
-    return {CellId(id_), geometry_, &tree_, &clusters_};
+    return {CellId(id_), geometry_, &tree_, &clusters_, nullptr, {}, weights_};
   }
 
   [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
@@ -65,6 +66,7 @@ class BrightCell {
   CellTree tree_;
   ReceivedLight received_;
   ClusterTree clusters_;
+  std::vector<float> weights_;
 };
 
 // What rays and shafts see.
