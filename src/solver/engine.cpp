@@ -188,7 +188,6 @@ void Engine::StartRound(double tau) {
   state_.next_cell = 0;
   state_.cursor = {};
   state_.converged = false;
-  state_.relit = false;
   state_.published_in_sweep = false;
   state_.sweeps_in_round = 0;
   pager_.ForgetLinks();  // they are made anew
@@ -424,7 +423,9 @@ void Engine::Settle(const Receiver& r) {
     row.published = state_.tick;
     state_.published_in_sweep |= r.sources.size() > 1;
   }
-  state_.relit |= !was_lit && IsLit(r.id) && r.sources.size() > 1;
+  if (!was_lit && IsLit(r.id) && r.sources.size() > 1) {
+    row.late = state_.round + uint64_t{1};
+  }
   r.tree->UpdateDetail();
   assert(r.tree->IsValid() && delta->IsFinite());
   pager_.MarkDirty(r.id);

@@ -30,6 +30,9 @@ constexpr double kLeastLeft = 0.15;
 // From this share of the squared error on, what care alone mends is worth a
 // round.
 constexpr double kMuchCaredFor = 0.3;
+// What cells reflect that were lit too late for others may be this share of the
+// error of all reflected light: in soups, light goes on to seep into walls.
+constexpr double kLateShare = 0.01;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
 
@@ -98,6 +101,7 @@ RoundRecord RecordRound(SolveState* state, double area) {
   double residual = 0;
   double squared_error = 0;
   double changed = 0;
+  double late = 0;
   RoundRecord record;
   for (const CellRow& row : state->cells) {
     reflected += row.reflected;
@@ -105,11 +109,12 @@ RoundRecord RecordRound(SolveState* state, double area) {
     squared_error += row.squared_error;
     changed += row.changed;
     record.links += row.links;
+    late += row.late == state->round + uint64_t{1} ? row.reflected : 0;
   }
   state->mean_reflected = std::max(reflected / area, 1e-30);
   state->residual = residual / std::max(reflected, 1e-30);
   record.tau = state->tau;
-  record.relit = state->relit;
+  record.relit = late > kLateShare * state->error * reflected;
   record.predicted_error =
       std::sqrt(squared_error / area) / state->mean_reflected;
   record.observed_change = std::sqrt(changed / area) / state->mean_reflected;

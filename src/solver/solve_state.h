@@ -32,11 +32,13 @@ struct CellRow {
   HoldLevel hold = 0;        // of its gains
   uint64_t elements = 0;
   uint64_t links = 0;
+  uint64_t late = 0;  // the last round, from 1, that lit it after others had
+                      // passed it; 0: none
 };
 
 template <>
 inline constexpr bool kIsPacked<CellRow> = sizeof(CellRow) ==
-                                           4 * sizeof(uint64_t) +
+                                           5 * sizeof(uint64_t) +
                                                7 * sizeof(double) +
                                                sizeof(float) +
                                                sizeof(HoldLevel);
@@ -53,7 +55,8 @@ struct RoundRecord {
   // Share of the squared error seen by rays that care alone will remove, at the
   // same tau.
   double cared_for = 0;
-  // Cells were lit only after the links from them should have been made.
+  // Cells were lit only after the links from them should have been made, so
+  // brightly that it matters.
   bool relit = false;
   uint64_t links = 0;
 };
@@ -90,7 +93,6 @@ struct SolveState {
   double mean_reflected = 0;  // W/m2; of the round before, or a guess
   double residual = 0;        // unsent over reflected flux
   bool converged = false;
-  bool relit = false;  // a cell got its first light after others passed it
   bool published_in_sweep = false;
   uint32_t next_cell = 0;
   PairCursor cursor;

@@ -62,11 +62,28 @@ TEST(ErrorControl, OneRoundIsNeverEnough) {
 
 TEST(ErrorControl, ARoundThatLitCellsLateDoesNotCount) {
   SolveState state = StateOf(0.1);
-  state.relit = true;
-  EXPECT_TRUE(RecordRound(&state, kArea).relit);
   state.rounds = {Round(0.01, 0.01, 10), Round(0.01, 0.01, 20)};
   state.rounds.back().relit = true;
   EXPECT_FALSE(HasMetError(state));
+}
+
+// Light goes on to seep into the walls of soups.
+TEST(ErrorControl, LateLightCountsWhereItIsManyTimesTheErrorOfTheRest) {
+  constexpr double kError = 0.1;
+  const auto is_relit = [](double share, uint64_t round) {
+    SolveState state = StateOf(kError);
+    state.round = 2;
+    CellRow lit;
+    lit.reflected = 100;
+    CellRow late;
+    late.reflected = share * lit.reflected;
+    late.late = round;
+    state.cells = {lit, late};
+    return RecordRound(&state, kArea).relit;
+  };
+  EXPECT_TRUE(is_relit(kError, 3));
+  EXPECT_FALSE(is_relit(kError, 2)) << "it was late in an earlier round";
+  EXPECT_FALSE(is_relit(0.001 * kError, 3));
 }
 
 // What rays are sure of.
