@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace enfilade {
@@ -27,6 +28,8 @@ constexpr uint64_t kContactBytesPerPatch = 300;
 // this distance, relative to its size: its lines would cut all of it else.
 constexpr double kFramedFrom = 6;
 constexpr double kFrameMargin = 0.4;
+// Lengths up to this ratio are alike.
+constexpr double kAlikeShare = 1.05;
 // Beside lamps, rims are followed by runs as short as this.
 constexpr double kShortRunAtLampM = 2e-3;
 
@@ -147,46 +150,101 @@ class ContactCutter {
   }
 
  private:
+  // Segments that hang together.
+  struct Chain {
+    std::vector<Segment> segments;
+    Polygon ends;
+    Box3 box;
+    double length = 0;
+    bool is_at_lamp = false;  // as near as it is long
+    bool is_cover = false;    // something lies within it
+  };
+
+  [[nodiscard]] Chain ChainOf(std::vector<Segment> segments) const {
+    Chain chain;
+    for (const Segment& segment : segments) {
+      chain.ends.push_back(segment.a);
+      chain.ends.push_back(segment.b);
+    }
+    chain.segments = std::move(segments);
+    chain.box = BoundsOf(chain.ends);
+    chain.length = Length(chain.box.Extent());
+    chain.is_at_lamp = chain.length < kLeastContactM &&
+                       MeetsLamp(Grown(chain.box, chain.length));
+    return chain;
+  }
+
   // Segments that reach far together with all that they hang together with, or
   // are as near to a lamp as they are long. These are framed where the polygon
   // is far larger.
   [[nodiscard]] std::vector<Segment> ThoseThatMatter(
-      const std::vector<Segment>& segments,
+      const std::vector<Segment>& feet,
+      const std::vector<Segment>& covers,
       const Polygon& polygon,
       const Plane& plane) const {
-    DisjointSets chains = ChainsOf(segments);
+    std::vector<Segment> segments = feet;
+    Append(covers, &segments);
+    DisjointSets sets = ChainsOf(segments);
     std::vector<std::vector<Segment>> members(segments.size());
+    std::vector<bool> is_cover(segments.size());
     for (uint32_t i = 0; i < segments.size(); ++i) {
-      members[chains.Find(i)].push_back(segments[i]);
+      const uint32_t set = sets.Find(i);
+      members[set].push_back(segments[i]);
+      is_cover[set] = is_cover[set] || i >= feet.size();
     }
     const double size = Length(BoundsOf(polygon).Extent());
     std::vector<Segment> kept;
-    for (std::vector<Segment>& chain : members) {
-      Polygon ends;
-      for (const Segment& segment : chain) {
-        ends.push_back(segment.a);
-        ends.push_back(segment.b);
-      }
-      if (ends.empty()) {
+    std::vector<Chain> far;
+    for (size_t i = 0; i < members.size(); ++i) {
+      if (members[i].empty()) {
         continue;
       }
-      const Box3 box = BoundsOf(ends);
-      const double length = Length(box.Extent());
-      if (length < kLeastContactM) {
-        if (!MeetsLamp(Grown(box, length))) {
-          continue;
+      Chain chain = ChainOf(std::move(members[i]));
+      chain.is_cover = is_cover[i];
+      if (chain.is_at_lamp) {
+        if (size > kFramedFrom * chain.length) {
+          Append(FrameAround(chain.ends, plane), &kept);
         }
-        for (Segment& segment : chain) {
+        for (Segment& segment : chain.segments) {
           segment.least_run = kShortRunAtLampM;
         }
-        if (size > kFramedFrom * length) {
-          const auto frame = FrameAround(ends, plane);
-          kept.insert(kept.end(), frame.begin(), frame.end());
-        }
+        Append(chain.segments, &kept);
+      } else if (chain.length >= kLeastContactM) {
+        far.push_back(std::move(chain));
       }
-      kept.insert(kept.end(), chain.begin(), chain.end());
     }
+    AppendLongest(std::move(far), &kept);
     return kept;
+  }
+
+  static void Append(std::span<const Segment> more, std::vector<Segment>* all) {
+    all->insert(all->end(), more.begin(), more.end());
+  }
+
+  // Those of which no part has to be left for want of parts. A floor would be
+  // in strips along some of its many feet, and they would be of no use to the
+  // others: what is as short as those that do not fit is left to refinement.
+  // What lies on the floor hides it whole, however many there are.
+  static void AppendLongest(std::vector<Chain> chains,
+                            std::vector<Segment>* kept) {
+    std::stable_sort(
+        chains.begin(), chains.end(), [](const Chain& a, const Chain& b) {
+          return a.length > b.length;
+        });
+    size_t fitting = kept->size();
+    double too_short = 0;
+    for (const Chain& chain : chains) {
+      fitting += chain.segments.size();
+      if (fitting >= kMostContactParts) {
+        too_short = chain.length * kAlikeShare;
+        break;
+      }
+    }
+    for (const Chain& chain : chains) {
+      if (chain.is_cover || chain.length > too_short) {
+        Append(chain.segments, kept);
+      }
+    }
   }
 
   [[nodiscard]] bool MeetsLamp(const Box3& box) const {
@@ -207,19 +265,21 @@ class ContactCutter {
     });
     std::sort(near.begin(), near.end());
     Contacts contacts;
+    std::vector<Segment> feet;
+    std::vector<Segment> rims;
     for (const uint32_t k : near) {
       const Polygon other = PolygonOf(patches_[k]);
       if (std::abs(Dot(PatchNormal(patches_[k]), plane.normal)) <
           kLeastFacing) {
         if (const auto foot = FootOf(other, plane)) {
-          contacts.rims.push_back(*foot);
+          feet.push_back(*foot);
         }
       } else if (IsJustBefore(other, plane)) {
         contacts.covers.push_back(other);
-        AddRim(other, &contacts.rims);
+        AddRim(other, &rims);
       }
     }
-    contacts.rims = ThoseThatMatter(contacts.rims, polygon, plane);
+    contacts.rims = ThoseThatMatter(feet, rims, polygon, plane);
     return contacts;
   }
 

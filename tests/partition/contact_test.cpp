@@ -97,6 +97,29 @@ TEST(Contact, LeavesTheFloorUnderALeg) {
   EXPECT_EQ(patches.size(), 5U);
 }
 
+// Forty feet have more sides than the floor may have parts: cut along some of
+// them, it would be in strips that are of no use to the others.
+TEST(Contact, LeavesTheFloorUnderFeetThatAreTooMany) {
+  const std::vector<Patch> cupboard = Walls({2.8, 1, 0}, {1, 0.8, 1});
+  auto with_cupboard = FloorWith(cupboard);
+  CutAlongContacts(with_cupboard);
+  std::vector<Patch> furniture = cupboard;
+  for (int i = 0; i < 40; ++i) {
+    const std::vector<Patch> foot =
+        Walls({0.1 + 0.33 * (i % 8), 0.1 + 0.5 * (i / 8), 0}, {0.28, 0.2, 0.4});
+    furniture.insert(furniture.end(), foot.begin(), foot.end());
+  }
+  auto patches = FloorWith(furniture);
+  CutAlongContacts(patches);
+  EXPECT_EQ(PartsOf(patches, kFloorFace).size(),
+            PartsOf(with_cupboard, kFloorFace).size());
+  // Few of them are cut along.
+  auto few = FloorWith({furniture.begin(), furniture.begin() + 4 * 4});
+  CutAlongContacts(few);
+  EXPECT_GT(PartsOf(few, kFloorFace).size(),
+            PartsOf(with_cupboard, kFloorFace).size());
+}
+
 // A lamp that is as near as the contact is long lights its rim; one on the
 // ceiling does not count.
 TEST(Contact, CutsTheFloorUnderALegBesideALamp) {
