@@ -362,6 +362,22 @@ std::vector<RawLink> Sorted(const std::vector<RefinedPart>& parts) {
   return all;
 }
 
+// A hall of a hundred thousand patches has no billions of pairs to go through.
+TEST(Refiner, ItemsOfWorkGrowWithTheReceiversAlone) {
+  const Basis basis(2);
+  const Scenery scenery({});
+  const auto items = [&](int receivers, int sources) {
+    const BrightCell floor(0, basis, Tiled(Floor(), receivers));
+    const BrightCell ceiling(1, basis, Tiled(Ceiling(1), sources));
+    return Refiner({}, floor.Side(), ceiling.Side(), scenery.All()).ItemCount();
+  };
+  const size_t few = items(16, 32);
+  EXPECT_LE(items(16, 64), 2 * few) << "four times the sources";
+  EXPECT_LE(items(16, 128), 2 * few) << "sixteen times the sources";
+  EXPECT_GE(items(32, 32), 3 * few);
+  EXPECT_LE(items(32, 32), 5 * few);
+}
+
 // A furnished room that is linked to itself finely.
 class FinelyLinkedRoom : public ::testing::Test {
  protected:

@@ -82,6 +82,11 @@ TEST(SlowWeakLinks, AreUnbiasedBetweenParallelSquares) {
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(2), 20), {}, 90000), 0.068590);
 }
 
+// So many that those of whole clusters of them are drawn at once.
+TEST(SlowWeakLinks, AreUnbiasedFromThousandsOfTiles) {
+  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(1), 64), {}, 30000), 0.199825);
+}
+
 TEST(SlowWeakLinks, AreUnbiasedCloseUp) {
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(0.1), 20), {}, 5000),
                  0.826995);
