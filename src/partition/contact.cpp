@@ -23,13 +23,13 @@ constexpr double kInPlaneM = kMostLayers * kApartM + kCoincidentM;
 constexpr double kMeetM = 1e-3;
 // A part is covered if no more than this share of it is free.
 constexpr double kFreeShare = 0.02;
-constexpr uint64_t kContactBytesPerPatch = 300;
+constexpr uint64_t kContactBytesPerPatch = 400;
 // What is small is cut out of what is so many times as large by a frame at
 // this distance, relative to its size: its lines would cut all of it else.
 constexpr double kFramedFrom = 6;
 constexpr double kFrameMargin = 0.4;
 // Lengths up to this ratio are alike.
-constexpr double kAlikeShare = 1.05;
+constexpr double kAlike = 1.05;
 // Beside lamps, rims are followed by runs as short as this.
 constexpr double kShortRunAtLampM = 2e-3;
 
@@ -117,9 +117,17 @@ std::vector<Segment> FrameAround(const Polygon& points, const Plane& plane) {
   return sides;
 }
 
+// Segments that hang together, of what stands on a patch.
+struct Feet {
+  double length = 0;  // from end to end of all of them
+  std::vector<Segment> segments;
+};
+
 // What stands or lies on one patch.
 struct Contacts {
+  // Of what lies on it, and of what is as near to a lamp as it is long.
   std::vector<Segment> rims;
+  std::vector<Feet> feet;  // of all else, the longest first
   std::vector<Polygon> covers;
 };
 
@@ -150,101 +158,98 @@ class ContactCutter {
   }
 
  private:
-  // Segments that hang together.
-  struct Chain {
-    std::vector<Segment> segments;
-    Polygon ends;
-    Box3 box;
-    double length = 0;
-    bool is_at_lamp = false;  // as near as it is long
-    bool is_cover = false;    // something lies within it
-  };
-
-  [[nodiscard]] Chain ChainOf(std::vector<Segment> segments) const {
-    Chain chain;
-    for (const Segment& segment : segments) {
-      chain.ends.push_back(segment.a);
-      chain.ends.push_back(segment.b);
-    }
-    chain.segments = std::move(segments);
-    chain.box = BoundsOf(chain.ends);
-    chain.length = Length(chain.box.Extent());
-    chain.is_at_lamp = chain.length < kLeastContactM &&
-                       MeetsLamp(Grown(chain.box, chain.length));
-    return chain;
-  }
-
-  // Segments that reach far together with all that they hang together with, or
-  // are as near to a lamp as they are long. These are framed where the polygon
-  // is far larger.
-  [[nodiscard]] std::vector<Segment> ThoseThatMatter(
-      const std::vector<Segment>& feet,
-      const std::vector<Segment>& covers,
-      const Polygon& polygon,
-      const Plane& plane) const {
-    std::vector<Segment> segments = feet;
-    Append(covers, &segments);
+  // Adds those that reach far together with all that they hang together with,
+  // or are as near to a lamp as they are long. These are framed where the
+  // polygon is far larger.
+  void AddThoseThatMatter(const std::vector<Segment>& of_feet,
+                          const std::vector<Segment>& of_covers,
+                          const Polygon& polygon,
+                          const Plane& plane,
+                          Contacts* contacts) const {
+    std::vector<Segment> segments = of_feet;
+    Append(of_covers, &segments);
     DisjointSets sets = ChainsOf(segments);
-    std::vector<std::vector<Segment>> members(segments.size());
+    std::vector<std::vector<Segment>> chains(segments.size());
     std::vector<bool> is_cover(segments.size());
     for (uint32_t i = 0; i < segments.size(); ++i) {
       const uint32_t set = sets.Find(i);
-      members[set].push_back(segments[i]);
-      is_cover[set] = is_cover[set] || i >= feet.size();
+      chains[set].push_back(segments[i]);
+      is_cover[set] = is_cover[set] || i >= of_feet.size();
     }
     const double size = Length(BoundsOf(polygon).Extent());
-    std::vector<Segment> kept;
-    std::vector<Chain> far;
-    for (size_t i = 0; i < members.size(); ++i) {
-      if (members[i].empty()) {
+    for (size_t i = 0; i < chains.size(); ++i) {
+      std::vector<Segment>& chain = chains[i];
+      if (chain.empty()) {
         continue;
       }
-      Chain chain = ChainOf(std::move(members[i]));
-      chain.is_cover = is_cover[i];
-      if (chain.is_at_lamp) {
-        if (size > kFramedFrom * chain.length) {
-          Append(FrameAround(chain.ends, plane), &kept);
+      Polygon ends;
+      for (const Segment& segment : chain) {
+        ends.push_back(segment.a);
+        ends.push_back(segment.b);
+      }
+      const Box3 box = BoundsOf(ends);
+      const double length = Length(box.Extent());
+      if (length < kLeastContactM) {
+        if (!MeetsLamp(Grown(box, length))) {
+          continue;
         }
-        for (Segment& segment : chain.segments) {
+        if (size > kFramedFrom * length) {
+          Append(FrameAround(ends, plane), &contacts->rims);
+        }
+        for (Segment& segment : chain) {
           segment.least_run = kShortRunAtLampM;
         }
-        Append(chain.segments, &kept);
-      } else if (chain.length >= kLeastContactM) {
-        far.push_back(std::move(chain));
+        Append(chain, &contacts->rims);
+      } else if (is_cover[i]) {
+        Append(chain, &contacts->rims);
+      } else {
+        contacts->feet.push_back({length, std::move(chain)});
       }
     }
-    AppendLongest(std::move(far), &kept);
-    return kept;
+    std::stable_sort(
+        contacts->feet.begin(),
+        contacts->feet.end(),
+        [](const Feet& a, const Feet& b) { return a.length > b.length; });
   }
 
   static void Append(std::span<const Segment> more, std::vector<Segment>* all) {
     all->insert(all->end(), more.begin(), more.end());
   }
 
-  // Those of which no part has to be left for want of parts. A floor would be
-  // in strips along some of its many feet, and they would be of no use to the
-  // others: what is as short as those that do not fit is left to refinement.
-  // What lies on the floor hides it whole, however many there are.
-  static void AppendLongest(std::vector<Chain> chains,
-                            std::vector<Segment>* kept) {
-    std::stable_sort(
-        chains.begin(), chains.end(), [](const Chain& a, const Chain& b) {
-          return a.length > b.length;
-        });
-    size_t fitting = kept->size();
-    double too_short = 0;
-    for (const Chain& chain : chains) {
-      fitting += chain.segments.size();
-      if (fitting >= kMostContactParts) {
-        too_short = chain.length * kAlikeShare;
-        break;
-      }
+  static std::vector<Polygon> CutAlong(const Contacts& contacts,
+                                       size_t feet,
+                                       const Polygon& polygon,
+                                       const Plane& plane) {
+    std::vector<Segment> segments = contacts.rims;
+    for (size_t i = 0; i < feet; ++i) {
+      Append(contacts.feet[i].segments, &segments);
     }
-    for (const Chain& chain : chains) {
-      if (chain.is_cover || chain.length > too_short) {
-        Append(chain.segments, kept);
-      }
+    return CutAlongSegments(polygon, plane.normal, segments, kMostContactParts);
+  }
+
+  // Along all feet or, where that takes more parts than there may be, along the
+  // longest. A floor would be in strips along some of its many feet, which are
+  // of no use to the others: what does not fit is left to refinement, with all
+  // that is as short.
+  static std::vector<Polygon> CutAlongThoseThatFit(const Contacts& contacts,
+                                                   const Polygon& polygon,
+                                                   const Plane& plane) {
+    const auto& feet = contacts.feet;
+    std::vector<Polygon> parts =
+        CutAlong(contacts, feet.size(), polygon, plane);
+    if (parts.size() < kMostContactParts || feet.empty()) {
+      return parts;
     }
+    size_t fits = 0;
+    for (size_t too_many = feet.size(); fits + 1 < too_many;) {
+      const size_t middle = (fits + too_many) / 2;
+      parts = CutAlong(contacts, middle, polygon, plane);
+      (parts.size() < kMostContactParts ? fits : too_many) = middle;
+    }
+    while (fits > 0 && feet[fits - 1].length <= kAlike * feet[fits].length) {
+      --fits;
+    }
+    return CutAlong(contacts, fits, polygon, plane);
   }
 
   [[nodiscard]] bool MeetsLamp(const Box3& box) const {
@@ -265,21 +270,21 @@ class ContactCutter {
     });
     std::sort(near.begin(), near.end());
     Contacts contacts;
-    std::vector<Segment> feet;
-    std::vector<Segment> rims;
+    std::vector<Segment> of_feet;
+    std::vector<Segment> of_covers;
     for (const uint32_t k : near) {
       const Polygon other = PolygonOf(patches_[k]);
       if (std::abs(Dot(PatchNormal(patches_[k]), plane.normal)) <
           kLeastFacing) {
         if (const auto foot = FootOf(other, plane)) {
-          feet.push_back(*foot);
+          of_feet.push_back(*foot);
         }
       } else if (IsJustBefore(other, plane)) {
         contacts.covers.push_back(other);
-        AddRim(other, &rims);
+        AddRim(other, &of_covers);
       }
     }
-    contacts.rims = ThoseThatMatter(feet, rims, polygon, plane);
+    AddThoseThatMatter(of_feet, of_covers, polygon, plane, &contacts);
     return contacts;
   }
 
@@ -316,12 +321,13 @@ class ContactCutter {
     const Plane plane = PlaneOf(polygon);
     const Contacts contacts = ContactsOf(own, polygon, plane);
     Patch patch = patches_[own];
-    if (contacts.rims.empty() && contacts.covers.empty()) {
+    if (contacts.rims.empty() && contacts.feet.empty() &&
+        contacts.covers.empty()) {
       kept->push_back(patch);
       return;
     }
-    const std::vector<Polygon> parts = CutAlongSegments(
-        polygon, plane.normal, contacts.rims, kMostContactParts);
+    const std::vector<Polygon> parts =
+        CutAlongThoseThatFit(contacts, polygon, plane);
     counts_.cut += parts.size() > 1 ? 1U : 0U;
     for (const Polygon& part : parts) {
       patch.is_enclosed = !contacts.covers.empty() &&

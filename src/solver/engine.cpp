@@ -26,8 +26,9 @@ constexpr uint32_t kMostSweeps = 60;
 // Cycles of the balance within a cell, at most.
 constexpr uint32_t kMostCycles = 40;
 // A commit writes all of a cell's tree, however little of it has changed: work
-// between two takes at least so many times as long.
+// between two takes so many times as long, but no longer than a minute.
 constexpr double kWorkPerCommit = 20;
+constexpr double kMostCommitSeconds = 60;
 constexpr double kTellSeconds = 0.5;  // between two reports of progress
 // The light before the first round is guessed with at most this reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
@@ -308,8 +309,7 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
       ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
   receiver->receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
-  receiver->weights = ReceiverWeights(
-      {r.id, patches, r.tree.get(), r.receivers.get(), nullptr, care_, {}});
+  receiver->weights = ReceiverWeights(patches, *receiver->receivers, care_);
   return covers.rays;
 }
 
@@ -424,7 +424,7 @@ void Engine::Settle(const Receiver& r) {
     state_.published_in_sweep |= r.sources.size() > 1;
   }
   if (!was_lit && IsLit(r.id) && r.sources.size() > 1) {
-    row.late = state_.round + uint64_t{1};
+    row.lit_late_in = state_.round + uint64_t{1};
   }
   r.tree->UpdateDetail();
   assert(r.tree->IsValid() && delta->IsFinite());
@@ -444,10 +444,12 @@ void Engine::Commit() {
   SaveSolveState(state_, *store_);
   store_->Commit();
   last_commit_ = std::chrono::steady_clock::now();
-  commit_seconds_ = options_.commit_seconds > 0
-                        ? std::max(options_.commit_seconds,
-                                   kWorkPerCommit * SecondsSince(begin))
-                        : 0;
+  commit_seconds_ =
+      options_.commit_seconds > 0
+          ? std::max(options_.commit_seconds,
+                     std::min(kWorkPerCommit * SecondsSince(begin),
+                              kMostCommitSeconds))
+          : 0;
 }
 
 // The end of a step: commits now and then, and stops here when asked to.

@@ -40,20 +40,17 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   options.seed = MixKey(state_.seed, state_.round);
   options.counts_black = is_black_;
   const Refiner refiner(options,
-                        {r.id,
-                         r.geometry->patches,
-                         r.tree.get(),
-                         r.receivers.get(),
-                         nullptr,
-                         care_,
-                         r.weights},
-                        {s.id,
-                         s.geometry->patches,
-                         s.tree.get(),
-                         s.geometry->clusters.get(),
-                         &s.geometry->groups,
-                         {},
-                         {}},
+                        {.id = r.id,
+                         .patches = r.geometry->patches,
+                         .tree = r.tree.get(),
+                         .clusters = r.receivers.get(),
+                         .care = care_,
+                         .weights = r.weights},
+                        {.id = s.id,
+                         .patches = s.geometry->patches,
+                         .tree = s.tree.get(),
+                         .clusters = s.geometry->clusters.get(),
+                         .groups = &s.geometry->groups},
                         between.All());
   const CellPair pair{r.id, s.id};
   LinkWriter writer(

@@ -36,11 +36,16 @@ constexpr double kLateShare = 0.01;
 // Unsent radiosity that may stay, as a share of the error of the round.
 constexpr double kResidualShare = 0.01;
 
+// Cells were lit too late in a round, and so brightly that it matters.
+bool IsRelit(const RoundRecord& round, const SolveState& state) {
+  return round.late > kLateShare * state.error;
+}
+
 // What the last round changed is the light of cells that were lit too late for
 // the round before.
 bool ChangedByLight(const SolveState& state) {
   const size_t rounds = state.rounds.size();
-  return rounds > 1 && state.rounds[rounds - 2].relit;
+  return rounds > 1 && IsRelit(state.rounds[rounds - 2], state);
 }
 
 // The error of a round by what it changed: that is about the error of the one
@@ -109,12 +114,12 @@ RoundRecord RecordRound(SolveState* state, double area) {
     squared_error += row.squared_error;
     changed += row.changed;
     record.links += row.links;
-    late += row.late == state->round + uint64_t{1} ? row.reflected : 0;
+    late += row.lit_late_in == state->round + uint64_t{1} ? row.reflected : 0;
   }
   state->mean_reflected = std::max(reflected / area, 1e-30);
   state->residual = residual / std::max(reflected, 1e-30);
   record.tau = state->tau;
-  record.relit = late > kLateShare * state->error * reflected;
+  record.late = late / std::max(reflected, 1e-30);
   record.predicted_error =
       std::sqrt(squared_error / area) / state->mean_reflected;
   record.observed_change = std::sqrt(changed / area) / state->mean_reflected;
@@ -128,13 +133,13 @@ RoundRecord RecordRound(SolveState* state, double area) {
 
 bool HasMetError(const SolveState& state) {
   const RoundRecord& last = state.rounds.back();
-  return state.rounds.size() > 1 && !last.relit &&
+  return state.rounds.size() > 1 && !IsRelit(last, state) &&
          last.estimated_error <= state.error;
 }
 
 bool IsWorthChecking(const SolveState& state) {
   const RoundRecord& last = state.rounds.back();
-  return !last.relit &&
+  return !IsRelit(last, state) &&
          kPredictionFactor * last.predicted_error <= kCheckedFrom * state.error;
 }
 
@@ -168,7 +173,8 @@ bool IsExhausted(const SolveState& state) {
   const auto in_vain = [&](size_t i) {
     const RoundRecord& last = state.rounds[i - 1];
     const RoundRecord& now = state.rounds[i];
-    return !last.relit && !now.relit && now.links > last.links &&
+    return !IsRelit(last, state) && !IsRelit(now, state) &&
+           now.links > last.links &&
            now.estimated_error > 0.97 * last.estimated_error &&
            now.predicted_error > 0.97 * last.predicted_error;
   };
@@ -183,7 +189,7 @@ double NextTau(const SolveState& state) {
   const size_t rounds = state.rounds.size();
   const bool by_prediction =
       !(last.residual_error > 0) &&
-      (rounds <= 2 || last.relit || ChangedByLight(state));
+      (rounds <= 2 || IsRelit(last, state) || ChangedByLight(state));
   // Where rays have looked they know what is wrong now; what the round changed
   // tells of the one before, and may be far more.
   const double seen = last.residual_error > 0
@@ -197,10 +203,10 @@ double NextTau(const SolveState& state) {
       std::max(kErrorMargin * state.error / std::max(estimated, 1e-30),
                std::sqrt(kLeastLeft)) /
       LeftByCare(last);
-  const double least = last.relit ? 1.0 / 4 : 1.0 / 12;
+  const double least = IsRelit(last, state) ? 1.0 / 4 : 1.0 / 12;
   // The first tau was a guess, and may have been too small; but where cells
   // were lit late there were too few links to tell.
-  const double first_most = last.relit ? 1 : 3;
+  const double first_most = IsRelit(last, state) ? 1 : 3;
   const double later_most = last.cared_for > kMuchCaredFor ? 1 : 0.7;
   const double most = rounds == 1 ? first_most : later_most;
   return state.tau *

@@ -31,6 +31,7 @@ constexpr float kDecidedByFour = 0.25F;
 // The sources of a cell are about so many items of work for each few receivers:
 // more would be in vain, as most are too far or too dark to be looked at.
 constexpr size_t kSourceParts = 16;
+constexpr size_t kMostSources = 2048;  // of an item
 
 // What is unknown where a share is visible, or hidden.
 float MixedShare(float visible) {
@@ -51,8 +52,10 @@ Refiner::Refiner(const RefineOptions& options,
       shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
       constant_basis_(receiver.tree->Shape().NodeStride() == 1),
       receiver_front_(receiver.clusters->Front(kItemReceivers)),
-      source_front_(source.clusters->Front(std::max(
-          kItemSources, source.clusters->Items().size() / kSourceParts))) {
+      source_front_(source.clusters->Front(
+          std::clamp(source.clusters->Items().size() / kSourceParts,
+                     kItemSources,
+                     kMostSources))) {
   ENFILADE_CHECK(
       receiver.weights.size() == receiver.clusters->Clusters().size(),
       "{} weights of {} clusters",

@@ -54,7 +54,7 @@ struct RefineOptions {
 // A cell as refinement sees it.
 struct RefineSide {
   CellId id;
-  std::span<const PatchGeometry> patches;
+  std::span<const PatchGeometry> patches = {};
   const CellTree* tree = nullptr;
   // Of the elements at which refinement begins; whole patches for the source.
   const ClusterTree* clusters = nullptr;
@@ -66,9 +66,11 @@ struct RefineSide {
   std::span<const float> weights = {};
 };
 
-// By cluster of a receiver, how much errors weigh at most on an element at
+// By cluster of a receiver cell, how much errors weigh at most on an element at
 // which refinement begins: reflectance times root of area, times care.
-std::vector<float> ReceiverWeights(const RefineSide& receiver);
+std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
+                                   const ClusterTree& clusters,
+                                   std::span<const PatchCare> care);
 
 // A link before its elements have ids.
 struct RawLink {
@@ -126,7 +128,7 @@ class Refiner {
           const Blockers& blockers);
 
   // How many items of work there are: their number grows with that of the
-  // receivers, not with that of pairs.
+  // receivers, and with the source's groups, not with that of all pairs.
   [[nodiscard]] size_t ItemCount() const {
     return receiver_front_.size() * (source_front_.size() + GroupCount());
   }
@@ -276,7 +278,7 @@ class Refiner {
   static void AddLink(const RawLink& link, Task* task);
   static void AddError(float error, Task* task);
   static void AddBlockedError(float error, Task* task);
-  static void TakeBlocked(Task* task);
+  void TakeBlocked(Task* task) const;
 
   // With which probability a transfer is kept, by bounds of itself (W/m,
   // weighted) and of its form factor.

@@ -13,17 +13,14 @@ namespace {
 // By how much detail may be concentrated for it to be looked for.
 constexpr float kMostConcentration = 16;
 
-float CareOf(const RefineSide& receiver, uint32_t patch) {
-  return receiver.care.empty() ? 1.0F : receiver.care[patch].care;
+float CareOf(std::span<const PatchCare> care, uint32_t patch) {
+  return care.empty() ? 1.0F : care[patch].care;
 }
 
-// How much errors weigh on an element at which refinement begins.
-float WeightOf(const RefineSide& receiver, const ClusterItem& item) {
-  const PatchGeometry& patch = receiver.patches[item.patch];
-  const float area = AreaOf(patch, FrameOfPath(patch.shape, item.path));
-  return CareOf(receiver, item.patch) *
-         std::max(patch.max_reflectance, kLeastWeightReflectance) *
-         std::sqrt(area);
+// How much errors weigh on an element of a patch.
+float WeightOf(const PatchGeometry& patch, ElementFrame frame, float care) {
+  return care * std::max(patch.max_reflectance, kLeastWeightReflectance) *
+         std::sqrt(AreaOf(patch, frame));
 }
 
 // Which child of an element lies nearest to a point.
@@ -49,13 +46,17 @@ size_t NearestChild(const TransferEnd& end, Vec3f p) {
 
 }  // namespace
 
-std::vector<float> ReceiverWeights(const RefineSide& receiver) {
+std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
+                                   const ClusterTree& clusters,
+                                   std::span<const PatchCare> care) {
   std::vector<float> weights;
-  weights.reserve(receiver.clusters->Items().size());
-  for (const ClusterItem& item : receiver.clusters->Items()) {
-    weights.push_back(WeightOf(receiver, item));
+  weights.reserve(clusters.Items().size());
+  for (const ClusterItem& item : clusters.Items()) {
+    const PatchGeometry& patch = patches[item.patch];
+    weights.push_back(WeightOf(
+        patch, FrameOfPath(patch.shape, item.path), CareOf(care, item.patch)));
   }
-  return receiver.clusters->LargestOf(weights);
+  return clusters.LargestOf(weights);
 }
 
 // At the transfer nodes of an element, of the brightest channel, W/m2.
@@ -164,8 +165,8 @@ Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
   r.end = MakeTransferEnd(patch, FrameOfPath(patch.shape, item.path));
   r.patch = item.patch;
   r.path = item.path;
-  r.care = CareOf(receiver_, item.patch);
-  r.weight = WeightOf(receiver_, item);
+  r.care = CareOf(receiver_.care, item.patch);
+  r.weight = WeightOf(patch, r.end.frame, r.care);
   return r;
 }
 

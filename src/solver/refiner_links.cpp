@@ -136,8 +136,12 @@ void Refiner::AddBlockedError(float error, Task* task) {
       static_cast<double>(error) * static_cast<double>(error);
 }
 
-// The sources that the task was at are done.
-void Refiner::TakeBlocked(Task* task) {
+// The sources that the task was at are done. Weak links wait for their rays
+// beyond that, but where these decide on what was blocked.
+void Refiner::TakeBlocked(Task* task) const {
+  if (task->blocked_squared > 0) {
+    FlushWeak(task);
+  }
   const auto seen =
       static_cast<double>(task->rays.seen - task->rays_before.seen);
   const auto traced =

@@ -15,7 +15,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundRecord,
                                    residual_error,
                                    estimated_error,
                                    cared_for,
-                                   relit,
+                                   late,
                                    links)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    refine_seconds,

@@ -32,8 +32,8 @@ struct CellRow {
   HoldLevel hold = 0;        // of its gains
   uint64_t elements = 0;
   uint64_t links = 0;
-  uint64_t late = 0;  // the last round, from 1, that lit it after others had
-                      // passed it; 0: none
+  uint64_t lit_late_in = 0;  // the last round, from 1, in which others had
+                             // passed it when it was lit; 0: none
 };
 
 template <>
@@ -55,9 +55,9 @@ struct RoundRecord {
   // Share of the squared error seen by rays that care alone will remove, at the
   // same tau.
   double cared_for = 0;
-  // Cells were lit only after the links from them should have been made, so
-  // brightly that it matters.
-  bool relit = false;
+  // What cells reflect that were lit only after the links from them should have
+  // been made, over what all do.
+  double late = 0;
   uint64_t links = 0;
 };
 

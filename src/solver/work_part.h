@@ -50,9 +50,7 @@ struct WorkPart {
   }
 
   // Levels below a receiver to the part's element.
-  [[nodiscard]] uint32_t Levels() const {
-    return depth > 1 ? depth - 1 : 0;
-  }
+  [[nodiscard]] uint32_t Levels() const { return depth > 1 ? depth - 1 : 0; }
 
   // The part's receivers among those of the item: [first, first + count).
   [[nodiscard]] uint32_t FirstReceiver() const {

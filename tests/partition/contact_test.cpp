@@ -97,27 +97,52 @@ TEST(Contact, LeavesTheFloorUnderALeg) {
   EXPECT_EQ(patches.size(), 5U);
 }
 
-// Forty feet have more sides than the floor may have parts: cut along some of
-// them, it would be in strips that are of no use to the others.
-TEST(Contact, LeavesTheFloorUnderFeetThatAreTooMany) {
-  const std::vector<Patch> cupboard = Walls({2.8, 1, 0}, {1, 0.8, 1});
-  auto with_cupboard = FloorWith(cupboard);
-  CutAlongContacts(with_cupboard);
-  std::vector<Patch> furniture = cupboard;
-  for (int i = 0; i < 40; ++i) {
+// Both sides of each: a cell has both patches of a face.
+std::vector<Patch> TwoSided(std::vector<Patch> patches) {
+  for (size_t i = 0, n = patches.size(); i < n; ++i) {
+    Patch back = patches[i];
+    std::swap(back.u, back.v);
+    patches.push_back(back);
+  }
+  return patches;
+}
+
+size_t FloorParts(std::vector<Patch> furniture) {
+  std::vector<Patch> patches = FloorWith(furniture);
+  CutAlongContacts(patches);
+  return PartsOf(patches, kFloorFace).size();
+}
+
+// Rows of feet beside a cupboard.
+std::vector<Patch> CupboardAndFeet(int feet) {
+  std::vector<Patch> furniture = Walls({2.8, 1, 0}, {1, 0.8, 1});
+  for (int i = 0; i < feet; ++i) {
     const std::vector<Patch> foot =
         Walls({0.1 + 0.33 * (i % 8), 0.1 + 0.5 * (i / 8), 0}, {0.28, 0.2, 0.4});
     furniture.insert(furniture.end(), foot.begin(), foot.end());
   }
-  auto patches = FloorWith(furniture);
-  CutAlongContacts(patches);
-  EXPECT_EQ(PartsOf(patches, kFloorFace).size(),
-            PartsOf(with_cupboard, kFloorFace).size());
-  // Few of them are cut along.
-  auto few = FloorWith({furniture.begin(), furniture.begin() + 4 * 4});
-  CutAlongContacts(few);
-  EXPECT_GT(PartsOf(few, kFloorFace).size(),
-            PartsOf(with_cupboard, kFloorFace).size());
+  return furniture;
+}
+
+// Forty feet have more sides than the floor may have parts: cut along some of
+// them, it would be in strips that are of no use to the others.
+TEST(Contact, LeavesTheFloorUnderFeetThatAreTooMany) {
+  const size_t cupboard = FloorParts(CupboardAndFeet(0));
+  EXPECT_GT(cupboard, 1U);
+  EXPECT_EQ(FloorParts(CupboardAndFeet(40)), cupboard);
+  EXPECT_GT(FloorParts(CupboardAndFeet(8)), cupboard);
+  EXPECT_EQ(FloorParts(TwoSided(CupboardAndFeet(8))),
+            FloorParts(CupboardAndFeet(8)));
+}
+
+// The walls of a room stand on the rim of its floor, in however many pieces.
+TEST(Contact, WhatStandsOnTheRimTakesNoParts) {
+  std::vector<Patch> furniture = CupboardAndFeet(0);
+  for (int i = 0; i < 100; ++i) {
+    furniture.push_back(
+        Rectangle(FaceId(1U), {0.04 * i, 0, 0}, kEast * 0.04, kUp * 2));
+  }
+  EXPECT_EQ(FloorParts(furniture), FloorParts(CupboardAndFeet(0)));
 }
 
 // A lamp that is as near as the contact is long lights its rim; one on the

@@ -63,27 +63,29 @@ TEST(ErrorControl, OneRoundIsNeverEnough) {
 TEST(ErrorControl, ARoundThatLitCellsLateDoesNotCount) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.01, 0.01, 10), Round(0.01, 0.01, 20)};
-  state.rounds.back().relit = true;
+  state.rounds.back().late = 1;
   EXPECT_FALSE(HasMetError(state));
 }
 
 // Light goes on to seep into the walls of soups.
-TEST(ErrorControl, LateLightCountsWhereItIsManyTimesTheErrorOfTheRest) {
+TEST(ErrorControl, LateLightCountsFromAHundredthOfTheErrorOn) {
   constexpr double kError = 0.1;
-  const auto is_relit = [](double share, uint64_t round) {
+  const auto ends = [](double share, uint64_t late_in) {
     SolveState state = StateOf(kError);
     state.round = 2;
     CellRow lit;
     lit.reflected = 100;
     CellRow late;
     late.reflected = share * lit.reflected;
-    late.late = round;
+    late.lit_late_in = late_in;
     state.cells = {lit, late};
-    return RecordRound(&state, kArea).relit;
+    state.rounds = {Round(0.01, 0.01, 10), Round(0.01, 0.01, 20)};
+    state.rounds.push_back(RecordRound(&state, kArea));
+    return HasMetError(state);
   };
-  EXPECT_TRUE(is_relit(kError, 3));
-  EXPECT_FALSE(is_relit(kError, 2)) << "it was late in an earlier round";
-  EXPECT_FALSE(is_relit(0.001 * kError, 3));
+  EXPECT_FALSE(ends(0.02 * kError, 3));
+  EXPECT_TRUE(ends(0.02 * kError, 2)) << "it was late in an earlier round";
+  EXPECT_TRUE(ends(0.005 * kError, 3));
 }
 
 // What rays are sure of.
@@ -185,7 +187,7 @@ TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
   state.rounds.push_back(Round(0.9, 1.2, 20));
   EXPECT_FALSE(IsWorthChecking(state));
   state.rounds.back() = Round(0.05, 0.09, 20);
-  state.rounds.back().relit = true;
+  state.rounds.back().late = 1;
   EXPECT_FALSE(IsWorthChecking(state)) << "there are links to come";
 }
 
@@ -193,7 +195,7 @@ TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
 TEST(ErrorControl, TheResidualStandsForAChangeByLight) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 2, 20)};
-  state.rounds[0].relit = true;
+  state.rounds[0].late = 1;
   EXPECT_TRUE(IsWorthChecking(state));
   TakeResidual(Sure(0.06), &state);
   EXPECT_LT(state.rounds.back().estimated_error, 0.1);
@@ -229,9 +231,9 @@ TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
   SolveState state = StateOf(0.2);
   state.rounds = {Round(0.01, 0.0135, 10)};
   EXPECT_GT(NextTau(state), state.tau);
-  state.rounds[0].relit = true;
+  state.rounds[0].late = 1;
   EXPECT_EQ(NextTau(state), state.tau) << "its links do not tell";
-  state.rounds[0].relit = false;
+  state.rounds[0].late = 0;
   state.rounds.push_back(state.rounds[0]);
   EXPECT_LT(NextTau(state), state.tau);
 }

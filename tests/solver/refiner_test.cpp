@@ -391,6 +391,31 @@ class FinelyLinkedRoom : public ::testing::Test {
                          scenery_.All()};
 };
 
+// Sources that are looked at a few at a time.
+TEST(Refiner, HasTheSameLinksOfManySourcesHoweverTheWorkIsCut) {
+  const Basis basis(2);
+  const BrightCell floor(0, basis, Tiled(Floor(), 4));
+  const BrightCell ceiling(1, basis, Tiled(Ceiling(0.1), 64));
+  const Scenery scenery({});
+  const Refiner refiner({.tau = 1e-4, .tau_weak = 5e-5},
+                        floor.Side(),
+                        ceiling.Side(),
+                        scenery.All());
+  const auto whole = RefineInParts(refiner, SIZE_MAX);
+  const auto expected = Sorted(whole);
+  ASSERT_GT(expected.size(), 4096U);
+  const auto parts = RefineInParts(refiner, 20);
+  ASSERT_GT(parts.size(), whole.size());
+  const auto links = Sorted(parts);
+  ASSERT_EQ(links.size(), expected.size());
+  for (size_t i = 0; i < links.size(); ++i) {
+    EXPECT_EQ(links[i].source_patch, expected[i].source_patch);
+    EXPECT_EQ(links[i].source_path, expected[i].source_path);
+    EXPECT_EQ(links[i].receiver_path, expected[i].receiver_path);
+    EXPECT_EQ(links[i].gain, expected[i].gain);
+  }
+}
+
 TEST_F(FinelyLinkedRoom, HasTheSameLinksHoweverTheWorkIsCut) {
   const auto whole = RefineInParts(refiner_, SIZE_MAX);
   const auto expected = Sorted(whole);
@@ -434,7 +459,8 @@ TEST(Care, IsASmallerTauOfOnePatch) {
     options.tau_weak = tau / 2;
     RefineSide side = receiver.Side();
     side.care = care;
-    const std::vector<float> weights = ReceiverWeights(side);
+    const std::vector<float> weights =
+        ReceiverWeights(side.patches, *side.clusters, care);
     side.weights = weights;
     std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
     double error = 0;

@@ -39,7 +39,7 @@ class BrightCell {
       }
     }
     tree_.UpdateDetail();
-    weights_ = ReceiverWeights(Side());
+    weights_ = ReceiverWeights(geometry_, clusters_, {});
   }
 
   [[nodiscard]] RefineSide Side() const {

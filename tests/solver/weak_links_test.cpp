@@ -85,6 +85,9 @@ TEST(SlowWeakLinks, AreUnbiasedBetweenParallelSquares) {
 // So many that those of whole clusters of them are drawn at once.
 TEST(SlowWeakLinks, AreUnbiasedFromThousandsOfTiles) {
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(1), 64), {}, 30000), 0.199825);
+  // Some are too near for that.
+  ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(0.1), 64), {}, 5000),
+                 0.826995);
 }
 
 TEST(SlowWeakLinks, AreUnbiasedCloseUp) {
