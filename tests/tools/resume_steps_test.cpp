@@ -3,6 +3,7 @@
 // unwritten shows. One that is resumed for another error goes on to that.
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "partition/partition.h"
 #include "scene/import.h"
 #include "solver/solution.h"
@@ -12,13 +13,16 @@
 #include "visibility/visible_set.h"
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/budgets.h"
 #include "tests/temporary_folder.h"
 #include "tests/tools/run_program.h"
+#include "tests/visibility/map_storage.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -27,16 +31,20 @@ namespace {
 // Some rooms with doorways, so that light goes to and fro between cells.
 class ResumedFloor : public ::testing::Test {
  protected:
-  std::unique_ptr<BlockStorage> Import() {
+  void ImportInto(BlockStorage& store) {
     const std::string scene = folder_ / "rooms.obj";
     const ProgramResult written = RunProgram(
         {"scene", "floorplan", "--rooms", "2", "--furniture", "0", scene});
     EXPECT_EQ(written.exit_code, 0) << written.err;
-    auto store = CreateStoreInMemory();
     MemoryBudget budget(kRoomy);
-    ImportScene(scene, {}, budget, *store);
-    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
-    BuildTraceChunks(*store, budget);
+    ImportScene(scene, {}, budget, store);
+    BuildVisibleSets(BuildPartition(store, {}, budget), {}, budget, store);
+    BuildTraceChunks(store, budget);
+  }
+
+  std::unique_ptr<BlockStorage> Import() {
+    auto store = CreateStoreInMemory();
+    ImportInto(*store);
     return store;
   }
 
@@ -98,6 +106,42 @@ TEST_P(ResumeSteps, ComeToTheSameBits) {
   }
   EXPECT_GT(runs, 10);
   EXPECT_EQ(DigestOf(*stepped), DigestOf(*whole));
+}
+
+class SlowStore : public test::MapStorage {
+ public:
+  static constexpr double kCommitSeconds = 0.02;
+
+  void Commit() override {
+    ++commits_;
+    std::this_thread::sleep_for(std::chrono::duration<double>(kCommitSeconds));
+  }
+
+  [[nodiscard]] int Commits() const { return commits_; }
+
+ private:
+  int commits_ = 0;
+};
+
+TEST_F(ResumedFloor, SpendsATwentiethOfItsTimeOnCommitsThatAreSlow) {
+  SlowStore store;
+  ImportInto(store);
+  const int before = store.Commits();
+  SolveOptions options = Options();
+  options.commit_seconds = 1e-6;
+  int rounds = 0;
+  int steps = 0;
+  options.round_ended = [&](const RoundSummary&) { ++rounds; };
+  options.progress = [&](double, const std::string&) { ++steps; };
+  MemoryBudget budget(kRoomy);
+  const auto begin = std::chrono::steady_clock::now();
+  Solve(store, options, budget);
+  // A round ends with two, the solve with one.
+  const double most =
+      2.0 * rounds + 2 + SecondsSince(begin) / (20 * SlowStore::kCommitSeconds);
+  EXPECT_LE(store.Commits() - before, most);
+  EXPECT_GE(store.Commits() - before, rounds);
+  EXPECT_GE(steps, rounds);
 }
 
 TEST_F(ResumedFloor, MeetsASmallerErrorThanItWasBegunWith) {

@@ -10,7 +10,7 @@
 
 namespace enfilade::test {
 
-class MapStorage final : public BlockStorage {
+class MapStorage : public BlockStorage {
  public:
   void SetMeta(std::string_view name, std::string_view value) override {
     meta_[std::string(name)] = value;
