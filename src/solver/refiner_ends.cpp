@@ -44,6 +44,11 @@ size_t NearestChild(const TransferEnd& end, Vec3f p) {
   return nearest;
 }
 
+// The largest radiosity of a source, by that at its nodes and by its detail.
+float Peak(const std::array<float, kTransferNodes>& radiosity, float detail) {
+  return *std::max_element(radiosity.begin(), radiosity.end()) + detail;
+}
+
 }  // namespace
 
 std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
@@ -96,16 +101,14 @@ void Refiner::SetRadiosity(Source* source) const {
 }
 
 float Refiner::PeakOf(const Source& s) {
-  return *std::max_element(s.radiosity.begin(), s.radiosity.end()) + s.detail;
+  return Peak(s.radiosity, s.detail);
 }
 
 // The same of a whole patch, before anything else of it is needed.
 float Refiner::PeakOf(const ClusterItem& item) const {
   const ElementId element(item.patch);
-  const auto radiosity =
-      NodeRadiosity(element, source_.patches[item.patch].shape);
-  return *std::max_element(radiosity.begin(), radiosity.end()) +
-         source_.tree->Detail(element);
+  return Peak(NodeRadiosity(element, source_.patches[item.patch].shape),
+              source_.tree->Detail(element));
 }
 
 Refiner::Source Refiner::RootSource(const ClusterItem& item) const {

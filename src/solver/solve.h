@@ -51,7 +51,7 @@ struct SolveOptions {
   uint64_t seed = 1;         // of the visibility samples
   MethodOptions method;
   // Of work between two commits, at least, and some twenty times as long as a
-  // commit takes. 0: one after every step.
+  // commit takes, up to a minute. 0: one after every step.
   double commit_seconds = 0.5;
   // Called now and then, and after each commit, from the solving thread;
   // fraction in [0,1] of the work as estimated so far, and a few words on what
