@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "solver/cosine_directions.h"
+#include "solver/cover_candidates.h"
 
 #include <algorithm>
 #include <array>
@@ -23,7 +24,6 @@ constexpr int kDirectionsPerTest = 8;
 // that pass two tests pass the third; fewer failures than these are chance.
 constexpr float kSharpShare = 0.7F;
 constexpr size_t kLeastFailures = 4;
-constexpr float kReach = 0.35F;  // m
 // One sample point per this area of each projection that may cover. The foot of
 // a chair's leg is about a tenth of the projections of its sides, margins
 // included.
@@ -36,9 +36,6 @@ constexpr size_t kMostPoints = 256;
 constexpr size_t kMostCandidates = 64;
 // Levels of elements whose children are looked at in parallel.
 constexpr size_t kParallelLevels = 4;
-// A surface can only be covered below what stands on it or hangs before it, or
-// inside of it: within this distance of what is projected onto it.
-constexpr float kCoverMargin = 0.05F;  // m
 // Receivers of a cell: as many, and so many for each of its patches.
 constexpr size_t kMostReceivers = 16384;
 constexpr size_t kMostReceiversPerPatch = 8;
@@ -46,127 +43,9 @@ constexpr size_t kMostReceiversPerPatch = 8;
 constexpr double kCoarser = 4;
 // Rays that are traced together.
 constexpr size_t kPacket = std::tuple_size_v<decltype(SegmentPacket::from_x)>;
-// What is nearer to its plane than this does not stand before a surface.
-constexpr float kInPlane = 1e-4F;  // m
-
-// A part of a patch, in its coordinates.
-struct Rect {
-  float low_a, high_a, low_b, high_b;
-
-  [[nodiscard]] bool Has(float a, float b) const {
-    return a >= low_a && a <= high_a && b >= low_b && b <= high_b;
-  }
-
-  // Requires an overlap.
-  [[nodiscard]] Rect ClippedTo(const Rect& other) const {
-    return {std::max(low_a, other.low_a),
-            std::min(high_a, other.high_a),
-            std::max(low_b, other.low_b),
-            std::min(high_b, other.high_b)};
-  }
-
-  [[nodiscard]] float Area() const {
-    return (high_a - low_a) * (high_b - low_b);
-  }
-};
-
-struct Range {
-  float low = 1e30F;
-  float high = -1e30F;
-
-  void Add(float v) {
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-};
-
-// Where on a patch others can cover it: their projections, widened.
-class Candidates {
- public:
-  Candidates(const CoverSide& cell, size_t patch)
-      : cell_(&cell), self_(patch), patch_(&cell.patches[patch]) {
-    const Corners corners = CornersOf(*patch_, {});
-    for (const Vec3f p : corners.View()) {
-      reach_.Add(p + Vec3f{kReach, kReach, kReach});
-      reach_.Add(p - Vec3f{kReach, kReach, kReach});
-    }
-    if (!cell.clusters->Items().empty()) {
-      Visit(0);
-    }
-  }
-
-  [[nodiscard]] std::vector<Rect> Take() { return std::move(rects_); }
-
- private:
-  void Visit(uint32_t node) {
-    const Cluster& cluster = cell_->clusters->Clusters()[node];
-    if (!cluster.box.Overlaps(reach_) || IsClear(HeightsOf(cluster.box))) {
-      return;
-    }
-    if (cluster.child != 0) {
-      Visit(cluster.child);
-      Visit(cluster.child + 1);
-      return;
-    }
-    for (uint32_t i = cluster.first; i < cluster.first + cluster.count; ++i) {
-      const uint32_t other = cell_->clusters->Items()[i].patch;
-      if (other != self_) {
-        Project(cell_->patches[other]);
-      }
-    }
-  }
-
-  void Project(const PatchGeometry& other) {
-    const Corners corners = CornersOf(other, {});
-    Range height;
-    for (const Vec3f p : corners.View()) {
-      height.Add(Dot(p - patch_->origin, patch_->normal));
-    }
-    if (IsClear(height)) {
-      return;
-    }
-    const Vec3f cross = Cross(patch_->u, patch_->v);
-    const float square = Dot(cross, cross);
-    const float area = std::sqrt(square);
-    Range a;
-    Range b;
-    for (const Vec3f p : corners.View()) {
-      const Vec3f d = p - patch_->origin;
-      a.Add(Dot(Cross(d, patch_->v), cross) / square);
-      b.Add(Dot(Cross(patch_->u, d), cross) / square);
-    }
-    const float wide_a = kCoverMargin * Length(patch_->v) / area;
-    const float wide_b = kCoverMargin * Length(patch_->u) / area;
-    const Rect rect = {
-        a.low - wide_a, a.high + wide_a, b.low - wide_b, b.high + wide_b};
-    if (rect.low_a < 1 && rect.high_a > 0 && rect.low_b < 1 &&
-        rect.high_b > 0) {
-      rects_.push_back(rect);
-    }
-  }
-
-  [[nodiscard]] Range HeightsOf(const Box& box) const {
-    const Vec3f n = patch_->normal;
-    const Vec3f middle = (box.low + box.high) * 0.5F - patch_->origin;
-    const Vec3f half = (box.high - box.low) * 0.5F;
-    const float spread = half.x * std::abs(n.x) + half.y * std::abs(n.y) +
-                         half.z * std::abs(n.z);
-    return {Dot(middle, n) - spread, Dot(middle, n) + spread};
-  }
-
-  static bool IsClear(Range height) {
-    return height.high <= kInPlane || height.low >= kReach;
-  }
-
-  const CoverSide* cell_;
-  size_t self_;
-  const PatchGeometry* patch_;
-  Box reach_;
-  std::vector<Rect> rects_;
-};
 
 // The element's, or of a triangle that of the parallelogram around it.
-Rect RectOf(ElementFrame frame) {
+PatchRect PatchRectOf(ElementFrame frame) {
   const float end_a = frame.a + frame.scale;
   const float end_b = frame.b + frame.scale;
   return {std::min(frame.a, end_a),
@@ -220,7 +99,7 @@ class Search {
   [[nodiscard]] Finding Run(const CoverSide& cell, size_t patch) const {
     const Place whole;
     // Most patches of furniture are too small: nothing is looked up for them.
-    return CanMatter(whole) ? Visit(whole, Candidates(cell, patch).Take())
+    return CanMatter(whole) ? Visit(whole, CoverCandidates(cell, patch))
                             : One(whole, false);
   }
 
@@ -242,11 +121,12 @@ class Search {
 
   // If nothing covers any of an element it is one receiver.
   [[nodiscard]] Finding Visit(const Place& at,
-                              const std::vector<Rect>& candidates) const {
+                              const std::vector<PatchRect>& candidates) const {
     if (all_->TooMany()) {
       return {};
     }
-    const std::vector<Rect> here = Within(RectOf(at.frame), candidates);
+    const std::vector<PatchRect> here =
+        Within(PatchRectOf(at.frame), candidates);
     if (here.empty() || !CanMatter(at)) {
       return One(at, false);
     }
@@ -274,7 +154,7 @@ class Search {
   }
 
   [[nodiscard]] Finding VisitChildren(
-      const Place& at, const std::vector<Rect>& candidates) const {
+      const Place& at, const std::vector<PatchRect>& candidates) const {
     std::array<Finding, kChildren> children;
     const auto visit = [&](size_t c) {
       children[c] = Visit({ChildPath(at.path, c),
@@ -297,11 +177,11 @@ class Search {
     return all;
   }
 
-  static std::vector<Rect> Within(const Rect& element,
-                                  const std::vector<Rect>& rects) {
-    std::vector<Rect> within;
-    for (const Rect& r : rects) {
-      const Rect part = r.ClippedTo(element);
+  static std::vector<PatchRect> Within(const PatchRect& element,
+                                       const std::vector<PatchRect>& rects) {
+    std::vector<PatchRect> within;
+    for (const PatchRect& r : rects) {
+      const PatchRect part = r.ClippedTo(element);
       if (part.low_a < part.high_a && part.low_b < part.high_b) {
         within.push_back(part);
       }
@@ -324,7 +204,7 @@ class Search {
   }
 
   [[nodiscard]] float CoveredShare(const Place& at,
-                                   const std::vector<Rect>& candidates,
+                                   const std::vector<PatchRect>& candidates,
                                    uint64_t* rays) const {
     Random random(MixKey(key_, at.path));
     std::vector<Suspect> suspects = DrawSuspects(at.frame, candidates, &random);
@@ -344,18 +224,18 @@ class Search {
   // lies on several could have come from any of them.
   [[nodiscard]] std::vector<Suspect> DrawSuspects(
       ElementFrame frame,
-      const std::vector<Rect>& candidates,
+      const std::vector<PatchRect>& candidates,
       Random* random) const {
     // Of the parallelogram around the element.
     const float fill = patch_->shape == PatchShape::kTriangle ? 0.5F : 1.0F;
     const float area = AreaOf(*patch_, frame) / fill;
-    const float rect_area = RectOf(frame).Area();
+    const float rect_area = PatchRectOf(frame).Area();
     float layers = 0;  // of candidates, mean over the element
-    for (const Rect& rect : candidates) {
+    for (const PatchRect& rect : candidates) {
       layers += rect.Area() / rect_area;
     }
     std::vector<Suspect> suspects;
-    for (const Rect& rect : candidates) {
+    for (const PatchRect& rect : candidates) {
       const float share = rect.Area() / rect_area;
       const float wanted = std::max(kPoints, share * area / kAreaPerPoint) /
                            std::max(layers, 1.0F);
@@ -372,7 +252,7 @@ class Search {
           continue;
         }
         const auto over = std::count_if(
-            candidates.begin(), candidates.end(), [&](const Rect& r) {
+            candidates.begin(), candidates.end(), [&](const PatchRect& r) {
               return r.Has(a, b);
             });
         suspects.push_back(
@@ -409,7 +289,7 @@ class Search {
     SegmentPacket packet;
     for (size_t i = 0; i < suspects.size(); ++i) {
       const Vec3f from = suspects[i].point;
-      const Vec3f to = from + directions_.Draw(random) * kReach;
+      const Vec3f to = from + directions_.Draw(random) * kCoverReach;
       packet.from_x[i] = from.x;
       packet.from_y[i] = from.y;
       packet.from_z[i] = from.z;

@@ -1,15 +1,10 @@
 #include "solver/engine.h"
 
-#include "base/random.h"
 #include "base/stopwatch.h"
-#include "solver/cell_balance.h"
-#include "solver/cover.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -18,17 +13,7 @@
 namespace enfilade {
 namespace {
 
-// Covers may leave edges of this many tau: docs/decisions/0011-oracle.md.
-constexpr double kCoverShare = 6;
-// A cell counts as lit from this share of the mean radiosity on.
-constexpr double kDarkShare = 1e-6;
 constexpr uint32_t kMostSweeps = 60;
-// Cycles of the balance within a cell, at most.
-constexpr uint32_t kMostCycles = 40;
-// A commit writes all of a cell's tree, however little of it has changed: work
-// between two takes so many times as long, but no longer than a minute.
-constexpr double kWorkPerCommit = 20;
-constexpr double kMostCommitSeconds = 60;
 constexpr double kTellSeconds = 0.5;  // between two reports of progress
 // The light before the first round is guessed with at most this reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
@@ -52,14 +37,6 @@ double AreaOfCells(const SolveState& state) {
     area += row.area;
   }
   return area;
-}
-
-// Surfaces that all reflect so much and emit nothing.
-SurfaceTable AllGrey(const SurfaceTable& like, float reflectance) {
-  SurfaceTable grey = like;
-  std::fill(grey.reflectance.begin(), grey.reflectance.end(), reflectance);
-  std::fill(grey.exitance.begin(), grey.exitance.end(), 0.0F);
-  return grey;
 }
 
 // What is being done, and how far the rounds before have come.
@@ -93,9 +70,8 @@ Engine::Engine(BlockStorage& store,
       workspace_(ReserveWorkspace()),
       area_(ReflectingArea(store, scene_, partition_.cells.size())),
       is_black_(area_ <= 0),
-      commit_seconds_(options.commit_seconds),
-      last_commit_(std::chrono::steady_clock::now()),
-      last_told_(last_commit_) {
+      commits_(options.commit_seconds),
+      last_told_(std::chrono::steady_clock::now()) {
   if (!LoadSolveState(store, &state_)) {
     Start();
   }
@@ -107,8 +83,6 @@ Engine::Engine(BlockStorage& store,
                                 ? SweepKind::kRefine
                                 : SweepKind::kPropagate);
 }
-
-// ------------------------------------------------------------- the schedule
 
 SolveSummary Engine::Run() {
   TakeRequest();
@@ -235,221 +209,16 @@ void Engine::TakeReads() {
   state_.times.bytes_compulsory += reads.compulsory;
 }
 
-// ----------------------------------------------------------------- one cell
-
-// What a cell's turn reads once.
-template <typename Read>
-auto Engine::ReadOnce(const Read& read) {
-  const uint64_t before = store_->Stats().bytes_read;
-  auto result = read();
-  pager_.Trace().AddReadOnce(store_->Stats().bytes_read - before);
-  return result;
-}
-
-Engine::Receiver Engine::Load(CellId cell) {
-  Receiver r;
-  r.id = cell;
-  VisibleCell self{cell, {cell}};
-  for (VisibleCell& v : SourcesOf(cell, &r.sources_charge)) {
-    if (v.source == cell) {
-      self = std::move(v);
-    } else {
-      r.sources.push_back(std::move(v));
-    }
-  }
-  r.sources.push_back(std::move(self));
-  pager_.StartTurn(cell, r.sources);
-  r.geometry = pager_.Geometry(cell);
-  r.tree = pager_.Tree(cell);
-  r.received = pager_.Received(cell);
-  return r;
-}
-
-// What a cell sees, and what stands between where that is needed.
-VisibleSet Engine::SourcesOf(CellId cell, MemoryCharge* charge) {
-  const auto reserve = [&](uint64_t bytes) {
-    *charge = pager_.Reserve(bytes, "what a cell sees");
-  };
-  if (state_.phase == SolvePhase::kRefine) {
-    return ReadOnce([&] { return LoadVisibleSet(*store_, cell, reserve); });
-  }
-  VisibleSet sources;
-  for (const CellId source : pager_.Order().SeenFrom(cell)) {
-    sources.push_back({source, {}});
-  }
-  reserve(BytesOf(sources));
-  return sources;
-}
-
-bool Engine::IsLit(CellId cell) const {
-  return static_cast<double>(state_.cells[cell.Index()].peak) >
-         kDarkShare * state_.mean_reflected;
-}
-
-uint64_t Engine::FindReceivers(Receiver* receiver) {
-  const Receiver& r = *receiver;
-  const Stopwatch watch(&state_.times.refine_seconds);
-  const auto& patches = r.geometry->patches;
-  std::vector<float> reflected(patches.size());
-  for (size_t i = 0; i < patches.size(); ++i) {
-    reflected[i] = care_[i].care * MeanReflected(patches[i],
-                                                 r.tree->Sent()[ElementId(i)],
-                                                 shape_,
-                                                 surfaces_);
-  }
-  CoverOptions options;
-  options.tau = kCoverShare * state_.tau;
-  options.seed = MixKey(state_.seed, state_.round);
-  const auto occluder = pager_.Occluder(r.id);
-  Covers covers =
-      FindCovers(options,
-                 {r.id, patches, r.geometry->clusters.get(), occluder.get()},
-                 reflected);
-  receiver->receivers_charge = pager_.Reserve(
-      ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
-  receiver->receivers =
-      std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
-  receiver->weights = ReceiverWeights(patches, *receiver->receivers, care_);
-  return covers.rays;
-}
-
-void Engine::RefineCell(CellId cell) {
-  Receiver r = Load(cell);
-  const size_t patches = r.geometry->patches.size();
-  MemoryCharge care_charge =
-      pager_.Reserve(patches * sizeof(PatchCare), "the care of a cell");
-  care_ = ReadOnce([&] { return LoadCellCare(*store_, cell, patches); });
-  CellRow& row = state_.cells[cell.Index()];
-  const bool begins = state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
-                      state_.cursor.work == WorkPart{};
-  if (begins) {
-    for (PatchCare& care : care_) {
-      care.links = 0;
-    }
-    row.links = 0;
-    row.squared_error = 0;
-    row.hold = 0;
-    row.most_radius = 1;
-    r.received->SetZero();
-    pager_.ForgetDelta(cell);
-    pager_.MarkReceivedDirty(cell);
-  }
-  MemoryCharge workspace =
-      pager_.Reserve(kRefineWorkspaceBytes, "the links of a cell");
-  const uint64_t rays = FindReceivers(&r);
-  state_.rays += begins ? rays : 0;  // not again where a cell is gone on with
-  while (state_.cursor.source < r.sources.size()) {
-    RefinePair(r, r.sources[state_.cursor.source]);
-    state_.cursor = {state_.cursor.source + 1, {}, 0, 0};
-    CheckPoint();
-  }
-  SaveCellCare(care_, cell, *store_);
-  FreeVector(&care_);
-  care_charge.Reset();
-  r.receivers.reset();
-  FreeVector(&r.weights);
-  r.receivers_charge.Reset();
-  workspace.Reset();
-  Settle(r);
-  NextCell();
-}
-
-void Engine::PropagateCell(CellId cell) {
-  CellRow& row = state_.cells[cell.Index()];
-  const auto has_news = [&](CellId source) {
-    return source != cell &&
-           state_.cells[source.Index()].published > row.processed;
-  };
-  const std::vector<CellId> seen = pager_.Order().SeenFrom(cell);
-  if (std::none_of(seen.begin(), seen.end(), has_news)) {
-    NextCell();
-    return;
-  }
-  Receiver r = Load(cell);
-  if (state_.cursor.source == 0) {
-    pager_.ForgetDelta(cell);
-  }
-  while (state_.cursor.source < r.sources.size()) {
-    const CellId source = r.sources[state_.cursor.source].source;
-    if (has_news(source)) {
-      GatherPair(r, source);
-    }
-    ++state_.cursor.source;
-    CheckPoint();
-  }
-  Settle(r);
-  NextCell();
-}
-
-// Balances the light within a receiver and takes stock: its turn is over.
-// Commits come between cycles, whose state is in the store: the bits are the
-// same after one.
-void Engine::Settle(const Receiver& r) {
-  pager_.Order().MoveTo(r.id, r.id);
-  CellRow& row = state_.cells[r.id.Index()];
-  const auto delta = pager_.Delta(r.id);
-  CellBalance balance({r.id,
-                       r.geometry.get(),
-                       r.tree.get(),
-                       delta.get(),
-                       r.received.get(),
-                       &row},
-                      surfaces_,
-                      pager_,
-                      *store_,
-                      &state_.times);
-  const double tolerance = ToleratedResidual(state_, row);
-  while (state_.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
-    ++state_.cursor.cycle;
-    CheckPoint();
-  }
-  const bool was_lit = IsLit(r.id);
-  const auto& patches = r.geometry->patches;
-  const CellBalance::Light light = balance.Sum();
-  row.residual = light.unsent;
-  row.reflected =
-      is_black_ ? LeavingFlux({*r.tree,
-                               patches,
-                               AllGrey(surfaces_, kLeastWeightReflectance),
-                               &r.received->gathered})
-                : light.leaving - EmittedFlux(patches, surfaces_);
-  row.peak = r.tree->Sent().MaxAbs();
-  row.elements = r.tree->Size();
-  row.processed = ++state_.tick;
-  if (state_.phase == SolvePhase::kRefine) {
-    row.changed = SumOverLeaves(*r.tree, patches, *delta).squared;
-  }
-  if (delta->MaxAbs() > 0) {
-    row.published = state_.tick;
-    state_.published_in_sweep |= r.sources.size() > 1;
-  }
-  if (!was_lit && IsLit(r.id) && r.sources.size() > 1) {
-    row.lit_late_in = state_.round + uint64_t{1};
-  }
-  r.tree->UpdateDetail();
-  assert(r.tree->IsValid() && delta->IsFinite());
-  pager_.MarkDirty(r.id);
-  pager_.MarkReceivedDirty(r.id);
-}
-
-// ------------------------------------------------------------------ commits
-
 void Engine::Commit() {
   const Stopwatch watch(&state_.times.store_seconds);
-  const auto begin = std::chrono::steady_clock::now();
+  commits_.Begin();
   pager_.Flush();
   if (!care_.empty()) {
     SaveCellCare(care_, CellId(state_.next_cell), *store_);
   }
   SaveSolveState(state_, *store_);
   store_->Commit();
-  last_commit_ = std::chrono::steady_clock::now();
-  commit_seconds_ =
-      options_.commit_seconds > 0
-          ? std::max(options_.commit_seconds,
-                     std::min(kWorkPerCommit * SecondsSince(begin),
-                              kMostCommitSeconds))
-          : 0;
+  commits_.End();
 }
 
 // The end of a step: commits now and then, and stops here when asked to.
@@ -458,7 +227,7 @@ void Engine::CheckPoint() {
   if (stop) {
     TakeReads();
   }
-  const bool commits = stop || SecondsSince(last_commit_) >= commit_seconds_;
+  const bool commits = stop || commits_.IsDue();
   if (commits) {
     Commit();
   }

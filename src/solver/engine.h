@@ -19,6 +19,7 @@
 #include "scene/scene_store.h"
 #include "solver/cell_care.h"
 #include "solver/cell_pager.h"
+#include "solver/commit_clock.h"
 #include "solver/link_store.h"
 #include "solver/patch_errors.h"
 #include "solver/refiner.h"
@@ -117,8 +118,7 @@ class Engine {
   bool is_black_ = false;
   CellCare care_;             // of the cell whose links are made; else empty
   double share_of_cell_ = 0;  // of the cell at work that is done
-  double commit_seconds_;     // of work from one commit to the next, now
-  std::chrono::steady_clock::time_point last_commit_;
+  CommitClock commits_;
   std::chrono::steady_clock::time_point last_told_;  // of progress
 };
 

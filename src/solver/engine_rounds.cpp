@@ -32,7 +32,7 @@ void Engine::FinishRound() {
   ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
                  "the light of round {} is not finite",
                  state_.rounds.size());
-  commit_seconds_ = 0;  // the end of a round is worth a commit
+  commits_.MakeDue();  // the end of a round is worth it
   if (!is_black_ && IsWorthChecking(state_)) {
     CheckResidual();
   }
