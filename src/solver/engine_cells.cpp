@@ -6,6 +6,7 @@
 #include "solver/cover.h"
 #include "solver/engine.h"
 #include "solver/error_control.h"
+#include "solver/least_memory.h"
 
 #include <algorithm>
 #include <cassert>
