@@ -21,9 +21,11 @@ constexpr size_t kMostRounds = 16;  // for one request
 // many costs more.
 constexpr uint64_t kResidualRaysPerLink = 4;
 constexpr uint64_t kLeastResidualRays = 8 << 20;
-// To locate the error: one ray per this many links, but at least these.
+// To say that it is small: one ray per this many links, but at least these; and
+// to say where it is, if it is large.
+constexpr uint64_t kLinksPerAcceptingRay = 4;
 constexpr uint64_t kLinksPerLocatingRay = 2;
-constexpr uint64_t kLeastLocatingRays = 1 << 20;
+constexpr uint64_t kLeastDecidingRays = 2 << 20;
 
 }  // namespace
 
@@ -68,14 +70,16 @@ void Engine::TellOfRound() const {
 void Engine::CheckResidual() {
   pager_.EvictAll();
   workspace_.Reset();
+  const uint64_t links = state_.rounds.back().links;
   ResidualOptions options;
   options.seed = MixKey(state_.seed, state_.round);
   options.mean_reflected = state_.mean_reflected;
   options.decide_at = ResidualAtError(state_.error);
-  options.most_rays = std::max(
-      kLeastResidualRays, kResidualRaysPerLink * state_.rounds.back().links);
-  options.locating_rays = std::max(
-      kLeastLocatingRays, state_.rounds.back().links / kLinksPerLocatingRay);
+  options.most_rays =
+      std::max(kLeastResidualRays, kResidualRaysPerLink * links);
+  options.least_rays = {
+      std::max(kLeastDecidingRays, links / kLinksPerAcceptingRay),
+      std::max(kLeastDecidingRays, links / kLinksPerLocatingRay)};
   options.is_constant = shape_.NodeStride() == 1;
   options.stop = options_.stop;
   PatchErrors by_patch;

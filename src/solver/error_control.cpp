@@ -16,7 +16,7 @@ constexpr double kFirstLinksPerPatch = 3;
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
 // Error over what rays say of it, measured: docs/decisions/residual-check.md.
-constexpr double kErrorPerResidual = 1.2;
+constexpr double kErrorPerResidual = 1.1;
 // Predictions up to this multiple of the requested error are checked: where
 // light is smooth, they are several times too large.
 constexpr double kCheckedFrom = 5;

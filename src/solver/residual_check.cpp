@@ -103,7 +103,7 @@ class ResidualMeter {
 
  private:
   [[nodiscard]] bool IsDone(const ResidualEstimate& estimate) const {
-    return IsDecided(estimate, options_.decide_at, options_.locating_rays);
+    return IsDecided(estimate, options_.decide_at, options_.least_rays);
   }
 
   void AddRound(uint64_t key, uint32_t points) {

@@ -32,8 +32,7 @@ struct ResidualOptions {
   // value, or is narrow, or these many rays have been traced.
   double decide_at = 0;
   uint64_t most_rays = 1 << 20;
-  // Where the value is exceeded, so many rays say on which patches.
-  uint64_t locating_rays = 0;
+  DecidingRays least_rays;
   // The solution is constant on its elements (ErrorScale).
   bool is_constant = false;
   // Where it is set, InterruptedError is thrown.

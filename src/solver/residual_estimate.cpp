@@ -68,11 +68,11 @@ double ResidualSum::SlopesPerError() const {
 
 bool IsDecided(const ResidualEstimate& estimate,
                double decide_at,
-               uint64_t locating_rays) {
+               DecidingRays least) {
   if (estimate.low > decide_at) {
-    return estimate.rays >= locating_rays;
+    return estimate.rays >= least.above;
   }
-  return estimate.high < decide_at ||
+  return (estimate.high < decide_at && estimate.rays >= least.below) ||
          estimate.high - estimate.low < 2 * kNarrowInterval * estimate.value;
 }
 

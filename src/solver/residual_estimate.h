@@ -71,11 +71,19 @@ class ResidualSum {
   double reflected_area_ = 0;
 };
 
+// How many rays a decision takes at least.
+struct DecidingRays {
+  // To say that the error is smaller: what few points see of it may be nothing,
+  // and then they are sure of that.
+  uint64_t below = 0;
+  // To say that it is larger, and on which patches.
+  uint64_t above = 0;
+};
+
 // The interval is clear of an error, or narrow: more probes would change
-// nothing. Above that error they go on until so many rays have said on which
-// patches it is.
+// nothing.
 bool IsDecided(const ResidualEstimate& estimate,
                double decide_at,
-               uint64_t locating_rays);
+               DecidingRays least);
 
 }  // namespace enfilade

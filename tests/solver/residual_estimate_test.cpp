@@ -124,18 +124,22 @@ ResidualEstimate Interval(double low, double high) {
 }
 
 TEST(ResidualEstimate, IsDecidedClearOfTheRequestedErrorOrWhereNarrow) {
-  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.1, 0));
-  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, 0));
-  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.07, 0));
-  EXPECT_TRUE(IsDecided(Interval(0.095, 0.105), 0.1, 0)) << "5 % to each side";
-  EXPECT_FALSE(IsDecided(Interval(0.093, 0.107), 0.1, 0)) << "7 %";
+  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.1, {}));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, {}));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.07, {}));
+  EXPECT_TRUE(IsDecided(Interval(0.095, 0.105), 0.1, {})) << "5 % to each side";
+  EXPECT_FALSE(IsDecided(Interval(0.093, 0.107), 0.1, {})) << "7 %";
 }
 
-// Only an error that is too large is located.
+// Where few points hold all of the error, a few others see none of it.
+TEST(ResidualEstimate, BelowTheRequestedErrorItTakesRaysToBelieveIt) {
+  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.13, {kRays + 1, 0}));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, {kRays, kRays + 1}));
+}
+
 TEST(ResidualEstimate, AboveTheRequestedErrorItTakesRaysToLocateIt) {
-  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.07, kRays + 1));
-  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.07, kRays));
-  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, kRays + 1));
+  EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.07, {0, kRays + 1}));
+  EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.07, {kRays + 1, kRays}));
 }
 
 }  // namespace

@@ -217,7 +217,7 @@ TEST(ResidualCheck, SaysOnWhichPatchesTheErrorIs) {
     scene.Scale(2, PatchId(bright));
     ResidualOptions options;
     options.seed = 1;
-    options.locating_rays = 4 << 20;
+    options.least_rays.above = 4 << 20;
     options.most_rays = 8 << 20;
     MemoryBudget budget(kRoomy);
     PatchErrors errors;
