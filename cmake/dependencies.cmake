@@ -15,6 +15,7 @@ find_package(CLI11 REQUIRED)
 find_package(Eigen3 REQUIRED)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(jemalloc REQUIRED IMPORTED_TARGET jemalloc)
 
 # Headers of other projects are not ours to warn about.
 foreach(target OpenMeshCore embree nlohmann_json::nlohmann_json CLI11::CLI11

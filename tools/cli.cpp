@@ -111,7 +111,6 @@ int ParseAndRun(CLI::App& app, int argc, char** argv) {
 
 int RunCommandLine(int argc, char** argv) {
   try {
-    ConfigureAllocator();
     ConfigureLog();
     InstallStopHandlers();
     CLI::App app("Light in whole buildings: wavelet radiosity out of core.",

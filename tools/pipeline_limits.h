@@ -18,14 +18,8 @@ struct RunLimits {
 // Number of the machine's hardware threads; at least 1.
 uint64_t HardwareThreads();
 
-// Makes the allocator keep what is freed for what comes next. Once, before
-// threads start.
-void ConfigureAllocator();
-
-// The limits in force while it lives. From when half of the budget is in use,
-// the allocator gives memory back to the system as soon as it is freed, so that
-// the resident size follows what is in use. Throws DoesNotFitError if the cap
-// leaves no budget.
+// The limits in force while it lives. Throws DoesNotFitError if the cap leaves
+// no budget.
 class LimitsInForce {
  public:
   explicit LimitsInForce(const RunLimits& limits);

@@ -1,15 +1,26 @@
 #include "base/memory.h"
 
+#include "base/check.h"
 #include "base/error.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
+#include <charconv>
 #include <limits>
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
+
+#ifdef ENFILADE_JEMALLOC
+#include <jemalloc/jemalloc.h>
+
+// What is freed stays with the allocator until ReleaseFreedMemory: the system
+// takes far longer to map a page again than it takes to use it.
+// docs/decisions/allocator.md
+const char* malloc_conf = "narenas:1,dirty_decay_ms:-1,muzzy_decay_ms:0";
+#endif
 
 namespace enfilade {
 namespace {
@@ -35,6 +46,9 @@ constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 constexpr uint64_t kLeastResidentSlack = 3ULL << 20;
 constexpr uint64_t kMostResidentSlack = 12ULL << 20;
 constexpr uint64_t kResidentSlackParts = 12;
+// Of what is coming, at most so much is taken to fit where others were freed:
+// what was freed lies in pieces.
+constexpr uint64_t kMostReused = 2ULL << 20;
 
 // The cap that leaves a budget of so many bytes.
 uint64_t CapOf(uint64_t budget_bytes) {
@@ -44,18 +58,17 @@ uint64_t CapOf(uint64_t budget_bytes) {
 }  // namespace
 
 uint64_t ResidentBytes() {
-  std::FILE* file = std::fopen("/proc/self/statm", "r");
-  if (file == nullptr) {
+  // Asked for at every load near the cap, so it stays open.
+  static const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  std::array<char, 128> text{};
+  if (file < 0 || pread(file, text.data(), text.size() - 1, 0) <= 0) {
     return 0;
   }
-  unsigned long long size_pages = 0;
-  unsigned long long resident_pages = 0;
-  const int fields =
-      std::fscanf(file, "%llu %llu", &size_pages, &resident_pages);
-  std::fclose(file);
-  return fields == 2
-             ? resident_pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE))
-             : 0;
+  const std::string_view fields(text.data());
+  const size_t second = fields.find(' ') + 1;  // the first is the whole size
+  uint64_t pages = 0;
+  std::from_chars(fields.data() + second, fields.data() + fields.size(), pages);
+  return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 uint64_t PeakResidentBytes() {
@@ -64,20 +77,81 @@ uint64_t PeakResidentBytes() {
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
 }
 
+#ifdef ENFILADE_JEMALLOC
+
 void ReleaseFreedMemory() {
-  malloc_trim(0);
+  std::array<size_t, 3> name{};  // arena.N.purge
+  size_t parts = name.size();
+  ENFILADE_CHECK(mallctlnametomib("arena.0.purge", name.data(), &parts) == 0,
+                 "the allocator does not know how to purge");
+  name[1] = MALLCTL_ARENAS_ALL;
+  mallctlbymib(name.data(), parts, nullptr, nullptr, nullptr, 0);
+}
+
+uint64_t AllocatedBytes(uint64_t bytes) {
+  return bytes > 0 ? nallocx(bytes, 0) : 0;
+}
+
+// What lies free with the allocator and is resident.
+uint64_t FreedBytes() {
+  uint64_t epoch = 1;
+  mallctl("epoch", nullptr, nullptr, &epoch, sizeof(epoch));  // counts anew
+  std::array<size_t, 4> name{};  // stats.arenas.N.pdirty
+  size_t parts = name.size();
+  ENFILADE_CHECK(
+      mallctlnametomib("stats.arenas.0.pdirty", name.data(), &parts) == 0,
+      "the allocator does not count");
+  name[2] = MALLCTL_ARENAS_ALL;
+  size_t pages = 0;
+  size_t size = sizeof(pages);
+  mallctlbymib(name.data(), parts, &pages, &size, nullptr, 0);
+  return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+#else
+
+void ReleaseFreedMemory() {}
+
+uint64_t AllocatedBytes(uint64_t bytes) {
+  return bytes;
+}
+
+uint64_t FreedBytes() {
+  return 0;
+}
+
+#endif
+
+// The resident size that is wished for, at most.
+uint64_t MemoryBudget::MostResident() const {
+  return CapOf(limit_bytes_) -
+         std::min(kLeastResidentSlack + limit_bytes_ / kResidentSlackParts,
+                  kMostResidentSlack);
 }
 
 uint64_t MemoryBudget::ResidentExcess(uint64_t coming_bytes) const {
   if (!IsLimited()) {
     return 0;
   }
-  const uint64_t slack =
-      std::min(kLeastResidentSlack + limit_bytes_ / kResidentSlackParts,
-               kMostResidentSlack);
-  const uint64_t resident = ResidentBytes() + coming_bytes + slack;
-  const uint64_t cap = CapOf(limit_bytes_);
-  return resident > cap ? resident - cap : 0;
+  const uint64_t resident = ResidentBytes();
+  const uint64_t most = MostResident();
+  if (resident + coming_bytes <= most) {
+    return 0;
+  }
+  const uint64_t reused =
+      coming_bytes > 0 ? std::min(FreedBytes(), kMostReused) : 0;
+  const uint64_t coming = coming_bytes - std::min(coming_bytes, reused);
+  return resident + coming > most ? resident + coming - most : 0;
+}
+
+uint64_t MemoryBudget::InUseExcess(uint64_t coming_bytes) const {
+  if (!IsLimited()) {
+    return 0;
+  }
+  const uint64_t resident = ResidentBytes();
+  const uint64_t in_use = resident - std::min(resident, FreedBytes());
+  const uint64_t most = MostResident();
+  return in_use + coming_bytes > most ? in_use + coming_bytes - most : 0;
 }
 
 uint64_t MemoryBudget::ResidentBeyondCharges() const {
@@ -116,12 +190,22 @@ bool MemoryBudget::TryCharge(uint64_t bytes) {
   while (peak < used + bytes &&
          !peak_bytes_.compare_exchange_weak(peak, used + bytes)) {
   }
-  if (used + bytes > limit_bytes_ / 2 && once_half_is_used_ != nullptr) {
-    if (auto* call = once_half_is_used_.exchange(nullptr)) {
-      call();
-    }
-  }
+  GiveBackNearTheCap(bytes);
   return true;
+}
+
+// What was charged and freed before may still be resident. To look takes a call
+// of the system: it is worth it for what adds up to some size.
+void MemoryBudget::GiveBackNearTheCap(uint64_t coming_bytes) {
+  constexpr uint64_t kWorthALook = 1 << 20;
+  if (!IsLimited() ||
+      unlooked_bytes_.fetch_add(coming_bytes) + coming_bytes < kWorthALook) {
+    return;
+  }
+  unlooked_bytes_ = 0;
+  if (ResidentExcess(coming_bytes) > 0) {
+    ReleaseFreedMemory();
+  }
 }
 
 void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {

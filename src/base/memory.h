@@ -31,8 +31,16 @@ inline constexpr uint64_t kAllocationHeaderBytes = 16;
 uint64_t ResidentBytes();
 uint64_t PeakResidentBytes();
 
-// Gives the allocator's free memory back to the system.
+// Gives the allocator's free memory back to the system: it keeps what is freed
+// until then, or until a charge would bring the process near its cap.
 void ReleaseFreedMemory();
+
+// What the allocator takes for an array of so many bytes.
+uint64_t AllocatedBytes(uint64_t bytes);
+
+// What the allocator keeps of what was freed: for what comes next, it takes no
+// more from the system.
+uint64_t FreedBytes();
 
 // A byte count with a limit. Thread-safe.
 class MemoryBudget {
@@ -68,8 +76,11 @@ class MemoryBudget {
 
   // How many bytes less the process should take so as not to come near the
   // cap, by its resident size (the allocator's slack is in nobody's charge) and
-  // what is to come.
+  // what is to come beyond what was freed for it.
   [[nodiscard]] uint64_t ResidentExcess(uint64_t coming_bytes = 0) const;
+
+  // How many would be left of them if all that was freed were given back.
+  [[nodiscard]] uint64_t InUseExcess(uint64_t coming_bytes = 0) const;
 
   // What the process takes beyond its fixed part and all charges; 0 without a
   // limit.
@@ -84,16 +95,15 @@ class MemoryBudget {
 
   void Release(uint64_t bytes) { used_bytes_.fetch_sub(bytes); }
 
-  // Calls this at the first charge with which more than half of the limit is in
-  // use. Before the first charge.
-  void OnceHalfIsUsed(void (*call)()) { once_half_is_used_ = call; }
-
  private:
+  [[nodiscard]] uint64_t MostResident() const;
+  void GiveBackNearTheCap(uint64_t coming_bytes);
+
   uint64_t limit_bytes_;
   double share_;
   std::atomic<uint64_t> used_bytes_{0};
   std::atomic<uint64_t> peak_bytes_{0};
-  std::atomic<void (*)()> once_half_is_used_{nullptr};
+  std::atomic<uint64_t> unlooked_bytes_{0};  // charged since the last look
 };
 
 // A charge that is released with its owner. The budget must outlive it.

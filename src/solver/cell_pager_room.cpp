@@ -137,20 +137,34 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
   HoldResident(bytes);
 }
 
+// What is evicted may be of use for what is coming: only what is left of it
+// beyond that is given back.
 void CellPager::HoldResident(uint64_t coming_bytes) {
-  uint64_t excess = budget_->ResidentExcess(coming_bytes);
-  if (excess <= accepted_excess_) {
+  constexpr uint64_t kMostHeadroom = 4 << 20;
+  constexpr uint64_t kHeadroomParts = 16;
+  if (budget_->ResidentExcess(coming_bytes) <= accepted_excess_) {
     return;
   }
-  for (bool is_left = true; is_left;) {
+  // Room for what is freed until the next time.
+  const uint64_t headroom =
+      std::min(kMostHeadroom, budget_->LimitBytes() / kHeadroomParts);
+  const auto excess_in_use = [&] {
+    return budget_->InUseExcess(coming_bytes + headroom);
+  };
+  uint64_t excess = excess_in_use();
+  while (excess > 0 && held_bytes_ > 0) {
+    const uint64_t wanted = held_bytes_ - std::min(held_bytes_, excess);
+    const bool is_gone = EvictUntil([&] { return held_bytes_ <= wanted; });
+    excess = excess_in_use();
+    if (!is_gone) {
+      break;
+    }
+  }
+  if (budget_->ResidentExcess(coming_bytes) > 0) {
     ReleaseFreedMemory();
-    excess = budget_->ResidentExcess(coming_bytes);
-    const uint64_t gone = std::min(held_bytes_, excess + EvictionMargin());
-    const uint64_t wanted = held_bytes_ - gone;
-    is_left = excess > 0 && gone > 0 &&
-              EvictUntil([&] { return held_bytes_ <= wanted; });
   }
   constexpr uint64_t kStep = 1 << 20;
+  excess = budget_->ResidentExcess(coming_bytes);
   accepted_excess_ = excess > 0 ? excess + kStep : 0;
 }
 

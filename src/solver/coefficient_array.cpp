@@ -8,20 +8,6 @@
 #include <cmath>
 
 namespace enfilade {
-namespace {
-
-// What the allocator takes for an array: large ones are mapped of their own,
-// behind a header, and end in a page that is hardly used.
-uint64_t AllocatedBytes(uint64_t bytes) {
-  constexpr uint64_t kMappedFrom = 128 << 10;
-  constexpr uint64_t kPage = 4096;
-  return bytes < kMappedFrom
-             ? bytes
-             : (bytes + kAllocationHeaderBytes + kPage - 1) / kPage * kPage;
-}
-
-}  // namespace
-
 void CoefficientArray::GrowTo(size_t elements) {
   while (size_ < elements) {
     if (size_ % kPageElements == 0) {
