@@ -17,8 +17,10 @@
 #include <jemalloc/jemalloc.h>
 
 // What is freed stays with the allocator until ReleaseFreedMemory: the system
-// takes far longer to map a page again than it takes to use it.
-// docs/decisions/allocator.md
+// takes far longer to map a page again than it takes to use it:
+// docs/decisions/allocator.md.
+// jemalloc declares it, and reads it before the program begins.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 const char* malloc_conf = "narenas:1,dirty_decay_ms:-1,muzzy_decay_ms:0";
 #endif
 
