@@ -16,10 +16,8 @@
 #ifdef ENFILADE_JEMALLOC
 #include <jemalloc/jemalloc.h>
 
-// What is freed stays with the allocator until ReleaseFreedMemory: the system
-// takes far longer to map a page again than it takes to use it:
-// docs/decisions/allocator.md.
-// jemalloc declares it, and reads it before the program begins.
+// jemalloc declares this, and reads it before the program begins. What is freed
+// stays with it until ReleaseFreedMemory: docs/decisions/allocator.md.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 const char* malloc_conf = "narenas:1,dirty_decay_ms:-1,muzzy_decay_ms:0";
 #endif
@@ -33,10 +31,9 @@ namespace {
 // budget), plus 7 MiB for stacks of more threads and the allocator's slack.
 constexpr uint64_t kFixedBytes = 21ULL << 20;
 // Of the rest, one part in so many is left to the allocator, whose slack grows
-// with what it holds: blocks that are mapped of their own end in a page that is
-// hardly used, which is one part in 48 of an M2 tree's pages. Duplex took
+// with what it holds: sizes are rounded up. (By glibc, to pages: duplex took
 // 255.97 MiB of a cap of 256M when this was 100, and a townhouse of thirty
-// million links a few pages more than that when it was 40.
+// million links a few pages more than that when it was 40.)
 constexpr uint64_t kSlackParts = 32;
 // Who asks for more will need yet more later: the cap to go on with is named
 // with one part in so many on top.
@@ -94,7 +91,6 @@ uint64_t AllocatedBytes(uint64_t bytes) {
   return bytes > 0 ? nallocx(bytes, 0) : 0;
 }
 
-// What lies free with the allocator and is resident.
 uint64_t FreedBytes() {
   uint64_t epoch = 1;
   mallctl("epoch", nullptr, nullptr, &epoch, sizeof(epoch));  // counts anew

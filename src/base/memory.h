@@ -24,7 +24,8 @@ void FreeVector(std::vector<T>* vector) {
   std::vector<T>().swap(*vector);
 }
 
-// What the allocator takes beside each array.
+// What the allocator takes beside an array of moderate size, about: it rounds
+// sizes up.
 inline constexpr uint64_t kAllocationHeaderBytes = 16;
 
 // Current and peak resident size of this process in bytes.

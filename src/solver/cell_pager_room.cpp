@@ -151,20 +151,20 @@ void CellPager::HoldResident(uint64_t coming_bytes) {
   const auto excess_in_use = [&] {
     return budget_->InUseExcess(coming_bytes + headroom);
   };
-  uint64_t excess = excess_in_use();
-  while (excess > 0 && held_bytes_ > 0) {
-    const uint64_t wanted = held_bytes_ - std::min(held_bytes_, excess);
-    const bool is_gone = EvictUntil([&] { return held_bytes_ <= wanted; });
-    excess = excess_in_use();
-    if (!is_gone) {
+  bool is_gone = true;  // what was to be evicted
+  while (is_gone && held_bytes_ > 0) {
+    const uint64_t excess = excess_in_use();
+    if (excess == 0) {
       break;
     }
+    const uint64_t wanted = held_bytes_ - std::min(held_bytes_, excess);
+    is_gone = EvictUntil([&] { return held_bytes_ <= wanted; });
   }
   if (budget_->ResidentExcess(coming_bytes) > 0) {
     ReleaseFreedMemory();
   }
   constexpr uint64_t kStep = 1 << 20;
-  excess = budget_->ResidentExcess(coming_bytes);
+  const uint64_t excess = budget_->ResidentExcess(coming_bytes);
   accepted_excess_ = excess > 0 ? excess + kStep : 0;
 }
 
@@ -184,19 +184,26 @@ MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
 // Makes room for something that need not be kept: evicts only what is needed
 // later than that.
 bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
-  const auto fits = [&] {
-    return budget_->ResidentExcess(bytes) <= accepted_excess_ &&
-           budget_->TryCharge(bytes);
+  const auto is_resident_far = [&] {
+    return budget_->ResidentExcess(bytes) <= accepted_excess_;
   };
-  if (fits()) {
+  if (is_resident_far() && budget_->TryCharge(bytes)) {
     return true;
   }
+  // What is evicted stays resident until it is given back.
+  const auto has_room = [&](uint64_t wanted) {
+    return budget_->FreeBytes() >= wanted &&
+           budget_->InUseExcess(wanted) <= accepted_excess_;
+  };
   const uint64_t wanted = bytes + EvictionMargin();
-  EvictNeededFrom(needed_at + 1, [&] {
-    return budget_->ResidentExcess(wanted) <= accepted_excess_ &&
-           budget_->FreeBytes() >= wanted;
-  });
-  return fits();
+  EvictNeededFrom(needed_at + 1, [&] { return has_room(wanted); });
+  if (!has_room(bytes)) {
+    return false;
+  }
+  if (!is_resident_far()) {
+    ReleaseFreedMemory();
+  }
+  return budget_->TryCharge(bytes);
 }
 
 // -------------------------------------------------------------- links

@@ -95,7 +95,7 @@ void NextUse::StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
     count += v.between.size();
   }
   const uint64_t bytes = count * sizeof(between_[0]);
-  if (bytes > budget_->FreeBytes() || budget_->ResidentExcess(bytes) > 0) {
+  if (bytes > budget_->FreeBytes() || budget_->InUseExcess(bytes) > 0) {
     return;
   }
   between_charge_ = MemoryCharge(*budget_, bytes, "the order of a turn");
