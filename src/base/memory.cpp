@@ -42,9 +42,9 @@ constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
 // Room that the resident size should leave below the cap: some, and one part in
 // so many of the budget. What takes it between two looks is charged: links on
 // their way to the store, pages of SQLite.
-constexpr uint64_t kLeastResidentSlack = 3ULL << 20;
-constexpr uint64_t kMostResidentSlack = 12ULL << 20;
-constexpr uint64_t kResidentSlackParts = 12;
+constexpr uint64_t kLeastResidentSlack = 2ULL << 20;
+constexpr uint64_t kMostResidentSlack = 8ULL << 20;
+constexpr uint64_t kResidentSlackParts = 24;
 // Of what is coming, at most so much is taken to fit where others were freed:
 // what was freed lies in pieces.
 constexpr uint64_t kMostReused = 2ULL << 20;

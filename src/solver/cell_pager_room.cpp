@@ -140,8 +140,8 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
 // What is evicted may be of use for what is coming: only what is left of it
 // beyond that is given back.
 void CellPager::HoldResident(uint64_t coming_bytes) {
-  constexpr uint64_t kMostHeadroom = 4 << 20;
-  constexpr uint64_t kHeadroomParts = 16;
+  constexpr uint64_t kMostHeadroom = 1 << 20;
+  constexpr uint64_t kHeadroomParts = 64;
   if (budget_->ResidentExcess(coming_bytes) <= accepted_excess_) {
     return;
   }
