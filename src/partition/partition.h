@@ -35,7 +35,7 @@ struct Portal {
 struct PartitionOptions {
   // A cell with more patches is cut by artificial walls that are all portal.
   // A setting of the store, never derived from the memory cap.
-  uint32_t max_cell_patches = 20000;
+  uint32_t max_cell_patches = 5000;
   // Convex regions that look like one room are joined up to this area of their
   // faces: a corridor through the whole building is several cells, whose trees
   // need not be in memory together. Rooms that the input names stay whole.
