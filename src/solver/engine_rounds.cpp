@@ -74,13 +74,14 @@ void Engine::CheckResidual() {
   ResidualOptions options;
   options.seed = MixKey(state_.seed, state_.round);
   options.mean_reflected = state_.mean_reflected;
-  options.decide_at = ResidualAtError(state_.error);
+  options.decide_at = state_.error;
   options.most_rays =
       std::max(kLeastResidualRays, kResidualRaysPerLink * links);
   options.least_rays = {
       std::max(kLeastDecidingRays, links / kLinksPerAcceptingRay),
       std::max(kLeastDecidingRays, links / kLinksPerLocatingRay)};
-  options.is_constant = shape_.NodeStride() == 1;
+  options.unseen =
+      shape_.NodeStride() == 1 ? kUnseenErrorOfConstants : kUnseenError;
   options.stop = options_.stop;
   PatchErrors by_patch;
   const ResidualEstimate residual =

@@ -15,8 +15,6 @@ constexpr double kFirstLinksPerPatch = 3;
 // error falls, both measured.
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
-// Error over what rays say of it, measured: docs/decisions/residual-check.md.
-constexpr double kErrorPerResidual = 1.1;
 // Predictions up to this multiple of the requested error are checked: where
 // light is smooth, they are several times too large.
 constexpr double kCheckedFrom = 5;
@@ -145,22 +143,15 @@ bool IsWorthChecking(const SolveState& state) {
 
 void TakeResidual(RayBounds rays, SolveState* state) {
   RoundRecord& last = state->rounds.back();
-  last.residual_error =
-      std::clamp(kPredictionFactor / kErrorPerResidual * last.predicted_error,
-                 rays.least,
-                 rays.most);
-  last.estimated_error =
-      std::max(ErrorByChange(*state), kErrorPerResidual * last.residual_error);
+  last.residual_error = std::clamp(
+      kPredictionFactor * last.predicted_error, rays.least, rays.most);
+  last.estimated_error = std::max(ErrorByChange(*state), last.residual_error);
 }
 
 double WantedOfSquare(const SolveState& state) {
-  const double seen = kErrorPerResidual * state.rounds.back().residual_error;
+  const double seen = state.rounds.back().residual_error;
   const double left = kErrorMargin * state.error / std::max(seen, 1e-30);
   return std::max(left * left, kLeastLeft);
-}
-
-double ResidualAtError(double error) {
-  return error / kErrorPerResidual;
 }
 
 bool IsExhausted(const SolveState& state) {
@@ -192,9 +183,8 @@ double NextTau(const SolveState& state) {
       (rounds <= 2 || IsRelit(last, state) || ChangedByLight(state));
   // Where rays have looked they know what is wrong now; what the round changed
   // tells of the one before, and may be far more.
-  const double seen = last.residual_error > 0
-                          ? kErrorPerResidual * last.residual_error
-                          : last.estimated_error;
+  const double seen =
+      last.residual_error > 0 ? last.residual_error : last.estimated_error;
   const double estimated =
       by_prediction ? kPredictionFactor * last.predicted_error : seen;
   // The share of the error that the next round should leave, over the share

@@ -38,9 +38,6 @@ void TakeResidual(RayBounds rays, SolveState* state);
 // round should keep.
 double WantedOfSquare(const SolveState& state);
 
-// The residual that stands for an error of this size.
-double ResidualAtError(double error);
-
 // More links have not helped for two rounds: what is left cannot be refined.
 bool IsExhausted(const SolveState& state);
 

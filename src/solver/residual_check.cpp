@@ -77,7 +77,7 @@ class ResidualMeter {
         rays_(lamps_, *tracer_, chooser_.Offset(), traced_points_),
         sum_({options.mean_reflected,
               chooser_.ReflectingArea(),
-              options.is_constant}) {}
+              options.unseen}) {}
 
   ResidualEstimate Run() {
     ResidualEstimate estimate;

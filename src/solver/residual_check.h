@@ -33,8 +33,7 @@ struct ResidualOptions {
   double decide_at = 0;
   uint64_t most_rays = 1 << 20;
   DecidingRays least_rays;
-  // The solution is constant on its elements (ErrorScale).
-  bool is_constant = false;
+  UnseenError unseen;
   // Where it is set, InterruptedError is thrown.
   const std::atomic<bool>* stop = nullptr;
 };

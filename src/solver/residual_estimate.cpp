@@ -12,10 +12,6 @@ constexpr double kNarrowInterval = 0.06;
 constexpr double kDeviations = 1.96;
 // More is asked for where points are left out, since the choice is free.
 constexpr double kCertainDeviations = 3;
-// Of solutions that are constant on their elements: error over what rays see of
-// it, less 1, per share of the light that a bounce leaves:
-// docs/decisions/residual-check.md.
-constexpr double kSlopesPerBounce = 0.65;
 
 }  // namespace
 
@@ -32,9 +28,9 @@ ResidualEstimate ResidualSum::Estimate(const ErrorIntegral& reflected,
   const SampledMean local = squares_.MeanWithout(0);
   const double mean = local.value + reflected.value;
   const double deviation = std::hypot(local.deviation, reflected.deviation);
-  const double slopes = SlopesPerError();
+  const double unseen = UnseenPerSeen();
   const auto relative = [&](double integral) {
-    return (1 + slopes) *
+    return (1 + unseen) *
            std::sqrt(std::max(0.0, integral) / scale_.reflecting_area) /
            scale_.mean_reflected;
   };
@@ -59,11 +55,9 @@ double ResidualSum::CertainPart() const {
   return 0;
 }
 
-// What slopes add, for each part of error that is seen.
-double ResidualSum::SlopesPerError() const {
-  return scale_.is_constant && seen_area_ > 0
-             ? kSlopesPerBounce * reflected_area_ / seen_area_
-             : 0;
+double ResidualSum::UnseenPerSeen() const {
+  const double bounce = seen_area_ > 0 ? reflected_area_ / seen_area_ : 0;
+  return scale_.unseen.always + scale_.unseen.per_bounce * bounce;
 }
 
 bool IsDecided(const ResidualEstimate& estimate,

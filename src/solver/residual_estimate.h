@@ -30,14 +30,25 @@ struct ResidualEstimate {
   uint64_t rays = 0;
 };
 
+// What no probe sees, over what they see: errors within a group of surface that
+// come back by reflection.
+struct UnseenError {
+  double always = 0;
+  // Times the share of the light that a bounce leaves, in the mean over all
+  // that anything is seen from.
+  double per_bounce = 0;
+};
+
+// Measured: docs/decisions/residual-check.md. What the slopes that a constant
+// basis lacks become on their way is not seen either.
+inline constexpr UnseenError kUnseenError = {0.05, 0.2};
+inline constexpr UnseenError kUnseenErrorOfConstants = {0.05, 0.75};
+
 // What makes an error of an integral.
 struct ErrorScale {
   double mean_reflected = 1;   // W/m2: the error is relative to it
   double reflecting_area = 0;  // m2, both of all sides that reflect
-  // The solution is constant on its elements. What the slopes that it lacks
-  // become on their way is not seen; it is added by the share of the light that
-  // a bounce leaves, in the mean over all that anything is seen from.
-  bool is_constant = false;
+  UnseenError unseen;
 };
 
 // What a probe has measured.
@@ -61,7 +72,7 @@ class ResidualSum {
 
  private:
   [[nodiscard]] double CertainPart() const;
-  [[nodiscard]] double SlopesPerError() const;
+  [[nodiscard]] double UnseenPerSeen() const;
 
   ErrorScale scale_;
   OutlierSum squares_;  // weighted

@@ -101,10 +101,10 @@ TEST(ErrorControl, RaysStandForThePredictionAndNotForTheChange) {
   EXPECT_EQ(state.rounds.back().residual_error, 0.05);
   EXPECT_LT(state.rounds.back().estimated_error, 0.1) << "light is smooth";
   EXPECT_TRUE(HasMetError(state));
-  TakeResidual(Sure(1.01 * ResidualAtError(0.1)), &state);
+  TakeResidual(Sure(1.01 * 0.1), &state);
   EXPECT_FALSE(HasMetError(state));
   const double tau = NextTau(state);
-  TakeResidual(Sure(2 * ResidualAtError(0.1)), &state);
+  TakeResidual(Sure(2 * 0.1), &state);
   EXPECT_LT(NextTau(state), tau);
   // No more links than before, and the light has changed that much.
   state.rounds.back().observed_change = 0.3;
@@ -119,9 +119,9 @@ TEST(ErrorControl, ThePredictionIsBelievedWhereRaysAreNotSure) {
   TakeResidual({0, 1}, &state);
   EXPECT_NEAR(state.rounds[1].estimated_error, predicted, 0.05 * predicted);
   TakeResidual({0, 0.01}, &state);
-  EXPECT_NEAR(ResidualAtError(state.rounds[1].estimated_error), 0.01, 1e-12);
+  EXPECT_NEAR(state.rounds[1].estimated_error, 0.01, 1e-12);
   TakeResidual({0.2, 0.3}, &state);
-  EXPECT_NEAR(ResidualAtError(state.rounds[1].estimated_error), 0.2, 1e-12);
+  EXPECT_NEAR(state.rounds[1].estimated_error, 0.2, 1e-12);
 }
 
 // Where rays saw both rounds, they say what is left of the change.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kReflectingArea = 8;  // m2
 constexpr double kMeanReflected = 4;   // W/m2
-constexpr ErrorScale kScale = {kMeanReflected, kReflectingArea, false};
+constexpr ErrorScale kScale = {kMeanReflected, kReflectingArea, {}};
 constexpr uint64_t kRays = 1000;
 
 // The error that an integral of its square is, W^2/m2.
@@ -76,19 +76,20 @@ TEST(ResidualEstimate, WhereOnePointLeavesAllOpenTheOthersSayTheLeast) {
   EXPECT_DOUBLE_EQ(e.least, ErrorOf(kReflectingArea));
 }
 
-// 0.65 of what a bounce leaves: of half the light that half of all directions
-// see. Half of the area sees nothing and is no part of the mean.
-TEST(ResidualEstimate, ConstantBasesLackSlopes) {
-  const auto value_of = [](bool is_constant, double enclosed) {
-    ResidualSum sum({kMeanReflected, kReflectingArea, is_constant});
+// Of what half of all directions see, half is reflected: a quarter of the light
+// is left by a bounce. Half of the area sees nothing and is no part of the
+// mean.
+TEST(ResidualEstimate, AddsWhatIsNotSeenByTheLightThatABounceLeaves) {
+  const auto value_of = [](UnseenError unseen, double enclosed) {
+    ResidualSum sum({kMeanReflected, kReflectingArea, unseen});
     sum.Add({kReflectingArea, 1, enclosed, {0.25, 0.5, 0.75}});
     sum.Add({kReflectingArea, 1, 0, {0.25, 0.5, 0.75}});
     return sum.Estimate({}, kRays).value;
   };
   const double seen = ErrorOf(kReflectingArea);
-  EXPECT_DOUBLE_EQ(value_of(false, 0.5), seen);
-  EXPECT_DOUBLE_EQ(value_of(true, 0.5), seen * (1 + 0.65 * 0.25));
-  EXPECT_DOUBLE_EQ(value_of(true, 0), seen);
+  EXPECT_DOUBLE_EQ(value_of({}, 0.5), seen);
+  EXPECT_DOUBLE_EQ(value_of({0, 0.75}, 0.5), seen * (1 + 0.75 * 0.25));
+  EXPECT_DOUBLE_EQ(value_of({0.05, 0.75}, 0), seen * 1.05);
 }
 
 // A residual of 1 under noise, by products of two independent estimates. The

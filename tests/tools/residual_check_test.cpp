@@ -202,10 +202,10 @@ TEST(ResidualCheck, OfAConstantBasisItCountsWhatSlopesBecome) {
   ResidualOptions options;
   options.seed = 1;
   options.most_rays = 4 << 20;
-  options.is_constant = true;
+  options.unseen = kUnseenErrorOfConstants;
   MemoryBudget budget(kRoomy);
   const double with = MeasureResidual(*scene.store, options, budget).value;
-  EXPECT_NEAR(with / without, 1 + 0.65 * 0.5, 1e-9);
+  EXPECT_NEAR(with / without, 1.05 + 0.75 * 0.5, 1e-9);
 }
 
 // Twice the irradiance on one wall is 1 W/m2 too much of what it reflects; the
