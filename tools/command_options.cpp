@@ -33,20 +33,26 @@ std::string ReadMemorySize(std::string& text) {
     text = "0";
     return {};
   }
+  constexpr uint64_t kLeastBytes = 1ULL << 20;  // less lacks its unit
   constexpr uint64_t kMostBytes = 1ULL << 60;
-  bool is_size = true;
+  std::optional<uint64_t> bytes;
   try {
     // Signs would wrap around.
-    is_size = given.find('-') == std::string::npos &&
-              CLI::AsSizeValue(false)(text).empty();
-    const std::optional<uint64_t> bytes = ToWholeNumber(text);
-    is_size = is_size && bytes && *bytes > 0 && *bytes <= kMostBytes;
+    if (given.find('-') == std::string::npos &&
+        CLI::AsSizeValue(false)(text).empty()) {
+      bytes = ToWholeNumber(text);
+    }
   } catch (const CLI::Error&) {
-    is_size = false;
+    bytes.reset();
   }
-  return is_size
-             ? std::string()
-             : fmt::format("'{}' is no size such as 256M, 1G, or none", given);
+  if (!bytes || *bytes == 0 || *bytes > kMostBytes) {
+    return fmt::format("'{}' is no size such as 256M, 1G, or none", given);
+  }
+  if (*bytes < kLeastBytes) {
+    return fmt::format(
+        "'{}' is {} bytes; add a unit, as in 256M or 1G", given, *bytes);
+  }
+  return {};
 }
 
 const std::map<std::string, double>& MetresPerUnit() {

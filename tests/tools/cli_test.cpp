@@ -237,6 +237,14 @@ TEST(Cli, NumbersThatWrapOrDoNotFitAreUsageErrors) {
   }
 }
 
+TEST(Cli, ACapWithoutItsUnitIsAUsageError) {
+  const auto result =
+      RunProgram({"solve", "a.obj", "-o", "a.enf", "--memory", "64"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(Contains(result.err, "'64' is 64 bytes; add a unit"))
+      << result.err;
+}
+
 // Input is read more than once: a pipe would be waited for without end.
 TEST(Cli, PipesAndDevicesAreNoScenes) {
   const TemporaryFolder folder;
