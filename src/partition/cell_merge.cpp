@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <ranges>
 #include <utility>
 
 namespace enfilade {
@@ -39,18 +40,24 @@ class LeafSets {
 
   [[nodiscard]] uint32_t Find(uint32_t leaf) { return sets_.Find(leaf); }
 
-  // Unless the joined set would be too large. Returns whether they were joined
-  // just now.
-  bool Join(uint32_t a, uint32_t b) {
+  // Whether they are two sets that are not too large for one.
+  [[nodiscard]] bool CanJoin(uint32_t a, uint32_t b) {
     a = Find(a);
     b = Find(b);
-    const uint64_t sum = patches_[a] + patches_[b];
-    if (a == b || sum > most_patches_) {
+    return a != b && patches_[a] + patches_[b] <= most_patches_;
+  }
+
+  // If they can be. Returns whether they were joined just now.
+  bool Join(uint32_t a, uint32_t b) {
+    if (!CanJoin(a, b)) {
       return false;
     }
+    a = Find(a);
+    b = Find(b);
+    const uint64_t patches = patches_[a] + patches_[b];
     const double area_m2 = area_m2_[a] + area_m2_[b];
     sets_.Join(a, b);
-    patches_[Find(a)] = sum;
+    patches_[Find(a)] = patches;
     area_m2_[Find(a)] = area_m2;
     return true;
   }
@@ -147,7 +154,10 @@ std::vector<bool> FindNiches(const BuiltTree& built,
 }
 
 // Joins what is open to each other inside walls and floors: leaves too thin for
-// a room that open to no leaf that is thick enough for one.
+// a room that open to no leaf that is thick enough for one. From the borders of
+// the smallest regions on, so that a set that is full lies together: in the
+// order of the whole tree sets lay within each other, with a thousand portals
+// between two of them.
 void JoinHollows(const BuiltTree& built,
                  const std::vector<LeafBorder>& borders,
                  LeafSets& sets) {
@@ -163,7 +173,8 @@ void JoinHollows(const BuiltTree& built,
     hollow[front] = hollow[front] && !thick[back];
     hollow[back] = hollow[back] && !thick[front];
   }
-  for (const LeafBorder& border : borders) {
+  // A node comes after those that it lies below.
+  for (const LeafBorder& border : borders | std::views::reverse) {
     if (hollow[border.front.Index()] && hollow[border.back.Index()]) {
       sets.Join(border.front.value, border.back.value);
     }
@@ -171,7 +182,7 @@ void JoinHollows(const BuiltTree& built,
 }
 
 // Gives each set that is too small for a room to the neighbour that it opens
-// to most, as long as that helps. Two rooms are never joined by what lies
+// to most, of those that are not full. Two rooms are never joined by what lies
 // between them.
 bool JoinNichesOnce(const BuiltTree& built,
                     const std::vector<LeafBorder>& borders,
@@ -182,7 +193,7 @@ bool JoinNichesOnce(const BuiltTree& built,
   for (const LeafBorder& border : borders) {
     const uint32_t a = sets.Find(border.front.value);
     const uint32_t b = sets.Find(border.back.value);
-    if (a != b) {
+    if (sets.CanJoin(a, b)) {
       open_m2[{a, b}] += niche[a] ? border.open_m2 : 0;
       open_m2[{b, a}] += niche[b] ? border.open_m2 : 0;
     }

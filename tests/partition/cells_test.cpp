@@ -49,7 +49,8 @@ TEST(Cells, PortalFacesTheCellInFrontOfIt) {
   }
 }
 
-TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
+// Two rooms with a wall of 0.2 m between them, and a doorway through it.
+SceneBuilder RoomsWithADoorway() {
   SceneBuilder scene;
   scene.AddBox({{-0.3, -0.3, -0.3}, {8.3, 3.3, 3.0}});
   scene.AddBox({{0, 0, 0}, {8, 3, 2.7}});
@@ -60,6 +61,11 @@ TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
   scene.Add({1, 1.0, 3.9, 0, 4.1, 2.1});
   scene.Add({1, 1.9, 3.9, 0, 4.1, 2.1});
   scene.Add({2, 2.1, 3.9, 1, 4.1, 1.9});
+  return scene;
+}
+
+TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
+  const SceneBuilder scene = RoomsWithADoorway();
   const Built built(scene);
   const CellId left = built.At({1, 1, 1});
   const CellId right = built.At({7, 1, 1});
@@ -75,6 +81,29 @@ TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
   EXPECT_NEAR(Area(built.Between(left, door_side == left ? right : door_side)),
               0.9 * 2.1,
               1e-6);
+}
+
+// Else each window to a facade that is full would be a cell of its own.
+TEST(Cells, ADoorwayThatAFullRoomCannotTakeGoesToTheOther) {
+  for (const bool left_is_full : {true, false}) {
+    SceneBuilder scene = RoomsWithADoorway();
+    for (int i = 0; i < 40; ++i) {
+      const double x = (left_is_full ? 0.1 : 4.3) + 0.4 * (i % 8);
+      const double y = 0.2 + 0.5 * (i / 8);
+      scene.AddBox({{x, y, 0.1}, {x + 0.1, y + 0.1, 0.2}});
+    }
+    const Point3 in_full = left_is_full ? Point3{1, 1, 2} : Point3{7, 1, 2};
+    const Point3 in_other = left_is_full ? Point3{7, 1, 2} : Point3{1, 1, 2};
+    const Point3 in_doorway{4, 1.5, 1};
+    const Built roomy(scene);
+    const CellId full = roomy.At(in_full);
+    PartitionOptions options;
+    options.max_cell_patches = roomy.partition.cells[full.Index()].patches -
+                               (roomy.At(in_doorway) == full ? 1 : 0);
+    const Built tight(scene, options);
+    EXPECT_EQ(tight.partition.cells.size(), roomy.partition.cells.size());
+    EXPECT_EQ(tight.At(in_doorway), tight.At(in_other)) << left_is_full;
+  }
 }
 
 TEST(Cells, FurnitureDoesNotSplit) {
