@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <ranges>
 #include <utility>
 
 namespace enfilade {
@@ -174,11 +173,12 @@ void JoinHollows(const BuiltTree& built,
     hollow[back] = hollow[back] && !thick[front];
   }
   // A node comes after those that it lies below.
-  for (const LeafBorder& border : borders | std::views::reverse) {
-    if (hollow[border.front.Index()] && hollow[border.back.Index()]) {
-      sets.Join(border.front.value, border.back.value);
-    }
-  }
+  std::for_each(
+      borders.rbegin(), borders.rend(), [&](const LeafBorder& border) {
+        if (hollow[border.front.Index()] && hollow[border.back.Index()]) {
+          sets.Join(border.front.value, border.back.value);
+        }
+      });
 }
 
 // Gives each set that is too small for a room to the neighbour that it opens
