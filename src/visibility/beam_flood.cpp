@@ -18,7 +18,7 @@ constexpr size_t kMostSourcePoints = 8;
 // Doorways looked at by one flood, and reached by it, at most.
 constexpr uint64_t kMostTests = 5'000'000;
 constexpr size_t kMostNodes = 30'000;
-constexpr uint64_t kNodeBytes = 512;  // with its part and its planes
+constexpr uint64_t kNodeBytes = 256;  // with its part of the doorway
 // A doorway's reached part grows so often before it is taken for the whole.
 constexpr uint32_t kMostGrowths = 16;
 // Dominators that a beam is held to, at most.
@@ -260,7 +260,6 @@ void BeamFlood::Reach(const Doorway& door,
     node.changed_at = ++clock_;
   }
   if (grows) {
-    node.planes.clear();
     region.insert(region.end(), node.region.begin(), node.region.end());
     node.region = ConvexHull(region, door.plane.normal);
     if (node.region.size() < 3 || ++node.growths >= kMostGrowths) {
@@ -321,15 +320,6 @@ bool BeamFlood::CanPass(const Node& passed,
           ReachesBeyond(next.polygon, passed.door->plane));
 }
 
-const std::vector<DoorPlane>& BeamFlood::PlanesOf(Node& node) const {
-  if (node.planes.empty()) {
-    const DoorPlane& own = node.door->plane;
-    node.planes.push_back(own);
-    AppendSupports(node.region, own.normal, source_, &node.planes);
-  }
-  return node.planes;
-}
-
 void BeamFlood::LookThrough(uint32_t number) {
   planes_.clear();
   ahead_.clear();
@@ -344,11 +334,11 @@ void BeamFlood::LookThrough(uint32_t number) {
   for (uint32_t n = number;
        n != kNone && passed < kMostPassed && !ahead_.empty();
        n = nodes_[n].dominator) {
-    Node& node = nodes_[n];
+    const Node& node = nodes_[n];
     const size_t planes_before = planes_.size();
     if (!node.door->is_sliver) {
-      const std::vector<DoorPlane>& held = PlanesOf(node);
-      planes_.insert(planes_.end(), held.begin(), held.end());
+      planes_.push_back(node.door->plane);
+      AppendSupports(node.region, node.door->plane.normal, source_, &planes_);
     }
     if (n != number && !last.door->is_sliver) {
       AppendSupports(last.region, last_normal, node.region, &planes_);

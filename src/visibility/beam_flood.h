@@ -69,7 +69,6 @@ class BeamFlood {
     uint32_t growths = 0;     // of the region
     uint64_t changed_at = 0;  // its region or dominator; by clock_
     uint64_t passed_at = 0;
-    std::vector<DoorPlane> planes{};  // PlanesOf, until the region grows
     bool is_first = false;  // whole, and nothing before it: it never changes
     bool is_waiting = false;
   };
@@ -88,9 +87,6 @@ class BeamFlood {
   static bool CanPass(const Node& passed,
                       std::span<const DoorPlane> planes,
                       const Doorway& next);
-  // Of the doorway, and those that hold what comes from the first doorways
-  // through its region. Not of a sliver.
-  const std::vector<DoorPlane>& PlanesOf(Node& node) const;
   // Finds planes_ and ahead_ of the beam through a node and its dominators.
   void LookThrough(uint32_t number);
   // Whether the planes leave some part of the doorway, which is part_ then.

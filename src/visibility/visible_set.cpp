@@ -66,6 +66,10 @@ uint64_t ExploreAll(const Partition& partition,
                              regions,
                              options.max_steps_per_cell);
     });
+    // What a flood has freed is charged no more.
+    if (budget.ResidentExcess() > 0) {
+      ReleaseFreedMemory();
+    }
     for (size_t i = 0; i < batch.size(); ++i) {
       sets.Put(CellId(first + i), batch[i].seen);
       if (batch[i].budget_spent) {
