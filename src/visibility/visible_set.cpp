@@ -66,7 +66,8 @@ uint64_t ExploreAll(const Partition& partition,
                              regions,
                              options.max_steps_per_cell);
     });
-    // What a flood has freed is charged no more.
+    // What floods have freed is still resident, and the pager is not here to
+    // look at that.
     if (budget.ResidentExcess() > 0) {
       ReleaseFreedMemory();
     }
