@@ -22,22 +22,28 @@ class ThreadLimit {
   tbb::global_control control_;
 };
 
+// As ParallelFor, in a call of another one, of which a thread that waits may
+// begin more calls: none idles while there are any, but one is then on top of
+// the other.
+template <typename Body>
+void ParallelForInside(size_t count, const Body& body) {
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, count, 1),
+      [&](const tbb::blocked_range<size_t>& range) {
+        for (size_t i = range.begin(); i < range.end(); ++i) {
+          body(i);
+        }
+      },
+      tbb::simple_partitioner());
+}
+
 // Calls body(i) for every i in [0, count), in any order and in parallel. The
 // calls must not depend on each other; an exception of a call is rethrown. A
 // thread that waits for others does work of this loop only: in a loop within a
 // loop it would begin one call of the outer one on top of the other.
 template <typename Body>
 void ParallelFor(size_t count, const Body& body) {
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<size_t>(0, count, 1),
-        [&](const tbb::blocked_range<size_t>& range) {
-          for (size_t i = range.begin(); i < range.end(); ++i) {
-            body(i);
-          }
-        },
-        tbb::simple_partitioner());
-  });
+  tbb::this_task_arena::isolate([&] { ParallelForInside(count, body); });
 }
 
 // Calls body() on as many threads as may work, for calls that share out between

@@ -137,23 +137,6 @@ void ClusterTree::Build(std::vector<Entry>* entries, uint32_t node) {
   clusters_.push_back(right);
 }
 
-std::vector<uint32_t> ClusterTree::Front(size_t most) const {
-  std::vector<uint32_t> front;
-  std::vector<uint32_t> stack = {0};
-  while (!stack.empty()) {
-    const uint32_t node = stack.back();
-    stack.pop_back();
-    const Cluster& c = clusters_[node];
-    if (c.count > most && c.child != 0) {
-      stack.push_back(c.child + 1);
-      stack.push_back(c.child);
-    } else if (c.count > 0) {
-      front.push_back(node);
-    }
-  }
-  return front;
-}
-
 std::vector<float> ClusterTree::LargestOf(std::span<const float> values) const {
   std::vector<float> largest(clusters_.size());
   for (size_t i = clusters_.size(); i-- > 0;) {

@@ -46,10 +46,6 @@ class ClusterTree {
   // Node 0 is the root; parents precede their children.
   [[nodiscard]] std::span<const Cluster> Clusters() const { return clusters_; }
 
-  // The nodes of at most `most` items whose parents have more, in order of
-  // their items: each item lies in one of them.
-  [[nodiscard]] std::vector<uint32_t> Front(size_t most) const;
-
   // Per node, the largest of its items' values (in the order of Items()).
   [[nodiscard]] std::vector<float> LargestOf(
       std::span<const float> values) const;

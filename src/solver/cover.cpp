@@ -164,7 +164,7 @@ class Search {
     };
     // A hall is one floor: the patches of a cell are not enough to share out.
     if (at.level < kParallelLevels) {
-      ParallelFor(kChildren, visit);
+      ParallelForInside(kChildren, visit);
     } else {
       for (size_t c = 0; c < kChildren; ++c) {
         visit(c);

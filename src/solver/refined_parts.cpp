@@ -15,6 +15,12 @@ constexpr size_t kMostParts = 512;
 // are under way may make some more.
 constexpr size_t kManyLinks = 12000;
 
+// The first parts are refined alone until they were so much work, in rays: to
+// wake another thread takes longer.
+constexpr uint64_t kWorkAlone = 150;
+// So is a part without rays.
+constexpr uint64_t kWorkOfPart = 10;
+
 // Of what is whole, nothing is.
 bool IsTooLarge(const WorkPart& work, const RawLinks& links) {
   return links.links.size() > RefinedParts::kMostPartLinks &&
@@ -66,22 +72,30 @@ void RefinedParts::RefineTogether(const std::vector<Part*>& missing) {
   for (const Part& part : parts_) {
     links += part.links.links.size();
   }
+  const auto refine = [&](size_t i) {
+    const bool is_first = i == 0;
+    Part& part = *missing[i];
+    refiner_->Refine(part.work,
+                     {kMostPartLinks, &links, is_first ? SIZE_MAX : kMostLinks},
+                     &part.links);
+    const uint64_t work = kWorkOfPart + part.links.rays;
+    part.is_whole = !part.links.overflowed;
+    if (!part.is_whole && !IsTooLarge(part.work, part.links)) {
+      part.links = {};  // there was no room for them
+    }
+    return work;
+  };
   std::atomic<size_t> next = 0;
+  for (uint64_t work = 0; work < kWorkAlone;) {
+    if (next == missing.size() || (next > 0 && links > kManyLinks)) {
+      return;
+    }
+    work += refine(next++);
+  }
   OnAllThreads([&] {
-    for (size_t i = next++; i < missing.size(); i = next++) {
-      const bool is_first = i == 0;
-      if (!is_first && links > kManyLinks) {
-        return;
-      }
-      Part& part = *missing[i];
-      refiner_->Refine(
-          part.work,
-          {kMostPartLinks, &links, is_first ? SIZE_MAX : kMostLinks},
-          &part.links);
-      part.is_whole = !part.links.overflowed;
-      if (!part.is_whole && !IsTooLarge(part.work, part.links)) {
-        part.links = {};  // there was no room for them
-      }
+    for (size_t i = next++; i < missing.size() && links <= kManyLinks;
+         i = next++) {
+      refine(i);
     }
   });
 }

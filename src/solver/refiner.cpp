@@ -28,11 +28,6 @@ constexpr int kBlockedHalvings = 2;
 constexpr float kUnprovenByFour = 0.15F;
 constexpr float kDecidedByFour = 0.25F;
 
-// The sources of a cell are about so many items of work for each few receivers:
-// more would be in vain, as most are too far or too dark to be looked at.
-constexpr size_t kSourceParts = 16;
-constexpr size_t kMostSources = 2048;  // of an item
-
 // What is unknown where a share is visible, or hidden.
 float MixedShare(float visible) {
   return kMixedVisibility * std::sqrt(visible * (1 - visible));
@@ -50,12 +45,7 @@ Refiner::Refiner(const RefineOptions& options,
       blockers_(&blockers),
       basis_(receiver.tree->Shape().basis),
       shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
-      constant_basis_(receiver.tree->Shape().NodeStride() == 1),
-      receiver_front_(receiver.clusters->Front(kItemReceivers)),
-      source_front_(source.clusters->Front(
-          std::clamp(source.clusters->Items().size() / kSourceParts,
-                     kItemSources,
-                     kMostSources))) {
+      constant_basis_(receiver.tree->Shape().NodeStride() == 1) {
   ENFILADE_CHECK(
       receiver.weights.size() == receiver.clusters->Clusters().size(),
       "{} weights of {} clusters",
@@ -71,6 +61,7 @@ Refiner::Refiner(const RefineOptions& options,
   SetGroups();
   peaks_ = source.clusters->LargestOf(peaks);
   fluxes_ = source.clusters->LargestOf(fluxes);
+  FindItems();
 }
 
 uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {

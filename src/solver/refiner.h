@@ -27,6 +27,7 @@
 #include "solver/link_block.h"
 #include "solver/link_rays.h"
 #include "solver/oracle.h"
+#include "solver/rare_draws.h"
 #include "solver/received_light.h"
 #include "solver/shaft.h"
 #include "solver/work_part.h"
@@ -128,10 +129,9 @@ class Refiner {
           const Blockers& blockers);
 
   // How many items of work there are: their number grows with that of the
-  // receivers, and with the source's groups, not with that of all pairs.
-  [[nodiscard]] size_t ItemCount() const {
-    return receiver_front_.size() * (source_front_.size() + GroupCount());
-  }
+  // receivers and with what they may get, not with that of all pairs. Cells of
+  // which nothing is to be expected have next to none.
+  [[nodiscard]] size_t ItemCount() const { return items_.size(); }
 
   // Appends the links of a part of an item; stops, overflowed, where there are
   // too many. Thread-safe: touches nothing but `out` and the limit. The same
@@ -178,6 +178,7 @@ class Refiner {
     float error = 0;  // W/m, if the ray gets through
   };
 
+  // A cluster of receivers, and one of sources or a group.
   struct ClusterPair {
     uint32_t receiver = 0;
     uint32_t source = 0;
@@ -189,6 +190,18 @@ class Refiner {
     float form_factor = 0;  // at most
     float probability = 0;  // with which each is kept, at most
     float expected = 0;     // so many links, at most, where they are weak
+
+    // Whether the few that are kept are drawn without a look at the others.
+    [[nodiscard]] bool IsFew() const;
+    [[nodiscard]] bool IsUnlikely() const;
+  };
+
+  // What is looked at in one go, of all transfers from a cell to another.
+  struct Item {
+    uint32_t receiver = 0;  // cluster
+    uint32_t source = 0;    // cluster, or group
+    bool is_group = false;
+    bool is_drawn = false;  // few among them will be kept: those are drawn
   };
 
   struct Task;
@@ -212,13 +225,26 @@ class Refiner {
   [[nodiscard]] float PeakOf(const ClusterItem& item) const;
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
 
+  void FindItems();
+  void FindPairs(ClusterPair pair);
+  void FindGroups(ClusterPair pair);
+  void SortItems();
+
   [[nodiscard]] ClusterVisit LookAt(ClusterPair pair) const;
+  [[nodiscard]] ClusterVisit LookAtGroup(ClusterPair pair) const;
+  static float FormFactorOfGroup(const SourceGroup& group,
+                                 Vec3f middle,
+                                 float diameter);
   void VisitSources(uint32_t receiver, uint32_t source, Task* task) const;
   void VisitClusters(uint32_t receiver, uint32_t source, Task* task) const;
   void VisitItems(const Cluster& r, const Cluster& s, Task* task) const;
+  void DrawItem(const Item& item, Task* task) const;
   void SamplePairs(ClusterPair pair,
                    const ClusterVisit& visit,
                    Task* task) const;
+  [[nodiscard]] RareDraws DrawsOf(ClusterPair pair,
+                                  const ClusterVisit& visit,
+                                  uint64_t count) const;
   const Receiver& ReceiverAt(uint32_t item, Task* task) const;
   const Source& SourceAt(uint32_t item, Task* task) const;
 
@@ -304,6 +330,8 @@ class Refiner {
     const SourceGroup* group = nullptr;
     float radiosity = 0;  // of the brightest channel, W/m2
     float spread = 0;     // RMS of what its patches deviate from it
+
+    [[nodiscard]] float Most() const { return radiosity + spread; }
   };
 
   // What is known when a group is looked at.
@@ -317,13 +345,12 @@ class Refiner {
 
   void SetGroups();
 
-  [[nodiscard]] size_t GroupCount() const {
-    return source_.groups == nullptr ? 0 : source_.groups->Roots().size();
-  }
-
   [[nodiscard]] bool InGroup(uint32_t patch) const;
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, uint32_t group) const;
   void VisitGroups(const Cluster& r, uint32_t group, Task* task) const;
+  void SampleGroup(ClusterPair pair,
+                   const ClusterVisit& visit,
+                   Task* task) const;
   void VisitGroup(const Receiver& r,
                   GroupVisit visit,
                   const GroupPart& candidates,
@@ -340,7 +367,10 @@ class Refiner {
                   GroupVisit visit,
                   const GroupPart& facing,
                   Task* task) const;
-  [[nodiscard]] float DrawGroup(const Receiver& r, uint32_t group) const;
+  void DrawGroup(const Receiver& r,
+                 uint32_t group,
+                 float drawn,
+                 Task* task) const;
   void AddWeakGroup(const Receiver& r,
                     GroupVisit visit,
                     const GroupTransfer& transfer,
@@ -361,8 +391,7 @@ class Refiner {
   const Basis* basis_;
   float shadows_;  // weight of unknown occlusion; more in higher orders
   bool constant_basis_;
-  std::vector<uint32_t> receiver_front_;
-  std::vector<uint32_t> source_front_;
+  std::vector<Item> items_;  // by receiver
   // Per cluster of the source, the largest value of its items.
   std::vector<float> peaks_;   // radiosity, W/m2
   std::vector<float> fluxes_;  // radiosity times area, W

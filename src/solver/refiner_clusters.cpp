@@ -1,26 +1,12 @@
 // The part of refinement that goes from items of work down to pairs of elements
 // at which refinement begins, or draws the few that matter among many.
 
-#include "base/random.h"
+#include "solver/rare_draws.h"
 #include "solver/refiner_task.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace enfilade {
-namespace {
-
-// Pairs of clusters are sampled where each pair of their items is kept with at
-// most this probability, and these many are to be expected.
-constexpr float kMostProbable = 0.5F;
-constexpr float kFewLinks = 2;
-
-float LongestExtent(const Cluster& c) {
-  const Vec3f e = c.box.Extent();
-  return std::max({e.x, e.y, e.z});
-}
-
-}  // namespace
 
 void Refiner::Refine(const WorkPart& part,
                      const LinkLimit& limit,
@@ -30,40 +16,20 @@ void Refiner::Refine(const WorkPart& part,
   task.part = part;
   task.limit = limit;
   task.limit.most = part.depth < WorkPart::kMostDepth ? limit.most : SIZE_MAX;
-  const size_t columns = source_front_.size() + GroupCount();
-  const uint32_t r = receiver_front_[part.item / columns];
-  const size_t column = part.item % columns;
-  task.first_receiver = receiver_.clusters->Clusters()[r].first;
-  if (column < source_front_.size()) {
-    VisitSources(r, source_front_[column], &task);
-  } else {
-    VisitGroups(receiver_.clusters->Clusters()[r],
-                source_.groups->Roots()[column - source_front_.size()],
-                &task);
+  const Item& item = items_[part.item];
+  const Cluster& r = receiver_.clusters->Clusters()[item.receiver];
+  task.first_receiver = r.first;
+  if (item.is_drawn && part.part == 0) {
+    task.part = {part.item};  // they are too few to be cut
+    DrawItem(item, &task);
+  } else if (!item.is_drawn && item.is_group) {
+    VisitGroups(r, item.source, &task);
     TakeBlocked(&task);
+  } else if (!item.is_drawn) {
+    VisitSources(item.receiver, item.source, &task);
   }
   FlushWeak(&task);
   out->rays += task.rays.traced;
-}
-
-// What a pair of clusters is, by its bounds.
-Refiner::ClusterVisit Refiner::LookAt(ClusterPair pair) const {
-  const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
-  const Cluster& s = source_.clusters->Clusters()[pair.source];
-  const ClusterBound bound = BoundOf(r, s);
-  ClusterVisit visit;
-  visit.behind = bound.behind;
-  if (bound.behind) {
-    return visit;
-  }
-  visit.form_factor = bound.form_factor;
-  const float transfer = receiver_.weights[pair.receiver] *
-                         std::min(peaks_[pair.source] * bound.form_factor,
-                                  fluxes_[pair.source] * bound.per_area);
-  visit.probability = WeakProbability(transfer, bound.form_factor);
-  visit.expected = static_cast<float>(r.count) * static_cast<float>(s.count) *
-                   visit.probability;
-  return visit;
 }
 
 // From the sources of an item down to those of kItemSources, or to where
@@ -83,7 +49,7 @@ void Refiner::VisitSources(uint32_t receiver,
   if (visit.behind || task->out->overflowed) {
     return;
   }
-  if (visit.probability < kMostProbable && visit.expected < kFewLinks) {
+  if (visit.IsFew()) {
     SamplePairs({receiver, source}, visit, task);
     return;
   }
@@ -104,8 +70,7 @@ void Refiner::VisitClusters(uint32_t receiver,
     return;
   }
   const bool are_leaves = r.child == 0 && s.child == 0;
-  if (visit.probability < kMostProbable &&
-      (visit.expected < kFewLinks || are_leaves)) {
+  if (visit.IsFew() || (are_leaves && visit.IsUnlikely())) {
     SamplePairs({receiver, source}, visit, task);
   } else if (are_leaves) {
     VisitItems(r, s, task);
@@ -129,6 +94,17 @@ void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
   }
 }
 
+// An item whose links are few.
+void Refiner::DrawItem(const Item& item, Task* task) const {
+  const ClusterPair pair{item.receiver, item.source};
+  if (item.is_group) {
+    SampleGroup(pair, LookAtGroup(pair), task);
+  } else {
+    task->first_source = source_.clusters->Clusters()[item.source].first;
+    SamplePairs(pair, LookAt(pair), task);
+  }
+}
+
 // Draws the pairs of items whose weak links are kept, without looking at the
 // others: first by `probability`, which none of them exceeds, jumping from one
 // success to the next; then, of those, by what is their own.
@@ -137,36 +113,28 @@ void Refiner::SamplePairs(ClusterPair pair,
                           Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
-  const uint64_t pairs = uint64_t{r.count} * s.count;
-  Random random(
-      MixKey(PairKey(), ~(uint64_t{pair.receiver} << 32 | pair.source)));
-  const double log_miss = std::log1p(-static_cast<double>(visit.probability));
-  uint64_t at = 0;
-  while (true) {
-    const double misses = std::log1p(-random.Next()) / log_miss;
-    if (!(misses < static_cast<double>(pairs - at))) {
-      return;
+  RareDraws draws = DrawsOf(pair, visit, uint64_t{r.count} * s.count);
+  for (; !draws.AtEnd(); draws.Next()) {
+    const uint32_t i = r.first + static_cast<uint32_t>(draws.Trial() / s.count);
+    const uint32_t k = s.first + static_cast<uint32_t>(draws.Trial() % s.count);
+    if (!task->Meets(i, 1) || InGroup(source_.clusters->Items()[k].patch)) {
+      continue;
     }
-    at += static_cast<uint64_t>(misses);
-    const uint32_t i = r.first + static_cast<uint32_t>(at / s.count);
-    const uint32_t k = s.first + static_cast<uint32_t>(at % s.count);
-    if (task->Meets(i, 1) && !InGroup(source_.clusters->Items()[k].patch)) {
-      const Receiver& receiver = ReceiverAt(i, task);
-      const Source source = s.count <= kItemSources
-                                ? SourceAt(k, task)
-                                : RootSource(source_.clusters->Items()[k]);
-      const float f = std::min(visit.form_factor,
-                               FormFactorBound(receiver.end, source.end));
-      AddWeak(receiver,
-              source,
-              f,
-              receiver.weight * PeakOf(source) * f,
-              visit.probability,
-              task);
-    }
-    if (++at == pairs) {
-      return;
-    }
+    const Receiver receiver =
+        r.count <= kItemReceivers
+            ? ReceiverAt(i, task)
+            : RootReceiver(receiver_.clusters->Items()[i]);
+    const Source source = s.count <= kItemSources
+                              ? SourceAt(k, task)
+                              : RootSource(source_.clusters->Items()[k]);
+    const float f =
+        std::min(visit.form_factor, FormFactorBound(receiver.end, source.end));
+    AddWeak(receiver,
+            source,
+            f,
+            receiver.weight * PeakOf(source) * f,
+            visit.probability,
+            task);
   }
 }
 

@@ -1,6 +1,7 @@
 // The part of refinement whose sources are groups of patches.
 
 #include "base/random.h"
+#include "solver/rare_draws.h"
 #include "solver/refiner_task.h"
 
 #include <algorithm>
@@ -75,41 +76,47 @@ uint64_t Refiner::KeyOf(const Receiver& r, uint32_t group) const {
 }
 
 void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
-  const GroupPart whole = WholeGroup(*groups_[group].group);
   for (uint32_t i = r.first; i < r.first + r.count; ++i) {
-    if (!task->Meets(i, 1)) {
-      continue;
-    }
-    const Receiver& receiver = ReceiverAt(i, task);
-    const float drawn = DrawGroup(receiver, group);
-    if (drawn > 0) {
-      VisitGroup(receiver, {group, 0, drawn}, whole, task);
+    if (task->Meets(i, 1)) {
+      DrawGroup(ReceiverAt(i, task), group, 1, task);
     }
   }
 }
 
-// Whether a group is looked at: the probability with which it is, 0 if it is
-// not. Most pairs of a hall with many lamps are so weak that the box of the
-// group says so.
-float Refiner::DrawGroup(const Receiver& r, uint32_t group) const {
-  const SourceGroup& g = *groups_[group].group;
-  const Vec3f middle = (g.box.low + g.box.high) * 0.5F;
-  const float gap = Length(middle - r.end.center) -
-                    0.5F * (r.end.diameter + Length(g.box.Extent()));
-  if (gap <= 0) {
-    return 1;
+// As SamplePairs.
+void Refiner::SampleGroup(ClusterPair pair,
+                          const ClusterVisit& visit,
+                          Task* task) const {
+  const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
+  RareDraws draws = DrawsOf(pair, visit, r.count);
+  for (; !draws.AtEnd(); draws.Next()) {
+    const auto i = r.first + static_cast<uint32_t>(draws.Trial());
+    DrawGroup(RootReceiver(receiver_.clusters->Items()[i]),
+              pair.source,
+              visit.probability,
+              task);
   }
+}
+
+// Looks at a group, or not: most pairs of a hall with many lamps are so weak
+// that the box of the group says so. `drawn`: as of AddWeak.
+void Refiner::DrawGroup(const Receiver& r,
+                        uint32_t group,
+                        float drawn,
+                        Task* task) const {
   const float form_factor =
-      std::min(1.0F, g.area / (static_cast<float>(kPi) * gap * gap));
-  const float bound = r.weight *
-                      (groups_[group].radiosity + groups_[group].spread) *
-                      form_factor;
-  if (bound >= static_cast<float>(options_.tau_weak)) {
-    return 1;
-  }
-  const float probability = WeakProbability(bound, form_factor);
+      FormFactorOfGroup(*groups_[group].group, r.end.center, r.end.diameter);
+  const float bound = r.weight * groups_[group].Most() * form_factor;
+  const float probability =
+      bound < static_cast<float>(options_.tau_weak)
+          ? std::min(drawn, WeakProbability(bound, form_factor))
+          : drawn;
   Random random(MixKey(KeyOf(r, group), kGroupKey));
-  return random.Next() < static_cast<double>(probability) ? probability : 0;
+  if (random.Next() * static_cast<double>(drawn) <
+      static_cast<double>(probability)) {
+    VisitGroup(
+        r, {group, 0, probability}, WholeGroup(*groups_[group].group), task);
+  }
 }
 
 void Refiner::VisitGroup(const Receiver& r,
@@ -125,8 +132,7 @@ void Refiner::VisitGroup(const Receiver& r,
   if (transfer.Facing().count == 0) {
     return;
   }
-  const float bound =
-      r.weight * (group.radiosity + group.spread) * transfer.FormFactorBound();
+  const float bound = r.weight * group.Most() * transfer.FormFactorBound();
   if (visit.drawn < 1 || bound < static_cast<float>(options_.tau_weak)) {
     AddWeakGroup(r, visit, transfer, task);
     return;

@@ -6,6 +6,7 @@
 #include "solver/refiner.h"
 #include "solver/transfer_sample.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +20,11 @@ namespace enfilade {
 // What sixteen rays that all get through leave unknown, as a share of the
 // transfer.
 constexpr float kUnprovenClear = 0.03F;
+
+// Pairs of clusters are sampled where each pair of their items is kept with at
+// most this probability, and these many are to be expected.
+constexpr float kMostProbable = 0.5F;
+constexpr float kFewLinks = 2;
 
 // Sources are looked at by so many.
 constexpr size_t kItemSources = 32;
@@ -62,6 +68,19 @@ class Slots {
   alignas(T) std::byte bytes_[kCount * sizeof(T)];
 };
 
+inline float LongestExtent(const Cluster& c) {
+  const Vec3f e = c.box.Extent();
+  return std::max({e.x, e.y, e.z});
+}
+
+inline bool Refiner::ClusterVisit::IsUnlikely() const {
+  return probability < kMostProbable;
+}
+
+inline bool Refiner::ClusterVisit::IsFew() const {
+  return IsUnlikely() && expected < kFewLinks;
+}
+
 // A part of an item of work.
 struct Refiner::Task {
   // Whether links to a receiver on the part's way belong to it.
@@ -74,8 +93,11 @@ struct Refiner::Task {
     return r.level >= part.Levels() || part.ChildAt(r.level) == child;
   }
 
-  // Whether one of the receivers [first, first + count) is of the part.
+  // Whether one of the item's receivers [first, first + count) is of the part.
   [[nodiscard]] bool Meets(uint32_t first, uint32_t count) const {
+    if (part.depth == 0) {
+      return true;
+    }
     const uint32_t low = first_receiver + part.FirstReceiver();
     return first < low + part.ReceiverCount() && low < first + count;
   }

@@ -80,23 +80,6 @@ TEST(ClusterTree, ChildrenShareOutTheItemsOfTheirParent) {
   }
 }
 
-TEST(ClusterTree, EveryItemLiesInExactlyOneNodeOfAFront) {
-  for (const size_t count : {0U, 1U, 7U, 64U, 300U}) {
-    const auto patches = GeometryOf(RandomPatches(13, count, 5, 1));
-    const ClusterTree tree(patches, MixedItems(count));
-    for (const size_t most : {4U, 16U, 64U, 10000U}) {
-      uint32_t next = 0;  // in the order of the items, without gaps
-      for (const uint32_t node : tree.Front(most)) {
-        const Cluster& c = tree.Clusters()[node];
-        EXPECT_EQ(c.first, next);
-        EXPECT_LE(c.count, most);
-        next = c.first + c.count;
-      }
-      EXPECT_EQ(next, tree.Items().size()) << count << " by " << most;
-    }
-  }
-}
-
 TEST(ClusterTree, BoxesNormalsAndAreasBoundTheirItems) {
   const auto patches = GeometryOf(RandomPatches(14, 300, 5, 1));
   const ClusterTree tree(patches, MixedItems(300));

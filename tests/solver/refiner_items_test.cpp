@@ -1,0 +1,127 @@
+// Items of work: next to none between cells that hardly see each other, and
+// what such cells get of each other is right on the average.
+
+#include "solver/refiner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/solver/test_bulbs.h"
+#include "tests/solver/test_cells.h"
+#include "tests/solver/test_refinement.h"
+#include "tests/visibility/test_rooms.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::BrightCell;
+using test::Ceiling;
+using test::Floor;
+using test::MeanGain;
+using test::RefineAll;
+using test::Scenery;
+using test::Tiled;
+
+constexpr double kPi = 3.14159265358979323846;
+
+// The form factor between unit squares that face each other at a distance
+// (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11).
+double BetweenUnitSquares(double distance) {
+  const double x = 1 / distance;
+  const double q = 1 + x * x;
+  return 2 / (kPi * x * x) *
+         (std::log(std::sqrt(q * q / (1 + 2 * x * x))) +
+          2 * x * std::sqrt(q) * std::atan(x / std::sqrt(q)) -
+          2 * x * std::atan(x));
+}
+
+struct Average {
+  double sum = 0;
+  double squares = 0;
+  int count = 0;
+
+  void Add(double value) {
+    sum += value;
+    squares += value * value;
+    ++count;
+  }
+
+  [[nodiscard]] double Mean() const { return sum / count; }
+
+  [[nodiscard]] double StandardError() const {
+    return std::sqrt((squares / count - Mean() * Mean()) / count);
+  }
+};
+
+// What the patches of the receiver gain, mean over them, for one seed each.
+Average GainsOf(const RefineSide& receiver,
+                const RefineSide& source,
+                const Blockers& blockers) {
+  Average average;
+  for (uint64_t seed = 0; seed < 10000; ++seed) {
+    double sum = 0;
+    for (const RawLinks& item :
+         RefineAll({.seed = seed}, receiver, source, blockers)) {
+      for (const RawLink& link : item.links) {
+        sum += MeanGain(link);
+      }
+    }
+    average.Add(sum / static_cast<double>(receiver.patches.size()));
+  }
+  return average;
+}
+
+TEST(RefinerItems, AreNextToNoneBetweenCellsThatHardlySeeEachOther) {
+  const Basis basis(2);
+  const Scenery scenery({});
+  const BrightCell floor(0, basis, Tiled(Floor(), 32));
+  const BrightCell near(1, basis, Tiled(Ceiling(0.5), 32));
+  const BrightCell far(1, basis, Tiled(Ceiling(1000), 32));
+  const auto items = [&](const BrightCell& ceiling) {
+    return Refiner({}, floor.Side(), ceiling.Side(), scenery.All()).ItemCount();
+  };
+  EXPECT_GE(items(near), 1024U / 8);
+  EXPECT_LE(items(far), 1U);
+}
+
+// A million pairs, of which two or three are looked at.
+TEST(RefinerItems, OfFarCellsAreRightOnTheAverage) {
+  const Basis basis(2);
+  const Scenery scenery({});
+  const BrightCell floor(0, basis, Tiled(Floor(), 32));
+  const BrightCell ceiling(1, basis, Tiled(Ceiling(10), 32));
+  const Average gains = GainsOf(floor.Side(), ceiling.Side(), scenery.All());
+  const double exact = BetweenUnitSquares(10);
+  EXPECT_LE(gains.StandardError(), 0.05 * exact);
+  EXPECT_NEAR(gains.Mean(), exact, 4 * gains.StandardError());
+}
+
+// A bulb, which counts as one, far above a floor.
+TEST(RefinerItems, OfAFarBulbAreRightOnTheAverage) {
+  constexpr double kHeight = 6;
+  constexpr double kRadius = 0.05;
+  const Basis basis(2);
+  const Scenery scenery({});
+  const BrightCell floor(0, basis, Tiled(Floor(), 32));
+  // Below a shelf that faces away.
+  std::vector<Patch> patches = {
+      test::Rectangle({0, 0, kHeight + 1}, {1, 0, 0}, {0, 1, 0})};
+  test::Append(patches, test::Bulb({0.5, 0.5, kHeight}, kRadius, 5));
+  const BrightCell lamp(1, basis, patches);
+  const SourceGroups groups(lamp.Geometry());
+  RefineSide source = lamp.Side();
+  source.groups = &groups;
+  ASSERT_EQ(groups.Roots().size(), 1U);
+  // A convex body shows a quarter of its area on the average over all
+  // directions, a bulb nearly so from each.
+  const double area = static_cast<double>(groups.All()[groups.Roots()[0]].area);
+  const double about = area / 4 / (kPi * kHeight * kHeight);
+  const Average gains = GainsOf(floor.Side(), source, scenery.All());
+  EXPECT_LE(gains.StandardError(), 0.05 * about);
+  EXPECT_NEAR(gains.Mean(), about, 4 * gains.StandardError() + 0.02 * about);
+}
+
+}  // namespace
+}  // namespace enfilade
