@@ -223,6 +223,7 @@ void BeamFlood::Begin(const DoorwayGroup& firsts) {
   nodes_.clear();
   waiting_.clear();
   source_.clear();
+  source_middle_ = BoundsOf(firsts).Center();
   for (const Doorway* first : firsts) {
     source_.insert(source_.end(), first->polygon.begin(), first->polygon.end());
   }
@@ -233,8 +234,18 @@ void BeamFlood::Begin(const DoorwayGroup& firsts) {
 
 void BeamFlood::Wait(uint32_t number) {
   if (!std::exchange(nodes_[number].is_waiting, true)) {
-    waiting_.push_back(number);
+    waiting_.push_back(
+        {Length(nodes_[number].door->center - source_middle_), number});
+    std::push_heap(waiting_.begin(), waiting_.end());
   }
+}
+
+uint32_t BeamFlood::TakeNearest() {
+  std::pop_heap(waiting_.begin(), waiting_.end());
+  const uint32_t number = waiting_.back().node;
+  waiting_.pop_back();
+  nodes_[number].is_waiting = false;
+  return number;
 }
 
 void BeamFlood::Reach(const Doorway& door,
@@ -377,9 +388,7 @@ bool BeamFlood::Run(const DoorwayGroup& firsts, std::vector<bool>& reached) {
   }
   uint64_t tests = 0;
   while (!waiting_.empty()) {
-    const uint32_t number = waiting_.front();
-    waiting_.pop_front();
-    nodes_[number].is_waiting = false;
+    const uint32_t number = TakeNearest();
     nodes_[number].passed_at = ++clock_;
     const Doorway& door = *nodes_[number].door;
     reached[regions_->CellOf(door.to).Index()] = true;

@@ -8,8 +8,8 @@
 #include "visibility/portal_graph.h"
 
 #include <cstdint>
-#include <deque>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace enfilade {
@@ -73,10 +73,21 @@ class BeamFlood {
     bool is_waiting = false;
   };
 
+  // A node to be looked through, and how far it is.
+  struct Waiting {
+    double distance = 0;
+    uint32_t node = 0;
+
+    friend bool operator<(const Waiting& a, const Waiting& b) {
+      return std::pair(b.distance, b.node) < std::pair(a.distance, a.node);
+    }
+  };
+
   void Begin(const DoorwayGroup& firsts);
   // From the node `from`, or kNone.
   void Reach(const Doorway& door, std::vector<Point3> region, uint32_t from);
   void Wait(uint32_t number);
+  uint32_t TakeNearest();
   // Whether a dominator has changed since the node was last passed.
   [[nodiscard]] bool IsOutdated(const Node& node) const;
   // The nearest node that is a dominator of both, or one of them; or kNone.
@@ -95,10 +106,11 @@ class BeamFlood {
   const RegionGraph* regions_;
   std::vector<uint32_t> node_of_;  // by doorway
   std::vector<Node> nodes_;
-  std::deque<uint32_t> waiting_;  // nodes, first come first served
+  std::vector<Waiting> waiting_;  // a heap: the nearest first
   uint64_t clock_ = 0;
-  std::vector<Point3> source_;     // corners of a hull of the first doorways
-  std::vector<DoorPlane> planes_;  // what lines can reach lies beyond
+  std::vector<Point3> source_;  // corners of a hull of the first doorways
+  Point3 source_middle_;
+  std::vector<DoorPlane> planes_;      // what lines can reach lies beyond
   std::vector<const Doorway*> ahead_;  // where they may go on to
   std::vector<Point3> part_, clipped_;
 };
