@@ -1,6 +1,7 @@
 #include "solver/access_trace.h"
 
 #include "base/check.h"
+#include "base/random.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -29,6 +30,13 @@ bool DiffersMuch(uint64_t a, uint64_t b) {
 
 }  // namespace
 
+size_t HashOfThing::operator()(const CachedThing& thing) const noexcept {
+  const BlockKey& block = thing.block;
+  const uint64_t kind = uint64_t{thing.form} << 32 | block.c;
+  const uint64_t cells = uint64_t{block.a} << 32 | block.b;
+  return MixKey(kind << 8 ^ static_cast<uint64_t>(block.kind), cells);
+}
+
 AccessTrace::AccessTrace(uint64_t own_bytes)
     : most_steps_(own_bytes / kStepParts / kStepBytes + 16),
       most_things_(
@@ -37,6 +45,7 @@ AccessTrace::AccessTrace(uint64_t own_bytes)
           16),
       cache_(most_things_) {
   static_assert(sizeof(Thing) <= kThingBytes);
+  index_.reserve(most_things_);
   things_.reserve(most_things_);
   steps_.reserve(most_steps_);
   sizes_.reserve(most_steps_ / kStepsPerSize);

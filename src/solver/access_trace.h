@@ -17,7 +17,7 @@
 
 #include <compare>
 #include <cstdint>
-#include <map>
+#include <unordered_map>
 #include <vector>
 
 namespace enfilade {
@@ -29,6 +29,10 @@ struct CachedThing {
 
   // NOLINTNEXTLINE(modernize-use-nullptr): see base/ids.h
   friend auto operator<=>(const CachedThing&, const CachedThing&) = default;
+};
+
+struct HashOfThing {
+  size_t operator()(const CachedThing& thing) const noexcept;
 };
 
 // Bytes read for the same requests.
@@ -105,7 +109,7 @@ class AccessTrace {
 
   size_t most_steps_;
   size_t most_things_;
-  std::map<CachedThing, uint32_t> index_;
+  std::unordered_map<CachedThing, uint32_t, HashOfThing> index_;
   std::vector<Thing> things_;
   std::vector<CacheStep> steps_;
   std::vector<CachedBytes> sizes_;  // of the steps that have them

@@ -14,6 +14,7 @@ constexpr std::string_view kGeometryPurpose = "the geometry of a cell";
 constexpr std::string_view kTreePurpose = "the element trees of a cell";
 constexpr std::string_view kDeltaPurpose = "what a cell has sent last";
 constexpr std::string_view kReceivedPurpose = "what a cell has received";
+constexpr std::string_view kWeightsPurpose = "what a cell sends at most";
 
 }  // namespace
 
@@ -51,6 +52,7 @@ CachedThing CellPager::ThingOf(ItemKey key) {
   switch (key.kind) {
     case ItemKind::kTree:
     case ItemKind::kElements:
+    case ItemKind::kWeights:
       return {{BlockKind::kCellTree, key.cell},
               static_cast<uint32_t>(key.kind)};
     case ItemKind::kDelta:
@@ -88,18 +90,17 @@ void CellPager::SetHeld(ItemKey key, Item* item, uint64_t bytes) {
 
 // The value of an item that is there, in use as long as the pointer is held.
 template <typename T>
-std::shared_ptr<T> CellPager::Use(ItemKey key, bool is_along) {
-  Item& item = items_.at(key);
-  item.last_use = ++clock_;
-  auto use = item.use.lock();
+std::shared_ptr<T> CellPager::Use(ItemKey key, Item* item, bool is_along) {
+  item->last_use = ++clock_;
+  auto use = item->use.lock();
   if (use == nullptr) {
     NoteCapacity();
     const CachedThing thing = ThingOf(key);
     is_along ? trace_.BeginAlong(thing) : trace_.Begin(thing);
     use = std::shared_ptr<void>(
-        item.value.get(),
-        [this, thing, value = item.value](void*) { trace_.End(thing); });
-    item.use = use;
+        item->value.get(),
+        [this, thing, value = item->value](void*) { trace_.End(thing); });
+    item->use = use;
   }
   return std::static_pointer_cast<T>(use);
 }
@@ -183,24 +184,28 @@ std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
 CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
   const ItemKey shafts{ItemKind::kObstacles, cell.value};
   const ItemKey rays{ItemKind::kOccluder, cell.value};
-  const bool has_shafts = Find(shafts) != nullptr;
-  const bool has_rays = Find(rays) != nullptr;
+  Item* const shafts_item = Find(shafts);
+  Item* const rays_item = Find(rays);
+  const bool has_shafts = shafts_item != nullptr;
+  const bool has_rays = rays_item != nullptr;
+  if (has_shafts && has_rays) {
+    return {Use<const ShaftBlockers>(shafts, shafts_item, false),
+            Use<const CellBlockers>(rays, rays_item, true)};
+  }
   CellObstructions both;
   if (has_shafts) {
     both.obstacles = Use<const ShaftBlockers>(shafts);
   }
-  if (!has_shafts || !has_rays) {
-    const CellPatches stored =
-        has_shafts ? ReadPatches(cell, {rays.kind})
-        : has_rays ? ReadPatches(cell, {shafts.kind})
-                   : ReadPatches(cell, {shafts.kind, rays.kind});
-    if (!has_shafts) {
-      MakeObstacles(cell, stored);
-      both.obstacles = Use<const ShaftBlockers>(shafts);
-    }
-    if (Find(rays) == nullptr) {
-      MakeOccluder(cell, stored);
-    }
+  const CellPatches stored = has_shafts ? ReadPatches(cell, {rays.kind})
+                             : has_rays
+                                 ? ReadPatches(cell, {shafts.kind})
+                                 : ReadPatches(cell, {shafts.kind, rays.kind});
+  if (!has_shafts) {
+    MakeObstacles(cell, stored);
+    both.obstacles = Use<const ShaftBlockers>(shafts);
+  }
+  if (Find(rays) == nullptr) {
+    MakeOccluder(cell, stored);
   }
   both.occluder = Use<const CellBlockers>(rays, true);
   return both;
@@ -343,14 +348,44 @@ std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
   return received;
 }
 
-void CellPager::ForgetDelta(CellId cell) {
-  const auto delta = items_.find({ItemKind::kDelta, cell.value});
-  if (delta != items_.end()) {
-    ENFILADE_CHECK(delta->second.use.expired(), "what is forgotten is in use");
-    delta->second.dirty = false;
-    Drop(delta);
+std::shared_ptr<const SourceWeights> CellPager::Weights(CellId cell) {
+  const ItemKey key{ItemKind::kWeights, cell.value};
+  if (Find(key) == nullptr) {
+    const auto geometry = Geometry(cell);
+    const auto tree = Tree(cell);
+    // Made here and not read: nothing is to be told of bytes from the store.
+    MemoryCharge room = Reserve(
+        SourceWeights::BytesFor(geometry->patches.size()), kWeightsPurpose);
+    auto weights = std::make_shared<SourceWeights>(
+        WeighSource({.id = cell,
+                     .patches = geometry->patches,
+                     .tree = tree.get(),
+                     .clusters = geometry->clusters.get(),
+                     .groups = &geometry->groups}));
+    room.Reset();
+    const uint64_t bytes = weights->SizeBytes();
+    MakeRoom(bytes, kWeightsPurpose);
+    Insert(key, std::move(weights), bytes);
   }
+  return Use<const SourceWeights>(key);
+}
+
+void CellPager::ForgetWeights(CellId cell) {
+  Forget({ItemKind::kWeights, cell.value});
+}
+
+void CellPager::ForgetDelta(CellId cell) {
+  Forget({ItemKind::kDelta, cell.value});
   EraseDelta(*store_, cell);
+}
+
+void CellPager::Forget(ItemKey key) {
+  const auto item = items_.find(key);
+  if (item != items_.end()) {
+    ENFILADE_CHECK(item->second.use.expired(), "what is forgotten is in use");
+    item->second.dirty = false;
+    Drop(item);
+  }
 }
 
 void CellPager::MarkDirty(CellId cell) {

@@ -18,6 +18,7 @@
 #include "solver/next_use.h"
 #include "solver/push_pull.h"
 #include "solver/received_light.h"
+#include "solver/refine_side.h"
 #include "solver/shaft.h"
 #include "visibility/occlusion.h"
 
@@ -75,6 +76,13 @@ class CellPager {
   // The same, or its elements alone if it is not in memory: for gathering from
   // them. It must be there.
   std::shared_ptr<const CellTree> Elements(CellId cell);
+
+  // What the cell sends at most, as it was balanced last: what its pairs are
+  // refined by before its tree is needed.
+  std::shared_ptr<const SourceWeights> Weights(CellId cell);
+
+  // The cell was balanced. They must not be in use.
+  void ForgetWeights(CellId cell);
 
   // The tree was changed, and may have grown: it will be written back.
   void MarkDirty(CellId cell);
@@ -151,6 +159,7 @@ class CellPager {
     kElements,
     kDelta,
     kReceived,
+    kWeights,
     kLinks  // last
   };
 
@@ -181,8 +190,14 @@ class CellPager {
   Item* Find(ItemKey key);
   void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   void SetHeld(ItemKey key, Item* item, uint64_t bytes);
+
   template <typename T>
-  std::shared_ptr<T> Use(ItemKey key, bool is_along = false);
+  std::shared_ptr<T> Use(ItemKey key, bool is_along = false) {
+    return Use<T>(key, &items_.at(key), is_along);
+  }
+
+  template <typename T>
+  std::shared_ptr<T> Use(ItemKey key, Item* item, bool is_along);
   template <typename T, typename Bytes, typename Read>
   std::shared_ptr<T> UseStored(ItemKey key,
                                std::string_view what,
@@ -191,6 +206,8 @@ class CellPager {
   // `what` names it to the budget.
   template <typename T>
   void MarkItemDirty(ItemKey key, std::string_view what);
+  // It must not be in use, and is not written back.
+  void Forget(ItemKey key);
   void NoteCapacity();
   using Items = std::map<ItemKey, Item>;
 

@@ -36,6 +36,7 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   const CellId cell(key.cell);
   switch (key.kind) {
     case ItemKind::kGeometry:
+    case ItemKind::kWeights:
       return next_use_.OfCell(cell);
     case ItemKind::kTree:
       return next_use_.OfTree(cell);

@@ -84,6 +84,7 @@ class Engine {
   VisibleSet SourcesOf(CellId cell, MemoryCharge* charge);
   // The rays that it took.
   uint64_t FindReceivers(Receiver* r);
+  void Unlink(const Receiver& r, CellId source);
   void RefinePair(const Receiver& r, const VisibleCell& source);
   void ApplyPart(const RawLinks& part,
                  const Receiver& r,

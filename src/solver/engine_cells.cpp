@@ -181,6 +181,7 @@ void Engine::PropagateCell(CellId cell) {
 // same after one.
 void Engine::Settle(const Receiver& r) {
   pager_.Order().MoveTo(r.id, r.id);
+  pager_.ForgetWeights(r.id);
   CellRow& row = state_.cells[r.id.Index()];
   const auto delta = pager_.Delta(r.id);
   CellBalance balance({r.id,

@@ -7,6 +7,8 @@
 #include "solver/gather.h"
 #include "solver/refined_parts.h"
 
+#include <utility>
+
 namespace enfilade {
 namespace {
 
@@ -19,39 +21,48 @@ GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
 
 }  // namespace
 
+// The receiver has no links from the source.
+void Engine::Unlink(const Receiver& r, CellId source) {
+  store_->EraseAll(BlockKind::kLinks, r.id.value, source.value);
+  pager_.Order().SetLinked(r.id, source, false);
+}
+
 void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   if (!IsLit(source.source)) {
-    store_->EraseAll(BlockKind::kLinks, r.id.value, source.source.value);
-    pager_.Order().SetLinked(r.id, source.source, false);
+    Unlink(r, source.source);
     return;
   }
   pager_.Order().MoveTo(r.id, source.source);
-  const Sender s{source.source,
-                 pager_.Geometry(source.source),
-                 pager_.Tree(source.source)};
-  std::vector<const ShaftBlockers*> gates;
-  if (s.id != r.id) {
-    gates = {r.geometry->portals.get(), s.geometry->portals.get()};
-  }
-  CellsBetween between(pager_, r.id, source, gates);
+  const auto weights = pager_.Weights(source.source);
+  const auto geometry = pager_.Geometry(source.source);
   RefineOptions options;
   options.tau = state_.tau;
   options.tau_weak = kWeakShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
   options.counts_black = is_black_;
-  const Refiner refiner(options,
-                        {.id = r.id,
-                         .patches = r.geometry->patches,
-                         .tree = r.tree.get(),
-                         .clusters = r.receivers.get(),
-                         .care = care_,
-                         .weights = r.weights},
-                        {.id = s.id,
-                         .patches = s.geometry->patches,
-                         .tree = s.tree.get(),
-                         .clusters = s.geometry->clusters.get(),
-                         .groups = &s.geometry->groups},
-                        between.All());
+  PairWork work(options,
+                {.id = r.id,
+                 .patches = r.geometry->patches,
+                 .tree = r.tree.get(),
+                 .clusters = r.receivers.get(),
+                 .care = care_,
+                 .weights = r.weights},
+                {.id = source.source,
+                 .patches = geometry->patches,
+                 .clusters = geometry->clusters.get(),
+                 .groups = &geometry->groups,
+                 .sent = weights.get()});
+  if (work.Items().empty()) {
+    Unlink(r, source.source);
+    return;
+  }
+  const Sender s{source.source, geometry, pager_.Tree(source.source)};
+  std::vector<const ShaftBlockers*> gates;
+  if (s.id != r.id) {
+    gates = {r.geometry->portals.get(), s.geometry->portals.get()};
+  }
+  CellsBetween between(pager_, r.id, source, gates);
+  const Refiner refiner(std::move(work), *s.tree, between.All());
   const CellPair pair{r.id, s.id};
   LinkWriter writer(
       *store_, pair, state_.cursor.chunk, [&](WrittenLinks&& written) {

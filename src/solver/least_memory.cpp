@@ -32,6 +32,7 @@ struct CellNeed {
   uint64_t received = 0;  // needed in its own turn
   uint64_t balance = 0;   // working arrays of its equilibrium
   uint64_t clusters = 0;  // of its receiving elements
+  uint64_t weights = 0;   // what it sends at most
   uint64_t care = 0;      // of its patches
   uint64_t blockers = 0;  // for shafts and rays
   uint64_t build = 0;     // on top of the blockers, while they are built
@@ -96,6 +97,7 @@ class NeedFinder {
     need.balance = CoefficientArray::BytesFor(elements, shape_.Stride()) +
                    HeldSharesBytesFor(elements, shape_);
     need.clusters = ClusterTree::BytesFor(patches);
+    need.weights = SourceWeights::BytesFor(patches);
     need.care = patches * sizeof(PatchCare);
     const uint64_t held = BlockersHeldBytes(blockers);
     need.blockers = ShaftBlockers::BytesFor(blockers) + held;
@@ -126,7 +128,7 @@ class NeedFinder {
     uint64_t build = 0;
     if (v.source != receiver) {
       const CellNeed& s = needs_[v.source.Index()];
-      bytes += s.geometry + s.tree;
+      bytes += s.geometry + s.tree + s.weights;
     }
     std::vector<uint64_t> inner;
     for (const CellId cell : v.between) {

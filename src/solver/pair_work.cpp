@@ -1,10 +1,8 @@
-// The part of refinement that finds its items of work: from the pair of all
-// receivers and all sources down to pairs of clusters that are worth a look.
-// Between cells that hardly see each other there are next to none, and to know
-// that must cost next to nothing: such pairs are most of a large building's.
+#include "solver/pair_work.h"
 
-#include "solver/rare_draws.h"
-#include "solver/refiner_task.h"
+#include "base/check.h"
+#include "base/random.h"
+#include "solver/work_part.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,9 +20,73 @@ size_t SourcesOfItem(size_t sources) {
   return std::clamp(sources / kSourceParts, kItemSources, kMostSources);
 }
 
+// Pairs of clusters are sampled where each pair of their items is kept with at
+// most this probability, and these many are to be expected.
+constexpr float kMostProbable = 0.5F;
+constexpr float kFewLinks = 2;
+
+// A sampled transfer is kept at least with this multiple of its form factor,
+// so that no coefficient exceeds its inverse: what is dark now may be lit
+// later.
+constexpr float kWeakGain = 1;
+
 }  // namespace
 
-void Refiner::FindItems() {
+bool ClusterVisit::IsUnlikely() const {
+  return probability < kMostProbable;
+}
+
+bool ClusterVisit::IsFew() const {
+  return IsUnlikely() && expected < kFewLinks;
+}
+
+float LongestExtent(const Cluster& cluster) {
+  const Vec3f e = cluster.box.Extent();
+  return std::max({e.x, e.y, e.z});
+}
+
+float FormFactorOfGroup(const SourceGroup& group,
+                        Vec3f middle,
+                        float diameter) {
+  const Vec3f group_middle = (group.box.low + group.box.high) * 0.5F;
+  const float gap = Length(group_middle - middle) -
+                    0.5F * (diameter + Length(group.box.Extent()));
+  return gap > 0 ? std::min(1.0F,
+                            group.area / (static_cast<float>(kPi) * gap * gap))
+                 : 1.0F;
+}
+
+PairWork::PairWork(const RefineOptions& options,
+                   const RefineSide& receiver,
+                   const RefineSide& source)
+    : options_(options), receiver_(receiver), source_(source) {
+  ENFILADE_CHECK(
+      receiver.weights.size() == receiver.clusters->Clusters().size(),
+      "{} weights of {} clusters",
+      receiver.weights.size(),
+      receiver.clusters->Clusters().size());
+  ENFILADE_CHECK(
+      source.sent->peaks.size() == source.clusters->Clusters().size() &&
+          (source.groups == nullptr ||
+           source.sent->groups.size() == source.groups->All().size()),
+      "weights of {} clusters and {} groups are of another source",
+      source.sent->peaks.size(),
+      source.sent->groups.size());
+  FindItems();
+}
+
+uint64_t PairWork::Key() const {
+  return MixKey(options_.seed,
+                uint64_t{receiver_.id.value} << 32 | source_.id.value);
+}
+
+float PairWork::WeakProbability(float transfer, float form_factor) const {
+  return std::min(1.0F,
+                  std::max(transfer / static_cast<float>(options_.tau_weak),
+                           kWeakGain * form_factor));
+}
+
+void PairWork::FindItems() {
   if (receiver_.clusters->Items().empty() ||
       source_.clusters->Items().empty()) {
     return;
@@ -38,7 +100,7 @@ void Refiner::FindItems() {
   SortItems();
 }
 
-void Refiner::FindPairs(ClusterPair pair) {
+void PairWork::FindPairs(ClusterPair pair) {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
   const ClusterVisit visit = LookAt(pair);
@@ -65,7 +127,7 @@ void Refiner::FindPairs(ClusterPair pair) {
   }
 }
 
-void Refiner::FindGroups(ClusterPair pair) {
+void PairWork::FindGroups(ClusterPair pair) {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const ClusterVisit visit = LookAtGroup(pair);
   if (visit.IsFew()) {
@@ -82,8 +144,8 @@ void Refiner::FindGroups(ClusterPair pair) {
 
 // By receiver, so that links come nearly as they will be stored; no two items
 // compare equal.
-void Refiner::SortItems() {
-  const auto key = [this](const Item& item) {
+void PairWork::SortItems() {
+  const auto key = [this](const WorkItem& item) {
     const uint32_t source =
         item.is_group ? item.source
                       : source_.clusters->Clusters()[item.source].first;
@@ -91,13 +153,13 @@ void Refiner::SortItems() {
                       item.is_group,
                       source);
   };
-  std::sort(items_.begin(), items_.end(), [&](const Item& a, const Item& b) {
-    return key(a) < key(b);
-  });
+  std::sort(
+      items_.begin(), items_.end(), [&](const WorkItem& a, const WorkItem& b) {
+        return key(a) < key(b);
+      });
 }
 
-// What a pair of clusters is, by its bounds.
-Refiner::ClusterVisit Refiner::LookAt(ClusterPair pair) const {
+ClusterVisit PairWork::LookAt(ClusterPair pair) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
   const ClusterBound bound = BoundOf(r, s);
@@ -107,47 +169,34 @@ Refiner::ClusterVisit Refiner::LookAt(ClusterPair pair) const {
     return visit;
   }
   visit.form_factor = bound.form_factor;
-  const float transfer = receiver_.weights[pair.receiver] *
-                         std::min(peaks_[pair.source] * bound.form_factor,
-                                  fluxes_[pair.source] * bound.per_area);
+  const float transfer =
+      receiver_.weights[pair.receiver] *
+      std::min(source_.sent->peaks[pair.source] * bound.form_factor,
+               source_.sent->fluxes[pair.source] * bound.per_area);
   visit.probability = WeakProbability(transfer, bound.form_factor);
   visit.expected = static_cast<float>(r.count) * static_cast<float>(s.count) *
                    visit.probability;
   return visit;
 }
 
-// The same of a cluster and a group.
-Refiner::ClusterVisit Refiner::LookAtGroup(ClusterPair pair) const {
+ClusterVisit PairWork::LookAtGroup(ClusterPair pair) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
-  const SourceGroup& g = *groups_[pair.source].group;
+  const SourceGroup& g = source_.groups->All()[pair.source];
   ClusterVisit visit;
   visit.form_factor = FormFactorOfGroup(
       g, (r.box.low + r.box.high) * 0.5F, Length(r.box.Extent()));
-  visit.probability =
-      WeakProbability(receiver_.weights[pair.receiver] *
-                          groups_[pair.source].Most() * visit.form_factor,
-                      visit.form_factor);
+  visit.probability = WeakProbability(
+      receiver_.weights[pair.receiver] *
+          source_.sent->groups[pair.source].Most() * visit.form_factor,
+      visit.form_factor);
   visit.expected = static_cast<float>(r.count) * visit.probability;
   return visit;
 }
 
-// A bound, from a point of what lies about `middle`; 1 where that may touch.
-float Refiner::FormFactorOfGroup(const SourceGroup& group,
-                                 Vec3f middle,
-                                 float diameter) {
-  const Vec3f group_middle = (group.box.low + group.box.high) * 0.5F;
-  const float gap = Length(group_middle - middle) -
-                    0.5F * (diameter + Length(group.box.Extent()));
-  return gap > 0 ? std::min(1.0F,
-                            group.area / (static_cast<float>(kPi) * gap * gap))
-                 : 1.0F;
-}
-
-// Which of the transfers of a pair are looked at, where those are few.
-RareDraws Refiner::DrawsOf(ClusterPair pair,
-                           const ClusterVisit& visit,
-                           uint64_t count) const {
-  return {MixKey(PairKey(), ~(uint64_t{pair.receiver} << 32 | pair.source)),
+RareDraws PairWork::DrawsOf(ClusterPair pair,
+                            const ClusterVisit& visit,
+                            uint64_t count) const {
+  return {MixKey(Key(), ~(uint64_t{pair.receiver} << 32 | pair.source)),
           static_cast<double>(visit.probability),
           count};
 }

@@ -14,7 +14,7 @@ class RareDraws {
  public:
   // Trials 0, ..., trials - 1; 0 < probability < 1.
   RareDraws(uint64_t key, double probability, uint64_t trials)
-      : random_(key), log_miss_(std::log1p(-probability)), trials_(trials) {
+      : random_(key), probability_(probability), trials_(trials) {
     Jump();
   }
 
@@ -29,15 +29,23 @@ class RareDraws {
   }
 
  private:
+  // All of n trials fail where u, even in [0, 1), exceeds 1 - (1 - p)^n, which
+  // is at most n p: mostly that says it without a logarithm.
   void Jump() {
-    const double misses = std::log1p(-random_.Next()) / log_miss_;
-    const bool is_within =
-        at_ < trials_ && misses < static_cast<double>(trials_ - at_);
-    at_ = is_within ? at_ + static_cast<uint64_t>(misses) : trials_;
+    constexpr double kRounding = 1e-9;
+    const double u = random_.Next();
+    const auto left = static_cast<double>(trials_ - at_);
+    if (u > left * probability_ + kRounding) {
+      at_ = trials_;
+      return;
+    }
+    const double misses = std::log1p(-u) / std::log1p(-probability_);
+    at_ = at_ < trials_ && misses < left ? at_ + static_cast<uint64_t>(misses)
+                                         : trials_;
   }
 
   Random random_;
-  double log_miss_;
+  double probability_;
   uint64_t trials_;
   uint64_t at_ = 0;
 };

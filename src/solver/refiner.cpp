@@ -1,11 +1,11 @@
 #include "solver/refiner.h"
 
-#include "base/check.h"
 #include "base/random.h"
 #include "solver/refiner_task.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -35,43 +35,23 @@ float MixedShare(float visible) {
 
 }  // namespace
 
-Refiner::Refiner(const RefineOptions& options,
-                 const RefineSide& receiver,
-                 const RefineSide& source,
+Refiner::Refiner(PairWork work,
+                 const CellTree& source_tree,
                  const Blockers& blockers)
-    : options_(options),
-      receiver_(receiver),
-      source_(source),
+    : work_(std::move(work)),
+      options_(work_.Options()),
+      receiver_(work_.Receiver()),
+      source_(work_.Source()),
       blockers_(&blockers),
-      basis_(receiver.tree->Shape().basis),
+      basis_(receiver_.tree->Shape().basis),
       shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
-      constant_basis_(receiver.tree->Shape().NodeStride() == 1) {
-  ENFILADE_CHECK(
-      receiver.weights.size() == receiver.clusters->Clusters().size(),
-      "{} weights of {} clusters",
-      receiver.weights.size(),
-      receiver.clusters->Clusters().size());
-  std::vector<float> peaks;
-  std::vector<float> fluxes;
-  for (const ClusterItem& item : source.clusters->Items()) {
-    const float peak = InGroup(item.patch) ? 0 : PeakOf(item);
-    peaks.push_back(peak);
-    fluxes.push_back(peak * source.patches[item.patch].area);
-  }
-  SetGroups();
-  peaks_ = source.clusters->LargestOf(peaks);
-  fluxes_ = source.clusters->LargestOf(fluxes);
-  FindItems();
+      constant_basis_(receiver_.tree->Shape().NodeStride() == 1) {
+  source_.tree = &source_tree;
 }
 
 uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {
   const uint64_t patches = uint64_t{r.patch} << 32 | s.patch;
-  return MixKey(MixKey(MixKey(PairKey(), patches), r.path), s.path);
-}
-
-uint64_t Refiner::PairKey() const {
-  return MixKey(options_.seed,
-                uint64_t{receiver_.id.value} << 32 | source_.id.value);
+  return MixKey(MixKey(MixKey(work_.Key(), patches), r.path), s.path);
 }
 
 void Refiner::Visit(const Receiver& r,

@@ -19,16 +19,15 @@
 
 #pragma once
 
-#include "solver/cell_care.h"
-#include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
 #include "solver/group_transfer.h"
 #include "solver/link_block.h"
 #include "solver/link_rays.h"
 #include "solver/oracle.h"
-#include "solver/rare_draws.h"
+#include "solver/pair_work.h"
 #include "solver/received_light.h"
+#include "solver/refine_side.h"
 #include "solver/shaft.h"
 #include "solver/work_part.h"
 
@@ -39,39 +38,6 @@
 #include <vector>
 
 namespace enfilade {
-
-// Black surfaces receive too, for probes, but need less care: errors on them
-// count as if they had this reflectance.
-inline constexpr float kLeastWeightReflectance = 0.1F;
-
-struct RefineOptions {
-  double tau = 1;                // W/m: largest weighted error of a link
-  double tau_weak = 1;           // W/m: transfers below are sampled
-  uint64_t seed = 0;             // of the visibility samples
-  float least_diameter = 2e-5F;  // m; smaller elements are not split
-  bool counts_black = false;     // errors on surfaces that reflect nothing
-};
-
-// A cell as refinement sees it.
-struct RefineSide {
-  CellId id;
-  std::span<const PatchGeometry> patches = {};
-  const CellTree* tree = nullptr;
-  // Of the elements at which refinement begins; whole patches for the source.
-  const ClusterTree* clusters = nullptr;
-  // Of the source: patches that count as one. Null: none.
-  const SourceGroups* groups = nullptr;
-  // Of the receiver, by patch. Empty: 1 for all.
-  std::span<const PatchCare> care = {};
-  // Of the receiver: its ReceiverWeights, the same for all sources.
-  std::span<const float> weights = {};
-};
-
-// By cluster of a receiver cell, how much errors weigh at most on an element at
-// which refinement begins: reflectance times root of area, times care.
-std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
-                                   const ClusterTree& clusters,
-                                   std::span<const PatchCare> care);
 
 // A link before its elements have ids.
 struct RawLink {
@@ -122,16 +88,10 @@ void ApplyLinks(const RawLinks& raw,
 // Refines the transfers from one source cell to one receiver cell.
 class Refiner {
  public:
-  // All arguments are borrowed.
-  Refiner(const RefineOptions& options,
-          const RefineSide& receiver,
-          const RefineSide& source,
-          const Blockers& blockers);
+  // Trees and blockers are borrowed.
+  Refiner(PairWork work, const CellTree& source_tree, const Blockers& blockers);
 
-  // How many items of work there are: their number grows with that of the
-  // receivers and with what they may get, not with that of all pairs. Cells of
-  // which nothing is to be expected have next to none.
-  [[nodiscard]] size_t ItemCount() const { return items_.size(); }
+  [[nodiscard]] size_t ItemCount() const { return work_.Items().size(); }
 
   // Appends the links of a part of an item; stops, overflowed, where there are
   // too many. Thread-safe: touches nothing but `out` and the limit. The same
@@ -178,32 +138,6 @@ class Refiner {
     float error = 0;  // W/m, if the ray gets through
   };
 
-  // A cluster of receivers, and one of sources or a group.
-  struct ClusterPair {
-    uint32_t receiver = 0;
-    uint32_t source = 0;
-  };
-
-  // What is known of the pairs of items of two clusters.
-  struct ClusterVisit {
-    bool behind = false;    // no item of one faces one of the other
-    float form_factor = 0;  // at most
-    float probability = 0;  // with which each is kept, at most
-    float expected = 0;     // so many links, at most, where they are weak
-
-    // Whether the few that are kept are drawn without a look at the others.
-    [[nodiscard]] bool IsFew() const;
-    [[nodiscard]] bool IsUnlikely() const;
-  };
-
-  // What is looked at in one go, of all transfers from a cell to another.
-  struct Item {
-    uint32_t receiver = 0;  // cluster
-    uint32_t source = 0;    // cluster, or group
-    bool is_group = false;
-    bool is_drawn = false;  // few among them will be kept: those are drawn
-  };
-
   struct Task;
 
   [[nodiscard]] Source RootSource(const ClusterItem& item) const;
@@ -215,36 +149,21 @@ class Refiner {
       const std::array<float, kTransferNodes>& parent,
       PatchShape shape,
       size_t child) const;
-  [[nodiscard]] std::array<float, kTransferNodes> NodeRadiosity(
-      ElementId element, PatchShape patch) const;
-  [[nodiscard]] float SampleAt(size_t node,
-                               PatchShape patch,
-                               std::span<const float> coefficients) const;
   void SetRadiosity(Source* source) const;
-  static float PeakOf(const Source& s);
-  [[nodiscard]] float PeakOf(const ClusterItem& item) const;
+
+  static float PeakOf(const Source& s) {
+    return enfilade::PeakOf(s.radiosity, s.detail);
+  }
+
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
 
-  void FindItems();
-  void FindPairs(ClusterPair pair);
-  void FindGroups(ClusterPair pair);
-  void SortItems();
-
-  [[nodiscard]] ClusterVisit LookAt(ClusterPair pair) const;
-  [[nodiscard]] ClusterVisit LookAtGroup(ClusterPair pair) const;
-  static float FormFactorOfGroup(const SourceGroup& group,
-                                 Vec3f middle,
-                                 float diameter);
   void VisitSources(uint32_t receiver, uint32_t source, Task* task) const;
   void VisitClusters(uint32_t receiver, uint32_t source, Task* task) const;
   void VisitItems(const Cluster& r, const Cluster& s, Task* task) const;
-  void DrawItem(const Item& item, Task* task) const;
+  void DrawItem(const WorkItem& item, Task* task) const;
   void SamplePairs(ClusterPair pair,
                    const ClusterVisit& visit,
                    Task* task) const;
-  [[nodiscard]] RareDraws DrawsOf(ClusterPair pair,
-                                  const ClusterVisit& visit,
-                                  uint64_t count) const;
   const Receiver& ReceiverAt(uint32_t item, Task* task) const;
   const Source& SourceAt(uint32_t item, Task* task) const;
 
@@ -306,10 +225,6 @@ class Refiner {
   static void AddBlockedError(float error, Task* task);
   void TakeBlocked(Task* task) const;
 
-  // With which probability a transfer is kept, by bounds of itself (W/m,
-  // weighted) and of its form factor.
-  [[nodiscard]] float WeakProbability(float transfer, float form_factor) const;
-
   // `drawn`: the probability with which the pair was chosen to be looked at.
   void AddWeak(const Receiver& r,
                const Source& s,
@@ -326,14 +241,6 @@ class Refiner {
               Task* task) const;
 
   // The groups: refiner_groups.cpp.
-  struct Group {
-    const SourceGroup* group = nullptr;
-    float radiosity = 0;  // of the brightest channel, W/m2
-    float spread = 0;     // RMS of what its patches deviate from it
-
-    [[nodiscard]] float Most() const { return radiosity + spread; }
-  };
-
   // What is known when a group is looked at.
   struct GroupVisit {
     uint32_t group = 0;
@@ -343,9 +250,14 @@ class Refiner {
     float drawn = 1;
   };
 
-  void SetGroups();
+  [[nodiscard]] const SourceGroup& GroupAt(uint32_t group) const {
+    return source_.groups->All()[group];
+  }
 
-  [[nodiscard]] bool InGroup(uint32_t patch) const;
+  [[nodiscard]] const GroupWeight& SentBy(uint32_t group) const {
+    return source_.sent->groups[group];
+  }
+
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, uint32_t group) const;
   void VisitGroups(const Cluster& r, uint32_t group, Task* task) const;
   void SampleGroup(ClusterPair pair,
@@ -381,9 +293,9 @@ class Refiner {
                    Task* task) const;
 
   static RawLink LinkBetween(const Receiver& r, const Source& s);
-  [[nodiscard]] uint64_t PairKey() const;
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, const Source& s) const;
 
+  PairWork work_;
   RefineOptions options_;
   RefineSide receiver_;
   RefineSide source_;
@@ -391,11 +303,6 @@ class Refiner {
   const Basis* basis_;
   float shadows_;  // weight of unknown occlusion; more in higher orders
   bool constant_basis_;
-  std::vector<Item> items_;  // by receiver
-  // Per cluster of the source, the largest value of its items.
-  std::vector<float> peaks_;   // radiosity, W/m2
-  std::vector<float> fluxes_;  // radiosity times area, W
-  std::vector<Group> groups_;
 };
 
 }  // namespace enfilade

@@ -1,7 +1,6 @@
 // The part of refinement that goes from items of work down to pairs of elements
 // at which refinement begins, or draws the few that matter among many.
 
-#include "solver/rare_draws.h"
 #include "solver/refiner_task.h"
 
 #include <algorithm>
@@ -16,7 +15,7 @@ void Refiner::Refine(const WorkPart& part,
   task.part = part;
   task.limit = limit;
   task.limit.most = part.depth < WorkPart::kMostDepth ? limit.most : SIZE_MAX;
-  const Item& item = items_[part.item];
+  const WorkItem& item = work_.Items()[part.item];
   const Cluster& r = receiver_.clusters->Clusters()[item.receiver];
   task.first_receiver = r.first;
   if (item.is_drawn && part.part == 0) {
@@ -45,7 +44,7 @@ void Refiner::VisitSources(uint32_t receiver,
     TakeBlocked(task);
     return;
   }
-  const ClusterVisit visit = LookAt({receiver, source});
+  const ClusterVisit visit = work_.LookAt({receiver, source});
   if (visit.behind || task->out->overflowed) {
     return;
   }
@@ -65,7 +64,7 @@ void Refiner::VisitClusters(uint32_t receiver,
   if (task->out->overflowed || !task->Meets(r.first, r.count)) {
     return;
   }
-  const ClusterVisit visit = LookAt({receiver, source});
+  const ClusterVisit visit = work_.LookAt({receiver, source});
   if (visit.behind) {
     return;
   }
@@ -87,7 +86,8 @@ void Refiner::VisitClusters(uint32_t receiver,
 void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
   for (uint32_t i = r.first; i < r.first + r.count; ++i) {
     for (uint32_t k = s.first; k < s.first + s.count; ++k) {
-      if (task->Meets(i, 1) && !InGroup(source_.clusters->Items()[k].patch)) {
+      if (task->Meets(i, 1) &&
+          !source_.InGroup(source_.clusters->Items()[k].patch)) {
         Visit(ReceiverAt(i, task), SourceAt(k, task), 0, task);
       }
     }
@@ -95,13 +95,13 @@ void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
 }
 
 // An item whose links are few.
-void Refiner::DrawItem(const Item& item, Task* task) const {
+void Refiner::DrawItem(const WorkItem& item, Task* task) const {
   const ClusterPair pair{item.receiver, item.source};
   if (item.is_group) {
-    SampleGroup(pair, LookAtGroup(pair), task);
+    SampleGroup(pair, work_.LookAtGroup(pair), task);
   } else {
     task->first_source = source_.clusters->Clusters()[item.source].first;
-    SamplePairs(pair, LookAt(pair), task);
+    SamplePairs(pair, work_.LookAt(pair), task);
   }
 }
 
@@ -113,11 +113,12 @@ void Refiner::SamplePairs(ClusterPair pair,
                           Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
-  RareDraws draws = DrawsOf(pair, visit, uint64_t{r.count} * s.count);
+  RareDraws draws = work_.DrawsOf(pair, visit, uint64_t{r.count} * s.count);
   for (; !draws.AtEnd(); draws.Next()) {
     const uint32_t i = r.first + static_cast<uint32_t>(draws.Trial() / s.count);
     const uint32_t k = s.first + static_cast<uint32_t>(draws.Trial() % s.count);
-    if (!task->Meets(i, 1) || InGroup(source_.clusters->Items()[k].patch)) {
+    if (!task->Meets(i, 1) ||
+        source_.InGroup(source_.clusters->Items()[k].patch)) {
       continue;
     }
     const Receiver receiver =

@@ -13,16 +13,6 @@ namespace {
 // By how much detail may be concentrated for it to be looked for.
 constexpr float kMostConcentration = 16;
 
-float CareOf(std::span<const PatchCare> care, uint32_t patch) {
-  return care.empty() ? 1.0F : care[patch].care;
-}
-
-// How much errors weigh on an element of a patch.
-float WeightOf(const PatchGeometry& patch, ElementFrame frame, float care) {
-  return care * std::max(patch.max_reflectance, kLeastWeightReflectance) *
-         std::sqrt(AreaOf(patch, frame));
-}
-
 // Which child of an element lies nearest to a point.
 size_t NearestChild(const TransferEnd& end, Vec3f p) {
   size_t nearest = 0;
@@ -44,71 +34,12 @@ size_t NearestChild(const TransferEnd& end, Vec3f p) {
   return nearest;
 }
 
-// The largest radiosity of a source, by that at its nodes and by its detail.
-float Peak(const std::array<float, kTransferNodes>& radiosity, float detail) {
-  return *std::max_element(radiosity.begin(), radiosity.end()) + detail;
-}
-
 }  // namespace
 
-std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
-                                   const ClusterTree& clusters,
-                                   std::span<const PatchCare> care) {
-  std::vector<float> weights;
-  weights.reserve(clusters.Items().size());
-  for (const ClusterItem& item : clusters.Items()) {
-    const PatchGeometry& patch = patches[item.patch];
-    weights.push_back(WeightOf(
-        patch, FrameOfPath(patch.shape, item.path), CareOf(care, item.patch)));
-  }
-  return clusters.LargestOf(weights);
-}
-
-// At the transfer nodes of an element, of the brightest channel, W/m2.
-std::array<float, kTransferNodes> Refiner::NodeRadiosity(
-    ElementId element, PatchShape patch) const {
-  const TreeShape& shape = source_.tree->Shape();
-  const auto sent = source_.tree->Sent()[element];
-  const size_t nodes = SecondOrderBasis().On(patch).NodeCount();
-  std::array<float, kTransferNodes> radiosity{};
-  for (size_t c = 0; c < shape.channels; ++c) {
-    const auto of_channel = sent.subspan(c * shape.NodeStride());
-    for (size_t q = 0; q < nodes; ++q) {
-      const float value = basis_->HasOwnNodes()
-                              ? SampleAt(q, patch, of_channel)
-                              : of_channel[constant_basis_ ? 0 : q];
-      radiosity[q] = std::max(radiosity[q], std::abs(value));
-    }
-  }
-  return radiosity;
-}
-
-// Of a basis that has nodes of its own, at a transfer node.
-float Refiner::SampleAt(size_t node,
-                        PatchShape patch,
-                        std::span<const float> coefficients) const {
-  const auto& rows = basis_->SamplesOn(patch).to_samples;
-  float value = 0;
-  for (size_t g = 0; g < basis_->On(patch).NodeCount(); ++g) {
-    value += rows[g][node] * coefficients[g];
-  }
-  return value;
-}
-
 void Refiner::SetRadiosity(Source* source) const {
-  source->radiosity = NodeRadiosity(source->element, source->end.patch->shape);
+  source->radiosity =
+      NodeRadiosity(*source_.tree, source->element, source->end.patch->shape);
   source->detail = source_.tree->Detail(source->element);
-}
-
-float Refiner::PeakOf(const Source& s) {
-  return Peak(s.radiosity, s.detail);
-}
-
-// The same of a whole patch, before anything else of it is needed.
-float Refiner::PeakOf(const ClusterItem& item) const {
-  const ElementId element(item.patch);
-  return Peak(NodeRadiosity(element, source_.patches[item.patch].shape),
-              source_.tree->Detail(element));
 }
 
 Refiner::Source Refiner::RootSource(const ClusterItem& item) const {

@@ -1,7 +1,6 @@
 // The part of refinement whose sources are groups of patches.
 
 #include "base/random.h"
-#include "solver/rare_draws.h"
 #include "solver/refiner_task.h"
 
 #include <algorithm>
@@ -48,31 +47,9 @@ Unknown UnknownByMixed(const GroupSight& sight) {
 
 }  // namespace
 
-void Refiner::SetGroups() {
-  if (source_.groups == nullptr) {
-    return;
-  }
-  for (const SourceGroup& group : source_.groups->All()) {
-    const GroupRadiosity b = RadiosityOf(*source_.groups,
-                                         group,
-                                         source_.patches,
-                                         source_.tree->Shape(),
-                                         source_.tree->Sent());
-    float largest = 0;
-    for (const float mean : b.mean) {
-      largest = std::max(largest, std::abs(mean));
-    }
-    groups_.push_back({&group, largest, b.spread});
-  }
-}
-
-bool Refiner::InGroup(uint32_t patch) const {
-  return source_.groups != nullptr && source_.groups->Holds(patch);
-}
-
 uint64_t Refiner::KeyOf(const Receiver& r, uint32_t group) const {
   const uint64_t ends = uint64_t{r.patch} << 32 | kGroupKey | group;
-  return MixKey(MixKey(PairKey(), ends), r.path);
+  return MixKey(MixKey(work_.Key(), ends), r.path);
 }
 
 void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
@@ -88,7 +65,7 @@ void Refiner::SampleGroup(ClusterPair pair,
                           const ClusterVisit& visit,
                           Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
-  RareDraws draws = DrawsOf(pair, visit, r.count);
+  RareDraws draws = work_.DrawsOf(pair, visit, r.count);
   for (; !draws.AtEnd(); draws.Next()) {
     const auto i = r.first + static_cast<uint32_t>(draws.Trial());
     DrawGroup(RootReceiver(receiver_.clusters->Items()[i]),
@@ -105,17 +82,16 @@ void Refiner::DrawGroup(const Receiver& r,
                         float drawn,
                         Task* task) const {
   const float form_factor =
-      FormFactorOfGroup(*groups_[group].group, r.end.center, r.end.diameter);
-  const float bound = r.weight * groups_[group].Most() * form_factor;
+      FormFactorOfGroup(GroupAt(group), r.end.center, r.end.diameter);
+  const float bound = r.weight * SentBy(group).Most() * form_factor;
   const float probability =
       bound < static_cast<float>(options_.tau_weak)
-          ? std::min(drawn, WeakProbability(bound, form_factor))
+          ? std::min(drawn, work_.WeakProbability(bound, form_factor))
           : drawn;
   Random random(MixKey(KeyOf(r, group), kGroupKey));
   if (random.Next() * static_cast<double>(drawn) <
       static_cast<double>(probability)) {
-    VisitGroup(
-        r, {group, 0, probability}, WholeGroup(*groups_[group].group), task);
+    VisitGroup(r, {group, 0, probability}, WholeGroup(GroupAt(group)), task);
   }
 }
 
@@ -126,19 +102,19 @@ void Refiner::VisitGroup(const Receiver& r,
   if (task->out->overflowed) {
     return;
   }
-  const Group& group = groups_[visit.group];
+  const SourceGroup& group = GroupAt(visit.group);
   GroupTransfer transfer(
-      r.end, source_.patches, *source_.groups, *group.group, candidates);
+      r.end, source_.patches, *source_.groups, group, candidates);
   if (transfer.Facing().count == 0) {
     return;
   }
-  const float bound = r.weight * group.Most() * transfer.FormFactorBound();
+  const float bound =
+      r.weight * SentBy(visit.group).Most() * transfer.FormFactorBound();
   if (visit.drawn < 1 || bound < static_cast<float>(options_.tau_weak)) {
     AddWeakGroup(r, visit, transfer, task);
     return;
   }
-  if (blockers_->Separate(
-          ShaftBetween(*r.end.patch, r.end.frame, group.group->box))) {
+  if (blockers_->Separate(ShaftBetween(*r.end.patch, r.end.frame, group.box))) {
     return;
   }
   transfer.Evaluate();
@@ -150,9 +126,10 @@ void Refiner::VisitSeenGroup(const Receiver& r,
                              GroupVisit visit,
                              GroupTransfer* transfer,
                              Task* task) const {
-  const Group& group = groups_[visit.group];
+  const GroupWeight& sent = SentBy(visit.group);
+  const Box& box = GroupAt(visit.group).box;
   const auto tau = static_cast<float>(options_.tau);
-  const float brightness = r.weight * group.radiosity;
+  const float brightness = r.weight * sent.radiosity;
   const float light = brightness * transfer->FormFactor();
   GroupRays rays(
       *blockers_, r.end, *transfer, KeyOf(r, visit.group), &task->rays);
@@ -170,7 +147,7 @@ void Refiner::VisitSeenGroup(const Receiver& r,
   const Unknown unknown =
       agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
                                r.end.diameter,
-                               group.group->box)
+                               box)
              : UnknownByMixed(sight);
   const float hidden = light * shadows_ * unknown.share;
   float by_receiver = rough + unknown.of_receiver * hidden;
@@ -182,8 +159,7 @@ void Refiner::VisitSeenGroup(const Receiver& r,
     by_receiver = rough;
     by_source = 0;
   }
-  by_source +=
-      is_seen ? r.weight * group.spread * transfer->FormFactor() : 0.0F;
+  by_source += is_seen ? r.weight * sent.spread * transfer->FormFactor() : 0.0F;
   visit.blocked += is_seen ? 0 : 1;
   if (by_receiver + by_source > tau) {
     if (by_receiver >= by_source && CanSplit(r.end, r.path)) {
@@ -229,11 +205,10 @@ void Refiner::SplitGroup(const Receiver& r,
                          GroupVisit visit,
                          const GroupPart& facing,
                          Task* task) const {
-  const SourceGroup& group = *groups_[visit.group].group;
+  const SourceGroup& group = GroupAt(visit.group);
   if (group.child != 0) {
     for (const uint32_t half : {group.child, group.child + 1}) {
-      VisitGroup(
-          r, {half, visit.blocked, 1}, WholeGroup(*groups_[half].group), task);
+      VisitGroup(r, {half, visit.blocked, 1}, WholeGroup(GroupAt(half)), task);
     }
     return;
   }
@@ -270,12 +245,11 @@ void Refiner::AddWeakGroup(const Receiver& r,
   if (!task->Takes(r)) {
     return;
   }
-  const float brightness =
-      r.weight * (groups_[visit.group].radiosity + groups_[visit.group].spread);
+  const float brightness = r.weight * SentBy(visit.group).Most();
   const float probability =
       std::min(visit.drawn,
-               WeakProbability(brightness * transfer.FormFactorBound(),
-                               transfer.FormFactorBound()));
+               work_.WeakProbability(brightness * transfer.FormFactorBound(),
+                                     transfer.FormFactorBound()));
   Random random(KeyOf(r, visit.group));
   if (random.Next() * static_cast<double>(visit.drawn) >=
       static_cast<double>(probability)) {

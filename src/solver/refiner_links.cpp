@@ -11,11 +11,6 @@
 namespace enfilade {
 namespace {
 
-// A sampled transfer is kept at least with this multiple of its form factor,
-// so that no coefficient exceeds its inverse: what is dark now may be lit
-// later.
-constexpr float kWeakGain = 1;
-
 // What rounding of coefficients may add to a link's error, in tau.
 constexpr float kCodingShare = 0.25F;
 
@@ -107,12 +102,6 @@ void ApplyLinks(const RawLinks& raw,
     }
     block->links.push_back(out);
   }
-}
-
-float Refiner::WeakProbability(float transfer, float form_factor) const {
-  return std::min(1.0F,
-                  std::max(transfer / static_cast<float>(options_.tau_weak),
-                           kWeakGain * form_factor));
 }
 
 void Refiner::AddLink(const RawLink& link, Task* task) {
@@ -218,7 +207,7 @@ void Refiner::AddWeak(const Receiver& r,
     return;
   }
   const float probability =
-      std::min(drawn, WeakProbability(bound, form_factor_bound));
+      std::min(drawn, work_.WeakProbability(bound, form_factor_bound));
   Random random(KeyOf(r, s));
   if (random.Next() * static_cast<double>(drawn) >=
       static_cast<double>(probability)) {

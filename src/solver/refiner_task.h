@@ -21,14 +21,6 @@ namespace enfilade {
 // transfer.
 constexpr float kUnprovenClear = 0.03F;
 
-// Pairs of clusters are sampled where each pair of their items is kept with at
-// most this probability, and these many are to be expected.
-constexpr float kMostProbable = 0.5F;
-constexpr float kFewLinks = 2;
-
-// Sources are looked at by so many.
-constexpr size_t kItemSources = 32;
-
 // Rays that are traced together.
 constexpr size_t kPacketRays =
     std::tuple_size_v<decltype(SegmentPacket::from_x)>;
@@ -67,19 +59,6 @@ class Slots {
   uint64_t made_ = 0;
   alignas(T) std::byte bytes_[kCount * sizeof(T)];
 };
-
-inline float LongestExtent(const Cluster& c) {
-  const Vec3f e = c.box.Extent();
-  return std::max({e.x, e.y, e.z});
-}
-
-inline bool Refiner::ClusterVisit::IsUnlikely() const {
-  return probability < kMostProbable;
-}
-
-inline bool Refiner::ClusterVisit::IsFew() const {
-  return IsUnlikely() && expected < kFewLinks;
-}
 
 // A part of an item of work.
 struct Refiner::Task {

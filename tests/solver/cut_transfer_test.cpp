@@ -91,7 +91,8 @@ Errors ErrorsOfLinks(const Patch& receiver,
   RefineOptions options;
   options.tau = kTau;
   options.tau_weak = 0.5 * kTau;
-  const Refiner refiner(options, to.Side(), from.Side(), scenery.All());
+  const Refiner refiner =
+      test::MakeRefiner(options, to.Side(), from.Side(), scenery.All());
   LinkBlock block;
   Errors errors;
   for (size_t item = 0; item < refiner.ItemCount(); ++item) {

@@ -1,7 +1,7 @@
 // Items of work: next to none between cells that hardly see each other, and
 // what such cells get of each other is right on the average.
 
-#include "solver/refiner.h"
+#include "solver/pair_work.h"
 
 #include <algorithm>
 #include <cmath>
@@ -73,21 +73,21 @@ Average GainsOf(const RefineSide& receiver,
   return average;
 }
 
-TEST(RefinerItems, AreNextToNoneBetweenCellsThatHardlySeeEachOther) {
+TEST(PairWork, AreNextToNoneBetweenCellsThatHardlySeeEachOther) {
   const Basis basis(2);
   const Scenery scenery({});
   const BrightCell floor(0, basis, Tiled(Floor(), 32));
   const BrightCell near(1, basis, Tiled(Ceiling(0.5), 32));
   const BrightCell far(1, basis, Tiled(Ceiling(1000), 32));
   const auto items = [&](const BrightCell& ceiling) {
-    return Refiner({}, floor.Side(), ceiling.Side(), scenery.All()).ItemCount();
+    return PairWork({}, floor.Side(), ceiling.Side()).Items().size();
   };
   EXPECT_GE(items(near), 1024U / 8);
   EXPECT_LE(items(far), 1U);
 }
 
 // A million pairs, of which two or three are looked at.
-TEST(RefinerItems, OfFarCellsAreRightOnTheAverage) {
+TEST(PairWork, OfFarCellsAreRightOnTheAverage) {
   const Basis basis(2);
   const Scenery scenery({});
   const BrightCell floor(0, basis, Tiled(Floor(), 32));
@@ -99,7 +99,7 @@ TEST(RefinerItems, OfFarCellsAreRightOnTheAverage) {
 }
 
 // A bulb, which counts as one, far above a floor.
-TEST(RefinerItems, OfAFarBulbAreRightOnTheAverage) {
+TEST(PairWork, OfAFarBulbAreRightOnTheAverage) {
   constexpr double kHeight = 6;
   constexpr double kRadius = 0.05;
   const Basis basis(2);
@@ -111,8 +111,7 @@ TEST(RefinerItems, OfAFarBulbAreRightOnTheAverage) {
   test::Append(patches, test::Bulb({0.5, 0.5, kHeight}, kRadius, 5));
   const BrightCell lamp(1, basis, patches);
   const SourceGroups groups(lamp.Geometry());
-  RefineSide source = lamp.Side();
-  source.groups = &groups;
+  const RefineSide source = lamp.Side(&groups);
   ASSERT_EQ(groups.Roots().size(), 1U);
   // A convex body shows a quarter of its area on the average over all
   // directions, a bulb nearly so from each.

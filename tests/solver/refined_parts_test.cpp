@@ -87,10 +87,11 @@ class VeryFinelyLinkedRoom : public ::testing::Test {
   const std::vector<Patch> room_ = FurnishedRoom();
   BrightCell cell_{0, basis_, room_};
   const Scenery scenery_{room_};
-  const Refiner refiner_{{.tau = 0.0004, .tau_weak = 0.0002},
-                         cell_.Side(),
-                         cell_.Side(),
-                         scenery_.All()};
+  const Refiner refiner_ =
+      test::MakeRefiner({.tau = 0.0004, .tau_weak = 0.0002},
+                        cell_.Side(),
+                        cell_.Side(),
+                        scenery_.All());
 };
 
 TEST_F(VeryFinelyLinkedRoom, HandsOutTheLinksOfAllPartsInTheirOrder) {

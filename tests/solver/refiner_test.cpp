@@ -119,8 +119,7 @@ TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
   const auto link = [&](bool as_one) {
     BrightCell cell(0, basis, patches);
     const SourceGroups groups(cell.Geometry());
-    RefineSide source = cell.Side();
-    source.groups = as_one ? &groups : nullptr;
+    const RefineSide source = cell.Side(as_one ? &groups : nullptr);
     LinkBlock block;
     double squared_error = 0;
     for (const RawLinks& item :
@@ -159,8 +158,7 @@ TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
     const Scenery scenery(patches);
     BrightCell cell(0, basis, patches);
     const SourceGroups groups(cell.Geometry());
-    RefineSide source = cell.Side();
-    source.groups = &groups;
+    const RefineSide source = cell.Side(&groups);
     RefineOptions options;
     options.tau = kTau;
     options.tau_weak = 0.5 * kTau;
@@ -369,7 +367,7 @@ TEST(Refiner, ItemsOfWorkGrowWithTheReceiversAlone) {
   const auto items = [&](int receivers, int sources) {
     const BrightCell floor(0, basis, Tiled(Floor(), receivers));
     const BrightCell ceiling(1, basis, Tiled(Ceiling(1), sources));
-    return Refiner({}, floor.Side(), ceiling.Side(), scenery.All()).ItemCount();
+    return PairWork({}, floor.Side(), ceiling.Side()).Items().size();
   };
   const size_t few = items(16, 32);
   EXPECT_LE(items(16, 64), 2 * few) << "four times the sources";
@@ -385,10 +383,10 @@ class FinelyLinkedRoom : public ::testing::Test {
   const std::vector<Patch> room_ = FurnishedRoom();
   const BrightCell cell_{0, basis_, room_};
   const Scenery scenery_{room_};
-  const Refiner refiner_{{.tau = 0.01, .tau_weak = 0.005},
-                         cell_.Side(),
-                         cell_.Side(),
-                         scenery_.All()};
+  const Refiner refiner_ = test::MakeRefiner({.tau = 0.01, .tau_weak = 0.005},
+                                             cell_.Side(),
+                                             cell_.Side(),
+                                             scenery_.All());
 };
 
 // Sources that are looked at a few at a time.
@@ -397,10 +395,10 @@ TEST(Refiner, HasTheSameLinksOfManySourcesHoweverTheWorkIsCut) {
   const BrightCell floor(0, basis, Tiled(Floor(), 4));
   const BrightCell ceiling(1, basis, Tiled(Ceiling(0.1), 64));
   const Scenery scenery({});
-  const Refiner refiner({.tau = 1e-4, .tau_weak = 5e-5},
-                        floor.Side(),
-                        ceiling.Side(),
-                        scenery.All());
+  const Refiner refiner = test::MakeRefiner({.tau = 1e-4, .tau_weak = 5e-5},
+                                            floor.Side(),
+                                            ceiling.Side(),
+                                            scenery.All());
   const auto whole = RefineInParts(refiner, SIZE_MAX);
   const auto expected = Sorted(whole);
   ASSERT_GT(expected.size(), 4096U);

@@ -7,11 +7,14 @@
 #include "solver/blockers.h"
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
+#include "solver/pair_work.h"
 #include "solver/received_light.h"
+#include "solver/refine_side.h"
 #include "solver/refiner.h"
 #include "solver/shaft.h"
 #include "visibility/occlusion.h"
 
+#include <deque>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -42,8 +45,12 @@ class BrightCell {
     weights_ = ReceiverWeights(geometry_, clusters_, {});
   }
 
-  [[nodiscard]] RefineSide Side() const {
-    return {CellId(id_), geometry_, &tree_, &clusters_, nullptr, {}, weights_};
+  // By what it sends now, with these patches as groups.
+  [[nodiscard]] RefineSide Side(const SourceGroups* groups = nullptr) const {
+    RefineSide side{
+        CellId(id_), geometry_, &tree_, &clusters_, groups, {}, weights_};
+    side.sent = &sent_.emplace_back(WeighSource(side));
+    return side;
   }
 
   [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
@@ -67,7 +74,15 @@ class BrightCell {
   ReceivedLight received_;
   ClusterTree clusters_;
   std::vector<float> weights_;
+  mutable std::deque<SourceWeights> sent_;  // of all sides
 };
+
+inline Refiner MakeRefiner(const RefineOptions& options,
+                           const RefineSide& receiver,
+                           const RefineSide& source,
+                           const Blockers& blockers) {
+  return {PairWork(options, receiver, source), *source.tree, blockers};
+}
 
 // What rays and shafts see.
 class Scenery {
@@ -117,7 +132,7 @@ inline std::vector<RawLinks> RefineAll(const RefineOptions& options,
                                        const RefineSide& receiver,
                                        const RefineSide& source,
                                        const Blockers& blockers) {
-  const Refiner refiner(options, receiver, source, blockers);
+  const Refiner refiner = MakeRefiner(options, receiver, source, blockers);
   std::vector<RawLinks> links(refiner.ItemCount());
   ParallelFor(links.size(),
               [&](size_t i) { refiner.Refine({.item = i}, {}, &links[i]); });

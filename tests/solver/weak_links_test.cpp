@@ -132,8 +132,7 @@ TEST(SlowWeakLinks, OfABulbAsOneAreUnbiased) {
   Append(all, lit);
   all.push_back(test::Rectangle({0, -1, 0.94}, {1, 0, 0}, {0, 2, 0}));
   const Scenery scenery(all);
-  RefineSide side = source.Side();
-  side.groups = &groups;
+  const RefineSide side = source.Side(&groups);
   double exact = 0;
   for (const Patch& p : bulb) {
     const std::vector<PatchGeometry> facet = GeometryOf({p});

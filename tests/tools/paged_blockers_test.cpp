@@ -191,6 +191,29 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   EXPECT_NE(between.All().paged, nullptr);
 }
 
+// Until it is balanced anew: pairs are refined by it without the tree.
+TEST_F(PagedFloor, KnowsWhatACellSendsUntilThatIsForgotten) {
+  constexpr uint64_t kMuch = 1 << 30;
+  constexpr CellId kCell(size_t{0});
+  Pages pages(*this, kMuch);
+  pages.pager.StartTurn(kCell, {});
+  const std::vector<float> before = pages.pager.Weights(kCell)->peaks;
+  ASSERT_FALSE(before.empty());
+  const auto tree = pages.pager.Tree(kCell);
+  for (size_t i = 0; i < tree->Size(); ++i) {
+    for (float& b : tree->Sent()[ElementId(i)]) {
+      b += 1;
+    }
+  }
+  EXPECT_EQ(pages.pager.Weights(kCell)->peaks, before);
+  pages.pager.ForgetWeights(kCell);
+  const std::vector<float> after = pages.pager.Weights(kCell)->peaks;
+  ASSERT_EQ(after.size(), before.size());
+  for (size_t i = 0; i < before.size(); ++i) {
+    EXPECT_FLOAT_EQ(after[i], before[i] + 1);
+  }
+}
+
 // What is pinned cannot go when the process comes near the cap.
 TEST_F(PagedFloor, HoldsTogetherOnlyWhatTheProcessHasRoomFor) {
   CellId receiver;

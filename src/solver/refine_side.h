@@ -1,0 +1,99 @@
+// A cell as refinement sees it, as a receiver and as a source: its patches, and
+// what they weigh at most by clusters, for bounds.
+
+#pragma once
+
+#include "base/ids.h"
+#include "solver/cell_care.h"
+#include "solver/cluster_tree.h"
+#include "solver/element_tree.h"
+#include "solver/form_factor.h"
+#include "solver/geometry.h"
+#include "solver/source_group.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// Black surfaces receive too, for probes, but need less care: errors on them
+// count as if they had this reflectance.
+inline constexpr float kLeastWeightReflectance = 0.1F;
+
+struct RefineOptions {
+  double tau = 1;                // W/m: largest weighted error of a link
+  double tau_weak = 1;           // W/m: transfers below are sampled
+  uint64_t seed = 0;             // of the visibility samples
+  float least_diameter = 2e-5F;  // m; smaller elements are not split
+  bool counts_black = false;     // errors on surfaces that reflect nothing
+};
+
+// What a group sends, of the brightest channel, W/m2.
+struct GroupWeight {
+  float radiosity = 0;
+  float spread = 0;  // RMS of what its patches deviate from it
+
+  [[nodiscard]] float Most() const { return radiosity + spread; }
+};
+
+// What a cell sends at most: the same for all receivers, until it has had its
+// next turn.
+struct SourceWeights {
+  // Per cluster, the largest of its items that are in no group.
+  std::vector<float> peaks;         // radiosity, W/m2
+  std::vector<float> fluxes;        // radiosity times area, W
+  std::vector<GroupWeight> groups;  // as in SourceGroups::All()
+
+  [[nodiscard]] uint64_t SizeBytes() const;
+
+  // An upper bound of what SizeBytes() of a cell of so many patches will be.
+  static uint64_t BytesFor(size_t patches);
+};
+
+struct RefineSide {
+  CellId id;
+  std::span<const PatchGeometry> patches = {};
+  const CellTree* tree = nullptr;
+  // Of the elements at which refinement begins; whole patches for the source.
+  const ClusterTree* clusters = nullptr;
+  // Of the source: patches that count as one. Null: none.
+  const SourceGroups* groups = nullptr;
+  // Of the receiver, by patch. Empty: 1 for all.
+  std::span<const PatchCare> care = {};
+  // Of the receiver: its ReceiverWeights, the same for all sources.
+  std::span<const float> weights = {};
+  // Of the source: what WeighSource says.
+  const SourceWeights* sent = nullptr;
+
+  [[nodiscard]] bool InGroup(uint32_t patch) const {
+    return groups != nullptr && groups->Holds(patch);
+  }
+};
+
+// How much errors weigh on an element of a patch: reflectance times root of
+// area, times care.
+float WeightOf(const PatchGeometry& patch, ElementFrame frame, float care);
+
+// The care of a patch, of none where there is nothing said.
+float CareOf(std::span<const PatchCare> care, uint32_t patch);
+
+// By cluster of a receiver cell, how much errors weigh at most on an element at
+// which refinement begins.
+std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
+                                   const ClusterTree& clusters,
+                                   std::span<const PatchCare> care);
+
+// Of the side of a source, of which all but `sent` is there.
+SourceWeights WeighSource(const RefineSide& source);
+
+// What an element sends at its transfer nodes, of the brightest channel, W/m2.
+std::array<float, kTransferNodes> NodeRadiosity(const CellTree& tree,
+                                                ElementId element,
+                                                PatchShape patch);
+
+// The largest radiosity of an element, by that at its nodes and by its detail.
+float PeakOf(const std::array<float, kTransferNodes>& radiosity, float detail);
+
+}  // namespace enfilade
