@@ -51,6 +51,10 @@ TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame);
 // K_gq at [g * kTransferNodes + q].
 using Kernel = std::array<float, kTransferNodes * kTransferNodes>;
 
+// The same at [q][g], so that the receiver's nodes lie side by side.
+using KernelColumns =
+    std::array<std::array<float, kTransferNodes>, kTransferNodes>;
+
 // Plain product quadrature: A_s w_q cos_x cos_y / (pi r^2). Accurate to about
 // (diameter / distance)^4 / 10.
 Kernel QuadratureKernel(const TransferEnd& receiver, const TransferEnd& source);

@@ -4,6 +4,8 @@
 #include "solver/node_gather.h"
 
 #include <array>
+#include <cstring>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -11,17 +13,26 @@ namespace {
 // Links per task; a task ends where a receiver ends.
 constexpr size_t kTaskLinks = 4096;
 
+// Of the nodes of an element, side by side. Plain loops over them are not
+// vectorised where that over channels is outside of them.
+using Lanes [[gnu::vector_size(kTransferNodes * sizeof(float))]] = float;
+using LaneBits [[gnu::vector_size(kTransferNodes * sizeof(float))]] = int32_t;
+
+Lanes LoadLanes(const float* from) {
+  Lanes lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+
+void StoreLanes(Lanes lanes, float* to) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+
 // What one receiver element collects, [channel][node].
 struct Collector {
   size_t channels;
   size_t stride;  // nodes per channel
   float* target;
-
-  void AddConstant(size_t channel, float value, size_t nodes) const {
-    for (size_t g = 0; g < nodes; ++g) {
-      target[channel * stride + g] += value;
-    }
-  }
 };
 
 float MeanOf(const float* nodes, size_t count) {
@@ -38,24 +49,71 @@ void GatherWeak(const Collector& to,
                 const float* radiosity,
                 size_t source_nodes) {
   for (size_t c = 0; c < to.channels; ++c) {
-    to.AddConstant(
-        c,
-        coefficient * MeanOf(radiosity + c * to.stride, source_nodes),
-        receiver_nodes);
+    const float value =
+        coefficient * MeanOf(radiosity + c * to.stride, source_nodes);
+    float* h = to.target + c * to.stride;
+    if (receiver_nodes == kTransferNodes) {
+      StoreLanes(LoadLanes(h) + value, h);
+      continue;
+    }
+    for (size_t g = 0; g < receiver_nodes; ++g) {
+      h[g] += value;
+    }
   }
 }
 
+// A basis of the second order, of which transfers are made at its own nodes.
+// Its kernels are held by columns, so that the receiver's nodes lie side by
+// side in all that is done with them.
+using KernelLanes = std::array<Lanes, kTransferNodes>;
+
 void GatherKernel(const Collector& to,
-                  const Kernel& k,
+                  const KernelLanes& k,
                   const float* radiosity) {
   for (size_t c = 0; c < to.channels; ++c) {
-    const float* b = radiosity + c * to.stride;
-    float* h = to.target + c * to.stride;
-    for (size_t g = 0; g < kTransferNodes; ++g) {
-      const float* row = &k[g * kTransferNodes];
-      h[g] += (row[0] * b[0] + row[1] * b[1]) + (row[2] * b[2] + row[3] * b[3]);
-    }
+    const float* b = radiosity + c * kTransferNodes;
+    float* h = to.target + c * kTransferNodes;
+    const Lanes sum = (k[0] * b[0] + k[1] * b[1]) + (k[2] * b[2] + k[3] * b[3]);
+    StoreLanes(LoadLanes(h) + sum, h);
   }
+}
+
+KernelLanes InLanes(const KernelColumns& columns) {
+  KernelLanes lanes;
+  for (size_t q = 0; q < kTransferNodes; ++q) {
+    lanes[q] = LoadLanes(columns[q].data());
+  }
+  return lanes;
+}
+
+// QuadratureKernel of what is visible, where the ends are far apart.
+KernelLanes FarKernel(const TransferEnd& r,
+                      const TransferEnd& s,
+                      int32_t visible) {
+  // By receiver node, its bit for the first source node.
+  constexpr LaneBits kFirstBits = {1, 1 << 4, 1 << 8, 1 << 12};
+  static_assert(kTransferNodes == 4);
+  const Vec3f n = r.patch->normal;
+  const Vec3f m = s.patch->normal;
+  const float scale = s.area * kInversePi;
+  const Lanes x = LoadLanes(r.x.data());
+  const Lanes y = LoadLanes(r.y.data());
+  const Lanes z = LoadLanes(r.z.data());
+  const Lanes zero = {};
+  KernelLanes columns;
+  for (size_t q = 0; q < kTransferNodes; ++q) {
+    const Lanes dx = s.x[q] - x;
+    const Lanes dy = s.y[q] - y;
+    const Lanes dz = s.z[q] - z;
+    const Lanes r2 = dx * dx + dy * dy + dz * dz + 1e-12F;
+    const Lanes at_x = dx * n.x + dy * n.y + dz * n.z;
+    const Lanes at_y = -(dx * m.x + dy * m.y + dz * m.z);
+    const Lanes cos_x = at_x > zero ? at_x : zero;
+    const Lanes cos_y = at_y > zero ? at_y : zero;
+    const Lanes k = scale * s.weight[q] * cos_x * cos_y / (r2 * r2);
+    columns[q] = (kFirstBits & (visible >> q)) != 0 ? k : zero;
+  }
+  return columns;
 }
 
 void GatherGroup(const Collector& to,
@@ -87,17 +145,35 @@ std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
   return groups;
 }
 
-Kernel StoredKernel(const LinkBlock& block, const Link& link) {
+KernelLanes StoredKernel(const LinkBlock& block, const Link& link) {
   const KernelShape* shape = &block.shapes[link.index];
-  return link.kind == LinkKind::kFine
-             ? DecodeFineKernel(link.value, shape[0], shape[1])
-             : DecodeKernel(link.value, shape[0]);
+  return InLanes(link.kind == LinkKind::kFine
+                     ? DecodeFineKernel(link.value, shape[0], shape[1])
+                     : DecodeKernel(link.value, shape[0]));
 }
 
 // What a source sends: its elements, and its groups.
 struct SentLight {
   const CoefficientArray* radiosity;
   std::vector<GroupRadiosity> groups;
+};
+
+// The receiver of the links that come one after the other.
+struct ReceiverEnd {
+  uint32_t element = UINT32_MAX;
+  const Element* at = nullptr;
+  const PatchGeometry* patch = nullptr;
+  size_t nodes = 0;
+  Collector to{};
+  bool has_end = false;
+  TransferEnd end;  // if any link asked for it
+
+  const TransferEnd& End() {
+    if (!std::exchange(has_end, true)) {
+      end = MakeTransferEnd(*patch, at->frame);
+    }
+    return end;
+  }
 };
 
 void GatherRange(const LinkBlock& block,
@@ -112,46 +188,45 @@ void GatherRange(const LinkBlock& block,
     GatherAtNodes(block, range, receiver, source, radiosity, gathered);
     return;
   }
-  const bool constant = shape.NodeStride() == 1;
-  TransferEnd r;
-  uint32_t r_id = UINT32_MAX;
+  const bool is_constant = shape.NodeStride() == 1;
+  ReceiverEnd r;
   for (size_t i = range.first; i < range.last; ++i) {
     const Link& link = block.links[i];
-    const Element& re = receiver.tree->At(ElementId(link.receiver));
-    const Collector to{
-        shape.channels, shape.NodeStride(), gathered.At(link.receiver)};
-    const size_t receiver_nodes =
-        shape.basis->On(receiver.patches[re.patch].shape).NodeCount();
+    if (link.receiver != r.element) {
+      r.element = link.receiver;
+      r.at = &receiver.tree->At(ElementId(link.receiver));
+      r.patch = &receiver.patches[r.at->patch];
+      r.nodes = shape.basis->On(r.patch->shape).NodeCount();
+      r.to = {shape.channels, shape.NodeStride(), gathered.At(link.receiver)};
+      r.has_end = false;
+    }
     if (link.kind == LinkKind::kGroup) {
-      GatherGroup(to,
-                  receiver_nodes,
-                  block.group[link.index],
-                  sent.groups[link.source]);
+      GatherGroup(
+          r.to, r.nodes, block.group[link.index], sent.groups[link.source]);
       continue;
     }
-    const Element& se = source.tree->At(ElementId(link.source));
-    const PatchGeometry& sp = source.patches[se.patch];
+    if (is_constant && link.kind != LinkKind::kWeak) {
+      continue;  // a constant basis has none of them
+    }
     const float* b = radiosity.At(link.source);
-    if (link.kind == LinkKind::kWeak) {
-      const size_t source_nodes = shape.basis->On(sp.shape).NodeCount();
-      GatherWeak(
-          to, receiver_nodes, DecodeCoefficient(link.value), b, source_nodes);
-      continue;
-    }
-    if (constant) {
-      continue;  // a constant basis has weak links only
-    }
     if (ShapesOf(link.kind) > 0) {
-      GatherKernel(to, StoredKernel(block, link), b);
+      GatherKernel(r.to, StoredKernel(block, link), b);
       continue;
     }
-    if (link.receiver != r_id) {
-      r = MakeTransferEnd(receiver.patches[re.patch], re.frame);
-      r_id = link.receiver;
+    const Element& s = source.tree->At(ElementId(link.source));
+    const PatchGeometry& patch = source.patches[s.patch];
+    if (link.kind == LinkKind::kWeak) {
+      GatherWeak(r.to,
+                 r.nodes,
+                 DecodeCoefficient(link.value),
+                 b,
+                 shape.basis->On(patch.shape).NodeCount());
+    } else {
+      GatherKernel(
+          r.to,
+          FarKernel(r.End(), MakeTransferEnd(patch, s.frame), link.value),
+          b);
     }
-    Kernel kernel = QuadratureKernel(r, MakeTransferEnd(sp, se.frame));
-    MaskKernel(link.value, &kernel);
-    GatherKernel(to, kernel, b);
   }
 }
 

@@ -80,27 +80,48 @@ KernelShape Packed(const Roots& roots, int shift) {
   return shape;
 }
 
-Roots Unpacked(const KernelShape& shape) {
-  Roots roots{};
-  for (size_t i = 0; i < shape.size(); ++i) {
-    roots[2 * i] = shape[i] & 15;
-    roots[2 * i + 1] = shape[i] >> 4;
+using Row = std::array<uint32_t, kTransferNodes>;
+
+// By receiver node, the four bits of each source node from the lowest on.
+Row RowsOf(const KernelShape& shape) {
+  Row rows{};
+  for (size_t g = 0; g < rows.size(); ++g) {
+    rows[g] = shape[2 * g] | uint32_t{shape[2 * g + 1]} << 8;
+  }
+  return rows;
+}
+
+Row RootsAt(const Row& rows, size_t q) {
+  Row roots{};
+  for (size_t g = 0; g < rows.size(); ++g) {
+    roots[g] = rows[g] >> (4 * q) & 15;
   }
   return roots;
 }
 
-Kernel KernelOf(uint16_t sum, Roots roots) {
-  for (int& root : roots) {
-    root *= root;
+// Squares of roots, and their sum, are whole numbers that floats hold exactly.
+void SetSquares(const Row& roots, std::array<float, kTransferNodes>* column) {
+  for (size_t g = 0; g < roots.size(); ++g) {
+    const auto root = static_cast<float>(static_cast<int32_t>(roots[g]));
+    (*column)[g] = root * root;
   }
-  const int total = std::accumulate(roots.begin(), roots.end(), 0);
-  const float scale =
-      total > 0 ? DecodeCoefficient(sum) / static_cast<float>(total) : 0.0F;
-  Kernel kernel;
-  for (size_t i = 0; i < kernel.size(); ++i) {
-    kernel[i] = scale * static_cast<float>(roots[i]);
+}
+
+// Makes squares coefficients of this sum.
+void Scale(uint16_t sum, KernelColumns* squares) {
+  std::array<float, kTransferNodes> totals{};
+  for (const auto& column : *squares) {
+    for (size_t g = 0; g < column.size(); ++g) {
+      totals[g] += column[g];
+    }
   }
-  return kernel;
+  const float total = (totals[0] + totals[1]) + (totals[2] + totals[3]);
+  const float scale = total > 0 ? DecodeCoefficient(sum) / total : 0.0F;
+  for (auto& column : *squares) {
+    for (float& square : column) {
+      square *= scale;
+    }
+  }
 }
 
 }  // namespace
@@ -125,19 +146,32 @@ EncodedKernel EncodeKernelFinely(const Kernel& kernel) {
   return {SumOf(kernel), Packed(roots, 4), Packed(roots, 0)};
 }
 
-Kernel DecodeKernel(uint16_t sum, const KernelShape& shape) {
-  return KernelOf(sum, Unpacked(shape));
+KernelColumns DecodeKernel(uint16_t sum, const KernelShape& shape) {
+  const Row rows = RowsOf(shape);
+  KernelColumns columns;
+  for (size_t q = 0; q < columns.size(); ++q) {
+    SetSquares(RootsAt(rows, q), &columns[q]);
+  }
+  Scale(sum, &columns);
+  return columns;
 }
 
-Kernel DecodeFineKernel(uint16_t sum,
-                        const KernelShape& shape,
-                        const KernelShape& rest) {
-  Roots roots = Unpacked(shape);
-  const Roots low = Unpacked(rest);
-  for (size_t i = 0; i < roots.size(); ++i) {
-    roots[i] = roots[i] << 4 | low[i];
+KernelColumns DecodeFineKernel(uint16_t sum,
+                               const KernelShape& shape,
+                               const KernelShape& rest) {
+  const Row high = RowsOf(shape);
+  const Row low = RowsOf(rest);
+  KernelColumns columns;
+  for (size_t q = 0; q < columns.size(); ++q) {
+    Row roots = RootsAt(high, q);
+    const Row lower = RootsAt(low, q);
+    for (size_t g = 0; g < roots.size(); ++g) {
+      roots[g] = roots[g] << 4 | lower[g];
+    }
+    SetSquares(roots, &columns[q]);
   }
-  return KernelOf(sum, roots);
+  Scale(sum, &columns);
+  return columns;
 }
 
 }  // namespace enfilade

@@ -42,9 +42,10 @@ struct EncodedKernel {
 EncodedKernel EncodeKernel(const Kernel& kernel);
 EncodedKernel EncodeKernelFinely(const Kernel& kernel);
 
-Kernel DecodeKernel(uint16_t sum, const KernelShape& shape);
-Kernel DecodeFineKernel(uint16_t sum,
-                        const KernelShape& shape,
-                        const KernelShape& rest);
+// Both are given by the source's nodes: K_gq at [q][g].
+KernelColumns DecodeKernel(uint16_t sum, const KernelShape& shape);
+KernelColumns DecodeFineKernel(uint16_t sum,
+                               const KernelShape& shape,
+                               const KernelShape& rest);
 
 }  // namespace enfilade

@@ -42,7 +42,7 @@ GroupCoefficients EncodedGain(const std::array<float, kTransferNodes>& gain) {
 // What rounding makes of the irradiance that a source with these nodes and this
 // detail brings, W/m2, root of the mean square over the receiver's nodes.
 float ErrorOfCode(const Kernel& kernel,
-                  const Kernel& rounded,
+                  const KernelColumns& rounded,
                   const std::array<float, kTransferNodes>& radiosity,
                   float detail) {
   float square = 0;
@@ -51,7 +51,7 @@ float ErrorOfCode(const Kernel& kernel,
     float uneven = 0;
     for (size_t q = 0; q < kTransferNodes; ++q) {
       const size_t i = g * kTransferNodes + q;
-      const float off = rounded[i] - kernel[i];
+      const float off = rounded[q][g] - kernel[i];
       even += off * radiosity[q];
       uneven += off * off;
     }

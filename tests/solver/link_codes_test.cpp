@@ -36,16 +36,24 @@ double RowSum(const Kernel& kernel, size_t g) {
   return std::accumulate(row, row + kTransferNodes, 0.0);
 }
 
+Kernel ByRows(const KernelColumns& columns) {
+  Kernel kernel{};
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    kernel[i] = columns[i % kTransferNodes][i / kTransferNodes];
+  }
+  return kernel;
+}
+
 // 4 or 8 bits each.
 class KernelCode : public ::testing::TestWithParam<int> {
  protected:
   static Kernel Restored(const Kernel& kernel) {
     if (GetParam() == 4) {
       const EncodedKernel encoded = EncodeKernel(kernel);
-      return DecodeKernel(encoded.sum, encoded.shape);
+      return ByRows(DecodeKernel(encoded.sum, encoded.shape));
     }
     const EncodedKernel encoded = EncodeKernelFinely(kernel);
-    return DecodeFineKernel(encoded.sum, encoded.shape, encoded.rest);
+    return ByRows(DecodeFineKernel(encoded.sum, encoded.shape, encoded.rest));
   }
 
   static double MostRoot() { return std::exp2(GetParam()) - 1; }
