@@ -15,7 +15,7 @@
 #include "base/block_storage.h"
 #include "store/belady.h"
 
-#include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -27,8 +27,7 @@ struct CachedThing {
   BlockKey block;
   uint32_t form = 0;  // which of those that are made of it
 
-  // NOLINTNEXTLINE(modernize-use-nullptr): see base/ids.h
-  friend auto operator<=>(const CachedThing&, const CachedThing&) = default;
+  bool operator==(const CachedThing&) const = default;
 };
 
 struct HashOfThing {

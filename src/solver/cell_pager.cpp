@@ -353,7 +353,8 @@ std::shared_ptr<const SourceWeights> CellPager::Weights(CellId cell) {
   if (Find(key) == nullptr) {
     const auto geometry = Geometry(cell);
     const auto tree = Tree(cell);
-    // Made here and not read: nothing is to be told of bytes from the store.
+    // Nothing is read for it but the tree: the best cache that the trace tells
+    // of is taken to have these small things, and asks for that tree as well.
     MemoryCharge room = Reserve(
         SourceWeights::BytesFor(geometry->patches.size()), kWeightsPurpose);
     auto weights = std::make_shared<SourceWeights>(

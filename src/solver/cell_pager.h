@@ -1,7 +1,8 @@
 // What a subproblem needs of its cells, paged in under the memory budget:
-// geometry, blockers, element trees, what they have sent last, what they have
-// received, and links. All kinds share one pool, from which what is needed last
-// and not in use goes first; what is dirty is written back on the way out.
+// geometry, blockers, element trees, what they have sent last and send at most,
+// what they have received, and links. All kinds share one pool, from which what
+// is needed last and not in use goes first; what is dirty is written back on
+// the way out.
 
 #pragma once
 
@@ -81,7 +82,8 @@ class CellPager {
   // refined by before its tree is needed.
   std::shared_ptr<const SourceWeights> Weights(CellId cell);
 
-  // The cell was balanced. They must not be in use.
+  // The cell will be balanced: they are not to be asked for until then. They
+  // must not be in use.
   void ForgetWeights(CellId cell);
 
   // The tree was changed, and may have grown: it will be written back.

@@ -36,7 +36,6 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   const CellId cell(key.cell);
   switch (key.kind) {
     case ItemKind::kGeometry:
-    case ItemKind::kWeights:
       return next_use_.OfCell(cell);
     case ItemKind::kTree:
       return next_use_.OfTree(cell);
@@ -45,6 +44,8 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
       return next_use_.OfNews(cell);
     case ItemKind::kReceived:
       return next_use_.OfTurn(cell);
+    case ItemKind::kWeights:
+      return next_use_.OfWeights(cell);
     case ItemKind::kObstacles:
     case ItemKind::kOccluder:
       return next_use_.OfBlockers(cell);

@@ -1,11 +1,15 @@
 #include "solver/gather.h"
 
 #include "base/parallel.h"
+#include "solver/form_factor.h"
+#include "solver/link_codes.h"
 #include "solver/node_gather.h"
 
 #include <array>
+#include <cstdint>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 namespace enfilade {
 namespace {

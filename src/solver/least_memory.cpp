@@ -124,11 +124,11 @@ class NeedFinder {
   // and the others paged in one after the other; but some of these must stay,
   // or every ray would build them anew.
   [[nodiscard]] uint64_t PairNeed(CellId receiver, const VisibleCell& v) const {
-    uint64_t bytes = 0;
+    uint64_t bytes = needs_[v.source.Index()].weights;
     uint64_t build = 0;
     if (v.source != receiver) {
       const CellNeed& s = needs_[v.source.Index()];
-      bytes += s.geometry + s.tree + s.weights;
+      bytes += s.geometry + s.tree;
     }
     std::vector<uint64_t> inner;
     for (const CellId cell : v.between) {

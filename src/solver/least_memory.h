@@ -4,8 +4,8 @@
 //   subproblem                     in memory at once
 //   covers of a receiver           its geometry, tree, blockers
 //   refinement of a pair           geometry and tree of both, the receiver's
-//                                  clusters, the blockers of every cell
-//                                  between them
+//                                  clusters, what the source sends at most,
+//                                  the blockers of every cell between them
 //   balance within a cell          its geometry, tree, working arrays
 //   any of them                    what the receiver sees
 //

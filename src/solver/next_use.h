@@ -74,6 +74,11 @@ class NextUse {
     return sweep_ == SweepKind::kPropagate ? OfTurn(id) : OfCell(id);
   }
 
+  // Of what it sends at most: it is a source in refinement.
+  [[nodiscard]] uint64_t OfWeights(CellId id) const {
+    return sweep_ == SweepKind::kRefine ? OfCell(id) : kNever;
+  }
+
   // Of its elements and what they have sent last: it is a source in
   // propagation.
   [[nodiscard]] uint64_t OfNews(CellId id) const;

@@ -5,7 +5,6 @@
 #include "solver/work_part.h"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 namespace enfilade {
@@ -65,6 +64,7 @@ PairWork::PairWork(const RefineOptions& options,
       "{} weights of {} clusters",
       receiver.weights.size(),
       receiver.clusters->Clusters().size());
+  ENFILADE_CHECK(source.sent != nullptr, "a source without weights");
   ENFILADE_CHECK(
       source.sent->peaks.size() == source.clusters->Clusters().size() &&
           (source.groups == nullptr ||

@@ -69,9 +69,10 @@ uint64_t SourceWeights::SizeBytes() const {
          groups.capacity() * sizeof(GroupWeight);
 }
 
-// A cluster tree has less than two nodes per item.
+// A cluster tree has its root, and less than two nodes per item.
 uint64_t SourceWeights::BytesFor(size_t patches) {
-  return patches * (4 * sizeof(float) + sizeof(GroupWeight));
+  return 2 * sizeof(float) +
+         patches * (4 * sizeof(float) + sizeof(GroupWeight));
 }
 
 SourceWeights WeighSource(const RefineSide& source) {

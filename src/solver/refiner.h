@@ -296,9 +296,9 @@ class Refiner {
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, const Source& s) const;
 
   PairWork work_;
-  RefineOptions options_;
+  RefineOptions options_;  // of the work, and so are the sides
   RefineSide receiver_;
-  RefineSide source_;
+  RefineSide source_;  // with its tree, which the work does without
   const Blockers* blockers_;
   const Basis* basis_;
   float shadows_;  // weight of unknown occlusion; more in higher orders

@@ -1,5 +1,5 @@
-// The part of refinement that knows its two ends: what a receiver weighs, and
-// what a source sends.
+// The part of refinement that knows its two ends, from those at which it begins
+// down to the elements below.
 
 #include "solver/oracle.h"
 #include "solver/refiner_task.h"

@@ -6,7 +6,6 @@
 #include "solver/refiner.h"
 #include "solver/transfer_sample.h"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -39,6 +39,17 @@ Box3 BoundsOf(const DoorwayGroup& group) {
   return bounds;
 }
 
+// From the box to the point, m; 0 inside of it.
+double Distance(const Box3& box, Point3 p) {
+  double square = 0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const double gap =
+        std::max({0.0, box.low[axis] - p[axis], p[axis] - box.high[axis]});
+    square += gap * gap;
+  }
+  return std::sqrt(square);
+}
+
 std::vector<Point3> CornersOf(const Box3& box) {
   std::vector<Point3> corners;
   for (const double x : {box.low.x, box.high.x}) {
@@ -223,19 +234,19 @@ void BeamFlood::Begin(const DoorwayGroup& firsts) {
   nodes_.clear();
   waiting_.clear();
   source_.clear();
-  source_middle_ = BoundsOf(firsts).Center();
+  source_bounds_ = BoundsOf(firsts);
   for (const Doorway* first : firsts) {
     source_.insert(source_.end(), first->polygon.begin(), first->polygon.end());
   }
   if (source_.size() > kMostSourcePoints) {
-    source_ = CornersOf(BoundsOf(firsts));
+    source_ = CornersOf(source_bounds_);
   }
 }
 
 void BeamFlood::Wait(uint32_t number) {
   if (!std::exchange(nodes_[number].is_waiting, true)) {
     waiting_.push_back(
-        {Length(nodes_[number].door->center - source_middle_), number});
+        {Distance(source_bounds_, nodes_[number].door->center), number});
     std::push_heap(waiting_.begin(), waiting_.end());
   }
 }

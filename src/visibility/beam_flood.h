@@ -73,7 +73,7 @@ class BeamFlood {
     bool is_waiting = false;
   };
 
-  // A node to be looked through, and how far it is.
+  // A node to be looked through, and how far it is from the first doorways.
   struct Waiting {
     double distance = 0;
     uint32_t node = 0;
@@ -108,9 +108,9 @@ class BeamFlood {
   std::vector<Node> nodes_;
   std::vector<Waiting> waiting_;  // a heap: the nearest first
   uint64_t clock_ = 0;
-  std::vector<Point3> source_;  // corners of a hull of the first doorways
-  Point3 source_middle_;
-  std::vector<DoorPlane> planes_;      // what lines can reach lies beyond
+  std::vector<Point3> source_;     // corners of a hull of the first doorways
+  Box3 source_bounds_;             // of the first doorways
+  std::vector<DoorPlane> planes_;  // what lines can reach lies beyond
   std::vector<const Doorway*> ahead_;  // where they may go on to
   std::vector<Point3> part_, clipped_;
 };

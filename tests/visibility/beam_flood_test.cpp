@@ -75,30 +75,43 @@ TEST(BeamFlood, HoldsALineToEveryDoorItHasPassed) {
   EXPECT_TRUE(SeenAlong({{0, 1}, {0.9, 1.7}, {1.9, 2}, {2.3, 2.5}})[4]);
 }
 
-// Two ways lead from the first door to the third: what is known of the one does
-// not hold for the other.
-TEST(BeamFlood, ForgetsADoorThatCanBePassedBy) {
+// What is seen through two doors, one of them from `y0` to `y1`, either of
+// which leads from the first door to the third; six cells in a row.
+std::vector<bool> SeenByTwoWays(double y0, double y1) {
+  constexpr size_t kCells = 6;
   Regions regions;
-  for (uint32_t i = 0; i < 5; ++i) {
+  for (size_t i = 0; i < kCells; ++i) {
     regions.cell_of.emplace_back(i);
   }
-  const auto open = [&](uint32_t from,
-                        uint32_t to,
-                        double x,
-                        double y0,
-                        double y1) {
-    regions.openings.push_back({CellId(to), CellId(from), Across(x, y0, y1)});
-  };
+  const auto open =
+      [&](uint32_t from, uint32_t to, double x, double low, double high) {
+        regions.openings.push_back(
+            {CellId(to), CellId(from), Across(x, low, high)});
+      };
   open(0, 1, 1, 0, 1);
   open(1, 2, 2, 0.9, 1);
-  open(1, 2, 2, 1.4, 1.5);
+  open(1, 2, 2, y0, y1);
   open(2, 3, 3, 1.9, 2);
   open(3, 4, 4, 2.3, 2.5);
-  const RegionGraph graph(5, regions);
-  std::vector<bool> reached(5);
+  open(4, 5, 5, 2.6, 3);
+  const RegionGraph graph(kCells, regions);
+  std::vector<bool> reached(kCells);
   BeamFlood flood(graph);
   EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
-  EXPECT_TRUE(reached[4]);
+  return reached;
+}
+
+// What is known of the one way does not hold for the other.
+TEST(BeamFlood, ForgetsADoorThatCanBePassedBy) {
+  EXPECT_TRUE(SeenByTwoWays(1.4, 1.5)[4]);
+}
+
+// The middle of the second door is so far off that what lies behind both has
+// been looked through before.
+TEST(BeamFlood, LooksAgainWhereAnotherWayIsFoundLater) {
+  const std::vector<bool> seen = SeenByTwoWays(1.4, 9);
+  EXPECT_TRUE(seen[4]);
+  EXPECT_TRUE(seen[5]);
 }
 
 // Out of the plane of a door a line does not come back into it.
