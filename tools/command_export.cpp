@@ -66,10 +66,10 @@ void WriteFileInOneStep(const fs::path& path,
 }
 
 void ProbeCommand::Run() {
-  BeginRun(common, {store, points});
+  BeginRun(common, {store, points, output});
   options.Validate();
   if (!output.empty()) {
-    RequireApart(output, {store});
+    RequireApart(output, {store, points});
     RequireWritable(output);
   }
   LimitsInForce limits(common.limits);
@@ -106,7 +106,7 @@ Point3 PointOf(const std::vector<double>& xyz) {
 }
 
 void ExportCommand::Run() {
-  BeginRun(common, {store});
+  BeginRun(common, {store, output});
   RequireApart(output, {store});
   if (!eye.empty()) {
     options.camera.eye = PointOf(eye);

@@ -97,15 +97,31 @@ std::string CheckSeed(const std::string& text) {
              : fmt::format("'{}' is no whole number from 0 to 2^64 - 1", text);
 }
 
+namespace {
+
+// Whether two names are of one file, which need not be there yet.
+bool IsSameFile(const std::filesystem::path& a,
+                const std::filesystem::path& b) {
+  std::error_code none_there;
+  if (std::filesystem::equivalent(a, b, none_there)) {
+    return true;
+  }
+  const auto whole_a = std::filesystem::weakly_canonical(a, none_there);
+  const auto whole_b = std::filesystem::weakly_canonical(b, none_there);
+  return !whole_a.empty() && whole_a == whole_b;
+}
+
+}  // namespace
+
 void RequireApart(const std::filesystem::path& output,
-                  std::initializer_list<std::filesystem::path> inputs) {
-  for (const std::filesystem::path& input : inputs) {
-    std::error_code none_there;
-    if (std::filesystem::equivalent(output, input, none_there)) {
+                  std::initializer_list<std::filesystem::path> others) {
+  for (const std::filesystem::path& other : others) {
+    if (!other.empty() && IsSameFile(output, other)) {
       throw UsageError(fmt::format(
-          "'{}' would be written over '{}', which is read; give another name",
+          "'{}' would be written over '{}', which this run needs; give another "
+          "name",
           output.string(),
-          input.string()));
+          other.string()));
     }
   }
 }
@@ -115,11 +131,11 @@ void SetExample(CLI::App& command, const std::string& example) {
 }
 
 void BeginRun(const CommonOptions& options,
-              std::initializer_list<std::filesystem::path> inputs) {
+              std::initializer_list<std::filesystem::path> others) {
   spdlog::set_level(options.verbose ? spdlog::level::info
                                     : spdlog::level::warn);
   if (!options.report.empty()) {
-    RequireApart(options.report, inputs);
+    RequireApart(options.report, others);
     RequireWritable(options.report);
   }
 }

@@ -51,14 +51,16 @@ void SetExample(CLI::App& command, const std::string& example);
 // nearest number that fits.
 std::string CheckSeed(const std::string& text);
 
-// Throws UsageError if an output is one of the files that are read.
+// Throws UsageError if an output is one of the other files of a run, whether
+// that is there yet or not. Empty names are none.
 void RequireApart(const std::filesystem::path& output,
-                  std::initializer_list<std::filesystem::path> inputs);
+                  std::initializer_list<std::filesystem::path> others);
 
 // What every verb begins with: applies --verbose, and throws DiskError if the
-// report could not be written in the end, UsageError if it is an input.
+// report could not be written in the end, UsageError if it is one of the other
+// files that the run reads or writes.
 void BeginRun(const CommonOptions& options,
-              std::initializer_list<std::filesystem::path> inputs);
+              std::initializer_list<std::filesystem::path> others);
 
 // Writes the report if one was asked for.
 void WriteReportIfAsked(const CommonOptions& options, const Json& report);

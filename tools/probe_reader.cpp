@@ -91,13 +91,15 @@ void ProbeReader::CheckHeader(const std::string& header) const {
   bool fits = std::string_view("+-.0123456789").find(header.front()) ==
               std::string_view::npos;
   std::optional<std::string_view> rest = header;
+  size_t fields = 0;
   for (size_t i = 0; rest; ++i) {
     const std::string_view name = *TakeField(rest);
     const auto* const known = std::find(kNames.begin(), kNames.end(), name);
     const auto place = static_cast<size_t>(known - kNames.begin());
     fits = fits && (known == kNames.end() || place == i);
+    ++fields;
   }
-  if (!fits) {
+  if (!fits || fields < kNames.size()) {
     throw InputError(
         fmt::format("{}:{}: the columns must be x,y,z,nx,ny,nz in this order, "
                     "with commas between them",

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -19,6 +20,11 @@ constexpr uint64_t kMostBytes = 4ULL << 30;
 // The document and its tree, by the file's bytes: measured, see the test of
 // the memory of import.
 constexpr uint64_t kTreePerByte = 3;
+// Of a site with its buildings, and of what is none.
+constexpr double kLargestMetres = 5000;
+constexpr double kSmallestMetres = 0.1;
+// Coordinates of maps are millions of metres.
+constexpr double kFarthestMetres = 1e8;
 
 double MetresPerUnit(const std::string& unit, const std::string& file) {
   const std::pair<std::string_view, double> known[] = {{"Meters", 1.0},
@@ -67,8 +73,8 @@ class ModelReader {
     if (!campus) {
       Fail("no gbXML element with a Campus in it: not a gbXML scene");
     }
-    unit_ =
-        MetresPerUnit(root.attribute("lengthUnit").as_string("Meters"), file_);
+    unit_name_ = root.attribute("lengthUnit").as_string("Meters");
+    unit_ = MetresPerUnit(unit_name_, file_);
     for (const pugi::xml_node& building : campus.children()) {
       if (Is(building, "Building")) {
         ReadSpaces(building);
@@ -82,6 +88,8 @@ class ModelReader {
     if (model_.surfaces.empty()) {
       Fail("the Campus has no Surface");
     }
+    at_.clear();
+    CheckSize();
     return std::move(model_);
   }
 
@@ -191,7 +199,56 @@ class ModelReader {
     if (count != 3) {
       Fail("a CartesianPoint needs three coordinates");
     }
-    return {xyz[0] * unit_, xyz[1] * unit_, xyz[2] * unit_};
+    const Point3 p{xyz[0] * unit_, xyz[1] * unit_, xyz[2] * unit_};
+    if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) >
+        kFarthestMetres) {
+      Fail(
+          fmt::format("a CartesianPoint {:.4g}, {:.4g}, {:.4g} in {}: farther "
+                      "from the origin than a map is wide",
+                      xyz[0],
+                      xyz[1],
+                      xyz[2],
+                      unit_name_));
+    }
+    return p;
+  }
+
+  // A stray point, or a unit that is another one: what is close or thin would
+  // be taken for something else, and a plan of it all would not end.
+  void CheckSize() const {
+    Box3 bounds;
+    for (const GbxmlSurface& surface : model_.surfaces) {
+      Box3 own;
+      for (const Point3 p : surface.polygon) {
+        own.Include(p);
+        bounds.Include(p);
+      }
+      CheckExtent(own, fmt::format("Surface '{}' is", surface.id));
+      CheckExtent(bounds,
+                  fmt::format("the model up to Surface '{}' is", surface.id));
+    }
+    const Vec3 extent = bounds.Extent();
+    const double size = std::max({extent.x, extent.y, extent.z});
+    if (size < kSmallestMetres) {
+      Fail(
+          fmt::format("the model is {:.4g} m long by its lengthUnit '{}', "
+                      "which is no building's size; correct the lengthUnit",
+                      size,
+                      unit_name_));
+    }
+  }
+
+  void CheckExtent(const Box3& box, const std::string& what) const {
+    const Vec3 extent = box.Extent();
+    const double size = std::max({extent.x, extent.y, extent.z});
+    if (size > kLargestMetres) {
+      Fail(
+          fmt::format("{} {:.4g} m long by the lengthUnit '{}', which is no "
+                      "building's size; correct its points, or the lengthUnit",
+                      what,
+                      size,
+                      unit_name_));
+    }
   }
 
   [[noreturn]] void Fail(const std::string& what) const {
@@ -201,6 +258,7 @@ class ModelReader {
 
   std::string file_;
   std::string at_;
+  std::string unit_name_;
   double unit_ = 1.0;
   std::map<std::string, SpaceId> space_by_id_;
   GbxmlModel model_;
@@ -210,9 +268,12 @@ class ModelReader {
 
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                           MemoryBudget& budget) {
-  std::string text = ReadWholeFile(path, kMostBytes);
-  const MemoryCharge charge(
-      budget, text.size() * kTreePerByte, "reading the gbXML file");
+  MemoryCharge charge;
+  const std::string text = ReadWholeFile(path, kMostBytes, [&](uint64_t bytes) {
+    charge.Reset();
+    charge =
+        MemoryCharge(budget, bytes * kTreePerByte, "reading the gbXML file");
+  });
   pugi::xml_document document;
   const pugi::xml_parse_result result =
       document.load_buffer(text.data(), text.size());

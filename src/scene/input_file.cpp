@@ -74,7 +74,8 @@ double InputFile::Fraction() const {
 }
 
 std::string ReadWholeFile(const std::filesystem::path& path,
-                          uint64_t most_bytes) {
+                          uint64_t most_bytes,
+                          const std::function<void(uint64_t)>& reserve) {
   InputFile file(path);
   std::string text;
   std::array<char, kChunkBytes> chunk{};
@@ -85,6 +86,9 @@ std::string ReadWholeFile(const std::filesystem::path& path,
                       "plausible for this kind of file",
                       path.string(),
                       most_bytes >> 20));
+    }
+    if (reserve) {
+      reserve(text.size() + got);
     }
     text.append(chunk.data(), got);
   }

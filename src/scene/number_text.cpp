@@ -9,7 +9,7 @@ namespace {
 
 template <typename Number>
 bool Parses(std::string_view word, Number& value) {
-  if (!word.empty() && word.front() == '+') {
+  if (word.starts_with('+') && !word.starts_with("+-")) {
     word.remove_prefix(1);
   }
   const char* end = word.data() + word.size();
@@ -20,7 +20,7 @@ bool Parses(std::string_view word, Number& value) {
 }  // namespace
 
 std::vector<std::string_view> Words(std::string_view line) {
-  constexpr std::string_view kBlanks = " \t\r";
+  constexpr std::string_view kBlanks = " \t\r\n";
   std::vector<std::string_view> words;
   size_t at = line.find_first_not_of(kBlanks);
   while (at != std::string_view::npos) {

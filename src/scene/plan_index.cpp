@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace enfilade {
 namespace {
@@ -15,6 +16,10 @@ constexpr double kLeastWallLengthMetres = 0.05;
 constexpr double kUpright = 0.2;
 constexpr uint64_t kBytesPerFace = 200;  // with its places in the index
 constexpr uint64_t kFacesPerCharge = 4096;
+// A face of more places in the index, such as a site, is charged by itself.
+constexpr uint64_t kManyPlaces = 64;
+constexpr uint64_t kBytesPerPlace = 80;
+constexpr std::string_view kPurpose = "finding places for default luminaires";
 
 double Side(Point2 a, Point2 b, Point2 p) {
   return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
@@ -80,9 +85,7 @@ void PlanIndex::Add(std::span<const Point3> polygon,
     AddWall(polygon);
   }
   if ((levels_.size() + walls_.size()) / kFacesPerCharge >= charges_.size()) {
-    charges_.emplace_back(*budget_,
-                          kFacesPerCharge * kBytesPerFace,
-                          "finding places for default luminaires");
+    charges_.emplace_back(*budget_, kFacesPerCharge * kBytesPerFace, kPurpose);
   }
 }
 
@@ -108,6 +111,11 @@ void PlanIndex::AddLevel(std::span<const Point3> polygon,
     std::reverse(face.outline.begin(), face.outline.end());
   }
   const auto index = static_cast<uint32_t>(levels_.size());
+  const auto places = static_cast<uint64_t>((Cell(high.x) - Cell(low.x) + 1) *
+                                            (Cell(high.y) - Cell(low.y) + 1));
+  if (places > kManyPlaces) {
+    charges_of_large_.emplace_back(*budget_, places * kBytesPerPlace, kPurpose);
+  }
   for (int64_t x = Cell(low.x); x <= Cell(high.x); ++x) {
     for (int64_t y = Cell(low.y); y <= Cell(high.y); ++y) {
       levels_at_[Key(x, y)].push_back(index);

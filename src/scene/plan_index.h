@@ -95,6 +95,7 @@ class PlanIndex {
   double least_level_;
   MemoryBudget* budget_;
   std::vector<MemoryCharge> charges_;
+  std::vector<MemoryCharge> charges_of_large_;
   std::vector<LevelFace> levels_;
   std::vector<WallLine> walls_;
   std::unordered_map<uint64_t, std::vector<uint32_t>> levels_at_;

@@ -4,12 +4,16 @@
 #include "base/error.h"
 
 #include <new>
+#include <string>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
 
 namespace enfilade::internal {
 namespace {
+
+constexpr std::string_view kUnknownFormat = "unsupported file format";
 
 // How long to wait for a reader or writer in its moment of locking the file.
 constexpr int kBusyMilliseconds = 5000;
@@ -108,8 +112,12 @@ void Database::Throw(int code, std::string_view doing) const {
                  name_,
                  doing,
                  reason);
+  // Of a header with a schema that SQLite does not know, it says no more than
+  // that it is an error.
+  const bool is_unknown = primary == SQLITE_ERROR &&
+                          reason.find(kUnknownFormat) != std::string::npos;
   if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB ||
-      code == SQLITE_IOERR_SHORT_READ) {
+      code == SQLITE_IOERR_SHORT_READ || is_unknown) {
     throw DamagedStoreError(
         fmt::format("{}: the store's file is damaged ({}); restore it from a "
                     "copy or solve the scene again",

@@ -38,7 +38,8 @@ std::unique_ptr<BlockStorage> MakeStore(
     const std::function<void(BlockStorage&)>& fill) {
   {
     const internal::WriteLock lock(path);
-    if (std::filesystem::exists(path)) {
+    // A link to nothing is there too: the store would be put in its place.
+    if (std::filesystem::exists(std::filesystem::symlink_status(path))) {
       throw DiskError(fmt::format(
           "'{}' exists; remove it, or give another name", path.string()));
     }

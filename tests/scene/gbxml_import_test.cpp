@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/scene/temp_scene.h"
+#include <zlib.h>
 
 namespace enfilade {
 namespace {
@@ -230,6 +231,43 @@ TEST_F(GbxmlImport, ErrorsNameTheSurface) {
   EXPECT_NE(error("<Surface id=\"q\"/>").find("Surface 'q'"),
             std::string::npos);
   EXPECT_NE(error("</Oops>").find("s.xml:1: not valid XML"), std::string::npos);
+}
+
+// A point that went astray, or a unit that is another one: nothing would find
+// its place in a plan of the world.
+TEST_F(GbxmlImport, WhatIsNoBuildingsSizeIsRefused) {
+  const auto error = [&](const std::string& text) {
+    return ImportError(temp_.Write("s.xml", text));
+  };
+  const std::vector<Point3> stray = {{1e6, 0, 0}, {2, 2, 0}, {2, 2, 3}};
+  EXPECT_NE(error(TwoRooms(Surface("InteriorWall", {"a", "b"}, stray)))
+                .find("Surface 's' is 1e+06 m long"),
+            std::string::npos);
+  const std::vector<Point3> lost = {{1e300, 0, 0}, {2, 2, 0}, {2, 2, 3}};
+  EXPECT_NE(error(TwoRooms(Surface("Roof", {"a"}, lost)))
+                .find("Surface 's': a CartesianPoint"),
+            std::string::npos);
+  for (const char* unit : {"Miles", "Millimeters"}) {
+    const std::string message = error(TwoRooms(WallWithDoor({"a", "b"}), unit));
+    EXPECT_NE(message.find(std::string("lengthUnit '") + unit + "'"),
+              std::string::npos)
+        << message;
+  }
+}
+
+// A few kilobytes that say a hundred megabytes.
+TEST_F(GbxmlImport, IsReadNoFurtherThanTheBudgetHolds) {
+  const std::string blanks(size_t{100} << 20, ' ');
+  const std::string path = temp_.Write("s.xml.gz", "");
+  gzFile file = gzopen(path.c_str(), "wb");
+  ASSERT_EQ(gzwrite(file, blanks.data(), static_cast<unsigned>(blanks.size())),
+            static_cast<int>(blanks.size()));
+  gzclose(file);
+  MemoryBudget budget(uint64_t{16} << 20);
+  const auto store = CreateStoreInMemory();
+  const uint64_t before = ResidentBytes();
+  EXPECT_THROW(ImportScene(path, {}, budget, *store), DoesNotFitError);
+  EXPECT_LT(ResidentBytes(), before + (uint64_t{32} << 20));
 }
 
 struct Expected {

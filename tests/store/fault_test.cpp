@@ -260,6 +260,19 @@ TEST(StoreFaults, FlippedBytesAreNoticedOrHarmless) {
   EXPECT_GT(noticed, kTrials / 20);
 }
 
+// Of its header, the number of the schema's format: SQLite has no name for what
+// is wrong then.
+TEST(StoreFaults, AHeaderOfAnUnknownFormatIsDamage) {
+  constexpr size_t kSchemaFormat = 47;
+  const TemporaryFolder folder;
+  MakeSample(folder / "a.enf");
+  auto bytes = ReadFile(folder / "a.enf");
+  bytes[kSchemaFormat] = static_cast<char>(bytes[kSchemaFormat] ^ 0xff);
+  WriteFile(folder / "b.enf", bytes, bytes.size());
+  EXPECT_THROW(OpenStore(folder / "b.enf", StoreAccess::kRead),
+               DamagedStoreError);
+}
+
 // Whether a block is refused, or lost with its catalogue. Wrong content is a
 // failure.
 bool IsBlockDamaged(const std::filesystem::path& path,

@@ -58,5 +58,12 @@ TEST_F(NewStore, IsNotMadeOverAnother) {
   EXPECT_EQ(OpenStore(path_, StoreAccess::kRead)->Meta("who"), "first");
 }
 
+// The link may lead to a disk that is not there now.
+TEST_F(NewStore, IsNotMadeInThePlaceOfALinkToNothing) {
+  std::filesystem::create_symlink(folder_ / "elsewhere", path_);
+  EXPECT_THROW(MakeStore(path_, [](BlockStorage&) {}), DiskError);
+  EXPECT_TRUE(std::filesystem::is_symlink(path_));
+}
+
 }  // namespace
 }  // namespace enfilade

@@ -224,6 +224,29 @@ TEST(Cli, NothingIsWrittenOverWhatIsRead) {
   }
 }
 
+TEST(Cli, TheReportIsNotWrittenOverWhatIsMade) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "b.obj";
+  const std::string store = folder / "s.enf";
+  ASSERT_EQ(RunProgram({"scene", "parallel", scene}).exit_code, 0);
+  const auto refused =
+      RunProgram({"solve", scene, "-o", store, "--report", store});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(Contains(refused.err, "written over")) << refused.err;
+  ASSERT_EQ(RunProgram({"solve", scene, "-o", store}).exit_code, 0);
+  const std::string points = folder / "p.csv";
+  WriteFile(points, "0,0,0.5,0,0,1\n");
+  const std::vector<std::vector<std::string>> lines = {
+      {"export", store, folder / "out.csv", "--report", folder / "out.csv"},
+      {"probe", store, points, "-o", points},
+      {"probe", store, points, "-o", folder / "q", "--report", folder / "q"}};
+  for (const auto& words : lines) {
+    const auto result = RunProgram(words);
+    EXPECT_EQ(result.exit_code, 2) << words[0];
+    EXPECT_TRUE(Contains(result.err, "written over")) << result.err;
+  }
+}
+
 TEST(Cli, NumbersThatWrapOrDoNotFitAreUsageErrors) {
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"--memory", "-1"},

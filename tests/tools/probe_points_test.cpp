@@ -112,7 +112,8 @@ TEST_F(ProbeTest, NoPointsGiveOnlyAHeader) {
 TEST_F(ProbeTest, BadLinesAreNamed) {
   EXPECT_NE(Refusal("1,1,0,0,0,1\n1,2,3\n").find("points.csv:2: "),
             std::string::npos);
-  EXPECT_NE(Refusal("x,y\n\n1,1,0,0,nan,1").find("points.csv:3: ny is 'nan'"),
+  EXPECT_NE(Refusal("x,y,z,nx,ny,nz\n\n1,1,0,0,nan,1")
+                .find("points.csv:3: ny is 'nan'"),
             std::string::npos);
   EXPECT_NE(Refusal("1,1,0,0,0,0").find("has no direction"), std::string::npos);
   EXPECT_NE(Refusal("1,1,1e999,0,0,1").find("points.csv:1: z"),
@@ -123,7 +124,8 @@ TEST_F(ProbeTest, BadLinesAreNamed) {
 // Columns are read by their place: these would be read as others, or not at
 // all.
 TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {
-  for (const char* header : {"nx,ny,nz,x,y,z", "1;1;1;0;0;1", "1 1 1 0 0 1"}) {
+  for (const char* header :
+       {"nx,ny,nz,x,y,z", "1;1;1;0;0;1", "1 1 1 0 0 1", "a,b,c"}) {
     const std::string error = Refusal(std::string(header) + "\n");
     EXPECT_NE(error.find("points.csv:1"), std::string::npos) << error;
   }
