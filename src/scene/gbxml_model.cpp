@@ -202,13 +202,13 @@ class ModelReader {
     const Point3 p{xyz[0] * unit_, xyz[1] * unit_, xyz[2] * unit_};
     if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) >
         kFarthestMetres) {
-      Fail(
-          fmt::format("a CartesianPoint {:.4g}, {:.4g}, {:.4g} in {}: farther "
-                      "from the origin than a map is wide",
-                      xyz[0],
-                      xyz[1],
-                      xyz[2],
-                      unit_name_));
+      Fail(fmt::format(
+          "a CartesianPoint {:.4g}, {:.4g}, {:.4g} in {}: farther "
+          "from the origin than a map is wide; correct it, or the lengthUnit",
+          xyz[0],
+          xyz[1],
+          xyz[2],
+          unit_name_));
     }
     return p;
   }
