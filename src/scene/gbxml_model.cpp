@@ -229,7 +229,7 @@ class ModelReader {
     }
     const Vec3 extent = bounds.Extent();
     const double size = std::max({extent.x, extent.y, extent.z});
-    if (size < kSmallestMetres) {
+    if (size >= 0 && size < kSmallestMetres) {
       Fail(
           fmt::format("the model is {:.4g} m long by its lengthUnit '{}', "
                       "which is no building's size; correct the lengthUnit",

@@ -254,6 +254,9 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   }
   writer.Flush();
   materials.ThrowIfRefused();
+  if (format == SceneFormat::kObj) {
+    CheckSize(scene, writer.Bounds(), options.unit.has_value());
+  }
   for (std::string& note : materials.NotesOnUnusedRules()) {
     info.notes.push_back(std::move(note));
   }
@@ -262,11 +265,7 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
     AddDefaultLuminaires(scene, store, budget, writer, info);
   }
   CheckHasLight(scene, info.materials);
-  info = writer.Finish(std::move(info));
-  if (format == SceneFormat::kObj) {
-    CheckSize(scene, info.bounds, options.unit.has_value());
-  }
-  return info;
+  return writer.Finish(std::move(info));
 }
 
 }  // namespace enfilade

@@ -17,8 +17,9 @@ constexpr double kUpright = 0.2;
 constexpr uint64_t kBytesPerFace = 200;  // with its places in the index
 constexpr uint64_t kFacesPerCharge = 4096;
 // A face of more places in the index, such as a site, is charged by itself.
-constexpr uint64_t kManyPlaces = 64;
-constexpr uint64_t kBytesPerPlace = 80;
+constexpr double kManyPlaces = 64;
+constexpr double kMostPlaces = 1e12;  // more than any memory holds
+constexpr double kBytesPerPlace = 80;
 constexpr std::string_view kPurpose = "finding places for default luminaires";
 
 double Side(Point2 a, Point2 b, Point2 p) {
@@ -111,10 +112,13 @@ void PlanIndex::AddLevel(std::span<const Point3> polygon,
     std::reverse(face.outline.begin(), face.outline.end());
   }
   const auto index = static_cast<uint32_t>(levels_.size());
-  const auto places = static_cast<uint64_t>((Cell(high.x) - Cell(low.x) + 1) *
-                                            (Cell(high.y) - Cell(low.y) + 1));
+  const double places = ((high.x - low.x) / kCellMetres + 1) *
+                        ((high.y - low.y) / kCellMetres + 1);
   if (places > kManyPlaces) {
-    charges_of_large_.emplace_back(*budget_, places * kBytesPerPlace, kPurpose);
+    charges_of_large_.emplace_back(
+        *budget_,
+        static_cast<uint64_t>(std::min(places, kMostPlaces) * kBytesPerPlace),
+        kPurpose);
   }
   for (int64_t x = Cell(low.x); x <= Cell(high.x); ++x) {
     for (int64_t y = Cell(low.y); y <= Cell(high.y); ++y) {

@@ -53,6 +53,9 @@ class SceneWriter {
   // Writes what is pending, so that ForEachFace sees every face added so far.
   void Flush();
 
+  // Of all faces so far.
+  [[nodiscard]] const Box3& Bounds() const { return bounds_; }
+
   // Flushes the last chunk, completes info.bounds and info.faces, saves it, and
   // returns what was saved.
   SceneInfo Finish(SceneInfo info);

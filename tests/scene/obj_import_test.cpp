@@ -122,6 +122,21 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   EXPECT_NE(in_km, HashSceneFiles(room("4"), {}));
 }
 
+// Before anything is laid out over all of it, as lamps are.
+TEST_F(ObjImport, APolygonThatIsAsLargeAsAPlanetIsRefusedAtOnce) {
+  ImportOptions options;
+  options.default_luminaires = true;
+  for (const char* far : {"1e6", "9e7"}) {
+    const auto path = temp_.Write("far.obj",
+                                  std::string("v 0 0 0\nv ") + far +
+                                      " 0 0\nv 0 " + far + " 0\nf 1 2 3\n");
+    EXPECT_THROW(ImportFile(path, options), InputError) << far;
+    options.unit = 1;
+    EXPECT_THROW(ImportFile(path, options), DoesNotFitError) << far;
+    options.unit.reset();
+  }
+}
+
 TEST_F(ObjImport, AFileWithoutPolygonsIsNoScene) {
   for (const char* text : {"", "\x89PNG\r\n\x1a\n", "v 0 0 0\n"}) {
     const auto path = temp_.Write("empty.obj", text);
