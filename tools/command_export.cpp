@@ -20,6 +20,7 @@
 #include "tools/report.h"
 #include "tools/signal.h"
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 namespace enfilade {
 namespace {
@@ -91,6 +92,9 @@ void ProbeCommand::Run() {
     }
   } else {
     WriteFileInOneStep(output, probe);
+  }
+  if (summary.points == 0) {
+    spdlog::warn("'{}' holds no points: give lines of x,y,z,nx,ny,nz", points);
   }
   WriteReportIfAsked(common,
                      Json{{"points", summary.points},

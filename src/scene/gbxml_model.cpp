@@ -69,22 +69,17 @@ class ModelReader {
 
   GbxmlModel Read(const pugi::xml_document& document) {
     const pugi::xml_node root = ChildOf(document, "gbXML");
-    const pugi::xml_node campus = ChildOf(root, "Campus");
-    if (!campus) {
+    if (!ChildOf(root, "Campus")) {
       Fail("no gbXML element with a Campus in it: not a gbXML scene");
     }
     unit_name_ = root.attribute("lengthUnit").as_string("Meters");
     unit_ = MetresPerUnit(unit_name_, file_);
-    for (const pugi::xml_node& building : campus.children()) {
-      if (Is(building, "Building")) {
-        ReadSpaces(building);
-      }
-    }
-    for (const pugi::xml_node& node : campus.children()) {
-      if (Is(node, "Surface")) {
-        ReadSurface(node);
-      }
-    }
+    ForEachInCampus(root, "Building", [this](const pugi::xml_node& building) {
+      ReadSpaces(building);
+    });
+    ForEachInCampus(root, "Surface", [this](const pugi::xml_node& surface) {
+      ReadSurface(surface);
+    });
     if (model_.surfaces.empty()) {
       Fail("the Campus has no Surface");
     }
@@ -94,6 +89,23 @@ class ModelReader {
   }
 
  private:
+  // Most files have one Campus; the format takes several.
+  template <typename Visit>
+  static void ForEachInCampus(const pugi::xml_node& root,
+                              std::string_view name,
+                              const Visit& visit) {
+    for (const pugi::xml_node& campus : root.children()) {
+      if (!Is(campus, "Campus")) {
+        continue;
+      }
+      for (const pugi::xml_node& node : campus.children()) {
+        if (Is(node, name)) {
+          visit(node);
+        }
+      }
+    }
+  }
+
   void ReadSpaces(const pugi::xml_node& building) {
     for (const pugi::xml_node& node : building.children()) {
       if (!Is(node, "Space")) {

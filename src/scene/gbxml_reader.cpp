@@ -229,6 +229,7 @@ class GbxmlImport {
     AppendSides(opening.polygon, reversed, edges);
     const std::vector<Polygon3> pieces =
         CutFigure(edges, AreaVector(surface.polygon), kCutToleranceMetres, 2);
+    outside_ += pieces.empty() ? 1U : 0U;
     const std::optional<MaterialId> material =
         MaterialOf(opening.type, surface.name, true);
     if (material) {
@@ -357,6 +358,9 @@ class GbxmlImport {
     add(turned_,
         "surfaces are wound against the rule that their normal points out of "
         "their first Space; their sides were found from the Spaces' shells");
+    add(outside_,
+        "openings lie outside of their Surface and were left out; correct "
+        "their points, or make them Openings of the Surface that they are in");
     add(unclear_,
         "surfaces lie in shells too broken to tell their sides; the file's "
         "winding was believed");
@@ -380,6 +384,7 @@ class GbxmlImport {
   GbxmlRepair repair_;
   uint64_t turned_ = 0;
   uint64_t unclear_ = 0;
+  uint64_t outside_ = 0;  // openings
 };
 
 }  // namespace

@@ -234,9 +234,18 @@ void Engine::CheckPoint() {
   if (stop) {
     throw InterruptedError("stopped as asked; all work is kept");
   }
-  if (options_.progress &&
-      (commits || SecondsSince(last_told_) >= kTellSeconds)) {
-    options_.progress(ShareOfSweep(), PhaseText(state_));
+  if (commits || IsTimeToTell()) {
+    Tell(ShareOfSweep(), PhaseText(state_));
+  }
+}
+
+bool Engine::IsTimeToTell() const {
+  return SecondsSince(last_told_) >= kTellSeconds;
+}
+
+void Engine::Tell(double fraction, const std::string& phase) {
+  if (options_.progress) {
+    options_.progress(fraction, phase);
     last_told_ = std::chrono::steady_clock::now();
   }
 }

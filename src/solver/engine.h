@@ -29,6 +29,7 @@
 
 #include <chrono>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace enfilade {
@@ -98,6 +99,8 @@ class Engine {
   // How much of the sweep is done, as far as cells and pairs alike take as
   // long.
   [[nodiscard]] double ShareOfSweep() const;
+  [[nodiscard]] bool IsTimeToTell() const;
+  void Tell(double fraction, const std::string& phase);
   void TellOfRound() const;
   [[nodiscard]] bool IsLit(CellId cell) const;
 

@@ -10,7 +10,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace enfilade {
 namespace {
@@ -26,6 +29,17 @@ constexpr uint64_t kLeastResidualRays = 8 << 20;
 constexpr uint64_t kLinksPerAcceptingRay = 4;
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kLeastDecidingRays = 2 << 20;
+
+std::string ResidualText(size_t round, const ResidualEstimate& so_far) {
+  std::string text = fmt::format("round {} residual", round);
+  if (so_far.points > 0) {
+    text += fmt::format(", error {:.3f} [{:.3f}, {:.3f}] so far",
+                        so_far.value,
+                        so_far.low,
+                        so_far.high);
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -83,6 +97,11 @@ void Engine::CheckResidual() {
   options.unseen =
       shape_.NodeStride() == 1 ? kUnseenErrorOfConstants : kUnseenError;
   options.stop = options_.stop;
+  options.progress = [this](double share, const ResidualEstimate& so_far) {
+    if (IsTimeToTell()) {
+      Tell(share, ResidualText(state_.rounds.size(), so_far));
+    }
+  };
   PatchErrors by_patch;
   const ResidualEstimate residual =
       MeasureResidual(*store_, options, *budget_, &by_patch);

@@ -80,19 +80,18 @@ class ResidualMeter {
               options.unseen}) {}
 
   ResidualEstimate Run() {
-    ResidualEstimate estimate;
     if (chooser_.IsEmpty()) {
-      return estimate;
+      return {};
     }
     for (uint64_t round = 0;; ++round) {
       const auto points = static_cast<uint32_t>(
           kPointsPerRound << std::min(round / kRoundsOfASize, kMostDoublings));
-      if (round > 0 && (IsDone(estimate) || traced_ + points * kRaysPerPoint >
-                                                options_.most_rays)) {
-        return estimate;
+      if (round > 0 &&
+          (IsDone() || traced_ + points * kRaysPerPoint > options_.most_rays)) {
+        return estimate_;
       }
       AddRound(MixKey(MixKey(kSeedDomain, options_.seed), round), points);
-      estimate = sum_.Estimate(reflected_.Integral(), traced_);
+      estimate_ = sum_.Estimate(reflected_.Integral(), traced_);
     }
   }
 
@@ -102,8 +101,8 @@ class ResidualMeter {
   }
 
  private:
-  [[nodiscard]] bool IsDone(const ResidualEstimate& estimate) const {
-    return IsDecided(estimate, options_.decide_at, options_.least_rays);
+  [[nodiscard]] bool IsDone() const {
+    return IsDecided(estimate_, options_.decide_at, options_.least_rays);
   }
 
   void AddRound(uint64_t key, uint32_t points) {
@@ -124,6 +123,12 @@ class ResidualMeter {
     seen.AddRadiosity(radiosity);
     for (size_t i = 0; i < batch.probes.size(); ++i) {
       AddResidual(batch.probes[i], seen.probes[i], radiosity[i]);
+    }
+    if (options_.progress) {
+      options_.progress(std::min(1.0,
+                                 static_cast<double>(traced_) /
+                                     static_cast<double>(options_.most_rays)),
+                        estimate_);
     }
   }
 
@@ -165,7 +170,8 @@ class ResidualMeter {
   std::unique_ptr<RayTracer> tracer_;
   ResidualRays rays_;
   ResidualSum sum_;
-  uint64_t traced_ = 0;  // rays
+  ResidualEstimate estimate_;  // by all rounds that are done
+  uint64_t traced_ = 0;        // rays
 };
 
 }  // namespace

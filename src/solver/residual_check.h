@@ -22,6 +22,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 
 namespace enfilade {
 
@@ -36,6 +37,9 @@ struct ResidualOptions {
   UnseenError unseen;
   // Where it is set, InterruptedError is thrown.
   const std::atomic<bool>* stop = nullptr;
+  // Called now and then from the measuring thread; `share` of the most rays,
+  // in [0, 1], and the last estimate: of no points at first.
+  std::function<void(double share, const ResidualEstimate& so_far)> progress;
 };
 
 // Reads the solution and the trace chunks of the store. The same bits whatever

@@ -1,5 +1,6 @@
 #include "base/photometry.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -186,6 +187,41 @@ TEST_F(GbxmlImport, AirIsWhollyOpen) {
   ASSERT_EQ(scene.info.openings.size(), 1U);
   EXPECT_EQ(scene.info.gbxml->open_boundaries, 1U);
   EXPECT_NEAR(Length(AreaVector(scene.info.openings[0].vertices)), 6, 1e-12);
+}
+
+TEST_F(GbxmlImport, OpeningOutsideOfItsSurfaceIsToldOf) {
+  const auto wall_with_door_from = [](double y) {
+    return Surface(
+        "InteriorWall",
+        {"a", "b"},
+        kWall,
+        "<Opening openingType=\"NonSlidingDoor\">" +
+            Loop({{2, y, 0}, {2, y + 1, 0}, {2, y + 1, 2}, {2, y, 2}}) +
+            "</Opening>");
+  };
+  const auto told_of = [&](double y) {
+    const Imported scene = Import(TwoRooms(wall_with_door_from(y)));
+    return std::any_of(scene.info.notes.begin(),
+                       scene.info.notes.end(),
+                       [](const std::string& note) {
+                         return note.starts_with("1 openings lie outside");
+                       });
+  };
+  EXPECT_FALSE(told_of(0.5));
+  EXPECT_FALSE(told_of(1.5)) << "half of it is a door";
+  EXPECT_TRUE(told_of(7));
+}
+
+TEST_F(GbxmlImport, EveryCampusIsRead) {
+  std::string text = TwoRooms(WallWithDoor({"a", "b"}));
+  const Imported one = Import(text);
+  text.insert(text.find("</gbXML>"),
+              "<Campus><Building><Space id=\"c\"/></Building>" +
+                  Box("c", 10, 12, true) + "</Campus>");
+  const Imported two = Import(text);
+  EXPECT_EQ(two.info.gbxml->spaces, one.info.gbxml->spaces + 1);
+  EXPECT_EQ(two.info.gbxml->surfaces, one.info.gbxml->surfaces + 5);
+  EXPECT_NEAR(two.info.bounds.high.x, 12, 1e-12);
 }
 
 TEST_F(GbxmlImport, MissingWallLeavesBothSpacesOpen) {
