@@ -18,6 +18,9 @@
 namespace enfilade {
 namespace {
 
+// Rays are unsure of an error that may be so many times the requested one.
+constexpr double kUnsureFrom = 1.5;
+
 double PerSecond(uint64_t count, double seconds) {
   return seconds > 0 ? static_cast<double>(count) / seconds : 0;
 }
@@ -107,6 +110,23 @@ void AddCostKeys(const BlockStorage& store,
   report["threads"] = record.threads;
 }
 
+// The estimate is of the last round that was finished: the light that is stored
+// while another is under way may be far from it.
+std::string ErrorText(const Json& report) {
+  const double estimated = report.at("estimated_error").get<double>();
+  const bool is_under_way = !report.at("converged").get<bool>() &&
+                            !report.at("exhausted").get<bool>();
+  std::string text = fmt::format("{:.4f} estimated", estimated);
+  if (is_under_way) {
+    text =
+        estimated > 0
+            ? fmt::format("{} after the last round, unknown in this one", text)
+            : "unknown in the first round";
+  }
+  return fmt::format(
+      "{}, {:.4f} requested", text, report.at("requested_error").get<double>());
+}
+
 }  // namespace
 
 std::string ProgramVersion() {
@@ -123,6 +143,12 @@ Json SolveReport(const BlockStorage& store,
   report["stage"] = summary.converged ? "solved" : StageName(stage);
   AddSceneKeys(store, stage, report);
   AddSolveKeys(summary, settings, report);
+  if (summary.most_error_by_rays > kUnsureFrom * settings.error) {
+    report["notes"].push_back(fmt::format(
+        "light is so uneven that the rays which check the error leave it open "
+        "up to {:.2f}; to know more: enfilade verify --seconds 600",
+        summary.most_error_by_rays));
+  }
   AddCostKeys(store, summary, record, report);
   report["runs"] = record.runs;
   report["seed"] = settings.seed;
@@ -181,9 +207,7 @@ std::string SummaryText(const Json& report) {
         number("sweeps"),
         report.at("method").get<std::string>(),
         report.at("basis").get<std::string>());
-    text += fmt::format("error     {:.4f} estimated, {:.4f} requested\n",
-                        number("estimated_error"),
-                        number("requested_error"));
+    text += "error     " + ErrorText(report) + "\n";
   }
   text += fmt::format("cost      {}, peak {} (cap {}), store {}\n",
                       FormatDuration(number("wall_seconds")),

@@ -120,14 +120,13 @@ Box CellMaker::BoundsOf(CellId cell) const {
   const Vec3 margin{kBoundsMargin, kBoundsMargin, kBoundsMargin};
   const Vec3 low = bounds.low - margin - origin_;
   const Vec3 high = bounds.high + margin - origin_;
-  Box box;
-  box.Add(Vec3f{static_cast<float>(low.x),
-                static_cast<float>(low.y),
-                static_cast<float>(low.z)});
-  box.Add(Vec3f{static_cast<float>(high.x),
-                static_cast<float>(high.y),
-                static_cast<float>(high.z)});
-  return box;
+  return {ToFloat(low), ToFloat(high)};
+}
+
+Box CellMaker::BoxOf(CellId cell, const CellPart& part) const {
+  const Box3 box =
+      enfilade::BoxOf(partition_->cells[cell.Index()].bounds, part);
+  return {ToFloat(box.low - origin_), ToFloat(box.high - origin_)};
 }
 
 }  // namespace enfilade

@@ -13,6 +13,7 @@
 #include "solver/push_pull.h"
 #include "solver/shaft.h"
 #include "solver/source_group.h"
+#include "visibility/cell_part.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -56,6 +57,9 @@ class CellMaker {
 
   // A box that holds all patches of a cell.
   [[nodiscard]] Box BoundsOf(CellId cell) const;
+
+  // The box of a part of a cell; without end where that has none.
+  [[nodiscard]] Box BoxOf(CellId cell, const CellPart& part) const;
 
  private:
   [[nodiscard]] size_t PortalTriangles(CellId cell) const;

@@ -71,6 +71,11 @@ class CellPager {
     return maker_.BoundsOf(cell);
   }
 
+  // As CellMaker::BoxOf.
+  [[nodiscard]] Box BoxOf(CellId cell, const CellPart& part) const {
+    return maker_.BoxOf(cell, part);
+  }
+
   // The stored tree, or a new one with the emitted radiosity sent.
   std::shared_ptr<CellTree> Tree(CellId cell);
 
@@ -193,13 +198,18 @@ class CellPager {
   void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
   void SetHeld(ItemKey key, Item* item, uint64_t bytes);
 
+  std::shared_ptr<void> UseItem(ItemKey key, Item* item, bool is_along);
+
+  template <typename T>
+  std::shared_ptr<T> Use(ItemKey key, Item* item, bool is_along) {
+    return std::static_pointer_cast<T>(UseItem(key, item, is_along));
+  }
+
   template <typename T>
   std::shared_ptr<T> Use(ItemKey key, bool is_along = false) {
     return Use<T>(key, &items_.at(key), is_along);
   }
 
-  template <typename T>
-  std::shared_ptr<T> Use(ItemKey key, Item* item, bool is_along);
   template <typename T, typename Bytes, typename Read>
   std::shared_ptr<T> UseStored(ItemKey key,
                                std::string_view what,

@@ -117,7 +117,7 @@ bool CellPager::EvictNeededFrom(uint64_t first_use,
 // What is evicted beyond what is needed now: to look for victims, and to give
 // memory back to the system, takes as long for one as for many.
 uint64_t CellPager::EvictionMargin() const {
-  constexpr uint64_t kMost = 1 << 20;
+  constexpr uint64_t kMost = 4 << 20;
   constexpr uint64_t kParts = 64;
   return std::min(kMost, budget_->LimitBytes() / kParts);
 }
@@ -142,7 +142,7 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
 // What is evicted may be of use for what is coming: only what is left of it
 // beyond that is given back.
 void CellPager::HoldResident(uint64_t coming_bytes) {
-  constexpr uint64_t kMostHeadroom = 1 << 20;
+  constexpr uint64_t kMostHeadroom = 4 << 20;
   constexpr uint64_t kHeadroomParts = 64;
   if (budget_->ResidentExcess(coming_bytes) <= accepted_excess_) {
     return;

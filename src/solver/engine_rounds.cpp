@@ -106,7 +106,7 @@ void Engine::CheckResidual() {
   const ResidualEstimate residual =
       MeasureResidual(*store_, options, *budget_, &by_patch);
   ReleaseFreedMemory();  // for the next round
-  TakeResidual({residual.least, residual.most}, &state_);
+  TakeResidual({residual.least, residual.most, residual.high}, &state_);
   if (state_.rounds.size() > 1) {  // the first one is a guess everywhere
     CareFor(by_patch);
   }

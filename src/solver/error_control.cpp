@@ -145,6 +145,7 @@ void TakeResidual(RayBounds rays, SolveState* state) {
   RoundRecord& last = state->rounds.back();
   last.residual_error = std::clamp(
       kPredictionFactor * last.predicted_error, rays.least, rays.most);
+  last.most_by_rays = rays.high;
   last.estimated_error = std::max(ErrorByChange(*state), last.residual_error);
 }
 

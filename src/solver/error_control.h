@@ -22,10 +22,12 @@ bool HasMetError(const SolveState& state);
 // within a few times of the requested error, and no cell was lit late.
 bool IsWorthChecking(const SolveState& state);
 
-// What rays say of an error, relative: it lies between these two.
+// What rays say of an error, relative: another estimate of it is believed
+// between these two (residual_estimate.h).
 struct RayBounds {
   double least = 0;
   double most = 0;
+  double high = 0;  // of the 95 % interval
 };
 
 // Clamps the prediction of the last round to what rays say of it: where they

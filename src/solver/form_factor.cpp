@@ -175,6 +175,25 @@ TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame) {
   return end;
 }
 
+bool ReachesInto(const TransferEnd& end, const Box& box) {
+  const PatchGeometry& patch = *end.patch;
+  const Vec3f corner = PointOn(patch, end.frame, 0, 0);
+  const bool triangle = patch.shape == PatchShape::kTriangle;
+  const auto reaches =
+      [&](float from, float u, float v, float low, float high) {
+        const float a = end.frame.scale * u;
+        const float b = end.frame.scale * v;
+        const float least = triangle ? std::min({0.0F, a, b})
+                                     : std::min(a, 0.0F) + std::min(b, 0.0F);
+        const float most = triangle ? std::max({0.0F, a, b})
+                                    : std::max(a, 0.0F) + std::max(b, 0.0F);
+        return from + least <= high && from + most >= low;
+      };
+  return reaches(corner.x, patch.u.x, patch.v.x, box.low.x, box.high.x) &&
+         reaches(corner.y, patch.u.y, patch.v.y, box.low.y, box.high.y) &&
+         reaches(corner.z, patch.u.z, patch.v.z, box.low.z, box.high.z);
+}
+
 std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
                                                 Vec3f n,
                                                 const TransferEnd& source) {

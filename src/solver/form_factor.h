@@ -48,6 +48,9 @@ struct TransferEnd {
 // The nodes are those of the second-order basis, whatever the solver's basis.
 TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame);
 
+// Whether some of an element may lie in a box: true where it does.
+bool ReachesInto(const TransferEnd& end, const Box& box);
+
 // K_gq at [g * kTransferNodes + q].
 using Kernel = std::array<float, kTransferNodes * kTransferNodes>;
 

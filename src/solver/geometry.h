@@ -65,6 +65,10 @@ struct Box {
   Vec3f low{kFar, kFar, kFar};
   Vec3f high{-kFar, -kFar, -kFar};
 
+  static Box Everything() {
+    return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  }
+
   void Add(Vec3f p) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {
@@ -83,7 +87,6 @@ struct Box {
 
   [[nodiscard]] Vec3f Extent() const { return high - low; }
 
- private:
   static constexpr float kFar = 1e30F;
 };
 

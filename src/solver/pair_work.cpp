@@ -104,7 +104,7 @@ void PairWork::FindPairs(ClusterPair pair) {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
   const ClusterVisit visit = LookAt(pair);
-  if (visit.behind) {
+  if (visit.hidden) {
     return;
   }
   if (visit.IsFew()) {
@@ -130,6 +130,9 @@ void PairWork::FindPairs(ClusterPair pair) {
 void PairWork::FindGroups(ClusterPair pair) {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const ClusterVisit visit = LookAtGroup(pair);
+  if (visit.hidden) {
+    return;
+  }
   if (visit.IsFew()) {
     if (!DrawsOf(pair, visit, r.count).AtEnd()) {
       items_.push_back({pair.receiver, pair.source, true, true});
@@ -162,12 +165,14 @@ void PairWork::SortItems() {
 ClusterVisit PairWork::LookAt(ClusterPair pair) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
-  const ClusterBound bound = BoundOf(r, s);
-  ClusterVisit visit;
-  visit.behind = bound.behind;
-  if (bound.behind) {
-    return visit;
+  if (!receiver_.part.Overlaps(r.box) || !source_.part.Overlaps(s.box)) {
+    return {.hidden = true};
   }
+  const ClusterBound bound = BoundOf(r, s);
+  if (bound.behind) {
+    return {.hidden = true};
+  }
+  ClusterVisit visit;
   visit.form_factor = bound.form_factor;
   const float transfer =
       receiver_.weights[pair.receiver] *
@@ -182,6 +187,9 @@ ClusterVisit PairWork::LookAt(ClusterPair pair) const {
 ClusterVisit PairWork::LookAtGroup(ClusterPair pair) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const SourceGroup& g = source_.groups->All()[pair.source];
+  if (!receiver_.part.Overlaps(r.box) || !source_.part.Overlaps(g.box)) {
+    return {.hidden = true};
+  }
   ClusterVisit visit;
   visit.form_factor = FormFactorOfGroup(
       g, (r.box.low + r.box.high) * 0.5F, Length(r.box.Extent()));

@@ -27,7 +27,7 @@ struct ClusterPair {
 
 // What is known of the pairs of items of two clusters.
 struct ClusterVisit {
-  bool behind = false;    // no item of one faces one of the other
+  bool hidden = false;    // no item of one faces, or sees, one of the other
   float form_factor = 0;  // at most
   float probability = 0;  // with which each is kept, at most
   float expected = 0;     // so many links, at most, where they are weak

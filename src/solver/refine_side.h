@@ -54,6 +54,8 @@ struct SourceWeights {
 
 struct RefineSide {
   CellId id;
+  // Nothing outside of it sees anything of the other side.
+  Box part = Box::Everything();
   std::span<const PatchGeometry> patches = {};
   const CellTree* tree = nullptr;
   // Of the elements at which refinement begins; whole patches for the source.

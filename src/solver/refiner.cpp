@@ -58,7 +58,7 @@ void Refiner::Visit(const Receiver& r,
                     const Source& s,
                     int blocked,
                     Task* task) const {
-  if (task->out->overflowed || IsBehind(s.end, *r.end.patch) ||
+  if (task->out->overflowed || !MaySee(r, s) || IsBehind(s.end, *r.end.patch) ||
       IsBehind(r.end, *s.end.patch)) {
     return;
   }

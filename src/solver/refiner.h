@@ -155,6 +155,12 @@ class Refiner {
     return enfilade::PeakOf(s.radiosity, s.detail);
   }
 
+  // Whether both lie in what their cells see of each other.
+  [[nodiscard]] bool MaySee(const Receiver& r, const Source& s) const {
+    return ReachesInto(r.end, receiver_.part) &&
+           ReachesInto(s.end, source_.part);
+  }
+
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
 
   void VisitSources(uint32_t receiver, uint32_t source, Task* task) const;

@@ -45,7 +45,7 @@ void Refiner::VisitSources(uint32_t receiver,
     return;
   }
   const ClusterVisit visit = work_.LookAt({receiver, source});
-  if (visit.behind || task->out->overflowed) {
+  if (visit.hidden || task->out->overflowed) {
     return;
   }
   if (visit.IsFew()) {
@@ -65,7 +65,7 @@ void Refiner::VisitClusters(uint32_t receiver,
     return;
   }
   const ClusterVisit visit = work_.LookAt({receiver, source});
-  if (visit.behind) {
+  if (visit.hidden) {
     return;
   }
   const bool are_leaves = r.child == 0 && s.child == 0;
@@ -128,6 +128,9 @@ void Refiner::SamplePairs(ClusterPair pair,
     const Source source = s.count <= kItemSources
                               ? SourceAt(k, task)
                               : RootSource(source_.clusters->Items()[k]);
+    if (!MaySee(receiver, source)) {
+      continue;
+    }
     const float f =
         std::min(visit.form_factor, FormFactorBound(receiver.end, source.end));
     AddWeak(receiver,

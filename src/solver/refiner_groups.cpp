@@ -99,10 +99,11 @@ void Refiner::VisitGroup(const Receiver& r,
                          GroupVisit visit,
                          const GroupPart& candidates,
                          Task* task) const {
-  if (task->out->overflowed) {
+  const SourceGroup& group = GroupAt(visit.group);
+  if (task->out->overflowed || !ReachesInto(r.end, receiver_.part) ||
+      !source_.part.Overlaps(group.box)) {
     return;
   }
-  const SourceGroup& group = GroupAt(visit.group);
   GroupTransfer transfer(
       r.end, source_.patches, *source_.groups, group, candidates);
   if (transfer.Facing().count == 0) {

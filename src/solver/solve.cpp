@@ -163,6 +163,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
   }
   if (!state.rounds.empty()) {
     summary.estimated_error = state.rounds.back().estimated_error;
+    summary.most_error_by_rays = state.rounds.back().most_by_rays;
   }
   for (const CellInfo& cell : LoadPartition(store).cells) {
     summary.patches += cell.patches;

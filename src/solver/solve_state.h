@@ -51,6 +51,8 @@ struct RoundRecord {
   double predicted_error = 0;  // from the oracle, relative
   double observed_change = 0;  // against the round before, relative
   double residual_error = 0;   // measured by rays, relative; 0: it was not
+  // The upper end of what they say with 95 % certainty.
+  double most_by_rays = 0;
   double estimated_error = 0;
   // Share of the squared error seen by rays that care alone will remove, at the
   // same tau.

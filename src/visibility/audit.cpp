@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -36,6 +37,7 @@ constexpr uint64_t kKey = 0x61756469742d3031;  // of the audit's random numbers
 // How many rays start in each cell.
 struct CellShare {
   CellId cell;
+  Box3 bounds = {};
   double area_m2 = 0;
   uint64_t rays = 0;
 };
@@ -43,11 +45,13 @@ struct CellShare {
 std::vector<CellShare> ShareRays(const BlockStorage& store, uint64_t rays) {
   std::vector<CellShare> shares;
   store.ForEachKey(BlockKind::kCellPatches, [&](const BlockKey& key) {
-    shares.push_back({CellId(key.a), 0, 0});
+    shares.push_back({CellId(key.a)});
   });
   double total = 0;
   for (CellShare& share : shares) {
-    for (const Patch& p : LoadCellPatches(store, share.cell).patches) {
+    const CellPatches content = LoadCellPatches(store, share.cell);
+    share.bounds = content.bounds;
+    for (const Patch& p : content.patches) {
       share.area_m2 += PatchArea(p);
     }
     total += share.area_m2;
@@ -154,7 +158,11 @@ class Auditor {
   }
 
   AuditSummary Run(uint64_t rays, const std::function<void(double)>& progress) {
-    for (const CellShare& share : ShareRays(*store_, rays)) {
+    const std::vector<CellShare> shares = ShareRays(*store_, rays);
+    for (const CellShare& share : shares) {
+      bounds_[share.cell] = share.bounds;
+    }
+    for (const CellShare& share : shares) {
       ShootFrom(share);
       if (progress) {
         progress(static_cast<double>(summary_.audit_rays) /
@@ -169,11 +177,18 @@ class Auditor {
   }
 
  private:
-  // A ray that joins a pair the sets lack.
+  // A ray that joins a pair the sets lack, or other parts of one.
   struct Suspect {
     CellId origin;
     TraceHit hit;
     TraceRay ray;
+  };
+
+  // What a receiver sees, and the parts of both.
+  struct Source {
+    CellId cell;
+    Box3 of_receiver;
+    Box3 of_source;
   };
 
   // A run of rays in the batch that start in one cell.
@@ -242,8 +257,22 @@ class Auditor {
     receiver_ = receiver;
     sources_.clear();
     for (const VisibleCell& v : LoadVisibleSet(*store_, receiver)) {
-      sources_.push_back(v.source);
+      sources_.push_back({v.source,
+                          BoxOf(bounds_[receiver], v.of_receiver),
+                          BoxOf(bounds_[v.source], v.of_source)});
     }
+  }
+
+  // Whether the sets say that the receiver sees what a ray from it has hit.
+  [[nodiscard]] bool IsKnown(const TraceRay& ray, const TraceHit& hit) const {
+    const auto found = std::lower_bound(
+        sources_.begin(),
+        sources_.end(),
+        hit.cell,
+        [](const Source& s, CellId cell) { return s.cell < cell; });
+    return found != sources_.end() && found->cell == hit.cell &&
+           found->of_receiver.Contains(ray.origin) &&
+           found->of_source.Contains(ray.origin + ray.direction * hit.distance);
   }
 
   void Judge(CellId origin, const TraceRay& ray, const TraceHit& hit) {
@@ -254,7 +283,7 @@ class Auditor {
       summary_.audit_leaks += HasOpenBack(ray, hit) ? 0U : 1U;
       return;
     }
-    if (!std::binary_search(sources_.begin(), sources_.end(), hit.cell)) {
+    if (!IsKnown(ray, hit)) {
       suspects_.push_back({origin, hit, ray});
       return;
     }
@@ -338,6 +367,7 @@ class Auditor {
 
   const BlockStorage* store_;
   MemoryBudget* budget_;
+  std::map<CellId, Box3> bounds_;  // of cells with patches
   RayTracer tracer_;
   std::optional<PartitionLocator> locator_;  // once it is needed
   MemoryCharge locator_charge_;
@@ -350,7 +380,7 @@ class Auditor {
   std::optional<CellId> receiver_;
   std::optional<CellId> behind_cell_;  // that was last hit from behind
   std::vector<Patch> behind_;          // and its patches
-  std::vector<CellId> sources_;        // that the receiver sees, ascending
+  std::vector<Source> sources_;        // that the receiver sees, ascending
   std::vector<Suspect> suspects_;
   std::unordered_set<uint64_t> pairs_;  // found by a ray: low << 32 | high
   AuditSummary summary_;

@@ -1,5 +1,6 @@
 // The audit of the visible sets: rays from random points of the building to
-// what they hit, and no pair of cells that a ray joins may be missing.
+// what they hit, and no pair of cells that a ray joins may be missing, nor may
+// a ray meet a part of one that the other is said not to see.
 
 #pragma once
 
@@ -14,7 +15,8 @@
 
 namespace enfilade {
 
-// A ray that joins two cells whose pair the visible sets lack.
+// A ray that joins two cells whose pair the visible sets lack, or parts of them
+// that the sets leave out.
 struct MissedPair {
   CellId origin;
   CellId target;
@@ -24,7 +26,7 @@ struct MissedPair {
 
 struct AuditSummary {
   uint64_t audit_rays = 0;
-  uint64_t audit_missed = 0;  // rays that join a pair the sets lack
+  uint64_t audit_missed = 0;  // rays that join what the sets lack
   // Rays that came through no opening: they hit a patch from behind, joined a
   // missing pair that not all of four rays beside them, 0.1 mm away, join, or
   // left or met a patch where its cell is thinner than that. Rays from under a

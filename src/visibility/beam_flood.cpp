@@ -13,7 +13,6 @@ namespace enfilade {
 namespace {
 
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
-constexpr size_t kMostGroups = 12;
 constexpr size_t kMostSourcePoints = 8;
 // Doorways looked at by one flood, and reached by it, at most.
 constexpr uint64_t kMostTests = 5'000'000;
@@ -28,16 +27,9 @@ constexpr double kBehindMetres = 1e-9;
 // and rises at least so steeply over the doorway: a plane along the doorway
 // says nothing.
 constexpr double kLeastSlope = 1e-3;
-
-Box3 BoundsOf(const DoorwayGroup& group) {
-  Box3 bounds;
-  for (const Doorway* door : group) {
-    for (const Point3 p : door->polygon) {
-      bounds.Include(p);
-    }
-  }
-  return bounds;
-}
+// Each plane is asked so often what it leaves of a cell: what it says of one
+// axis hangs on what others have said of the others.
+constexpr int kPassesOfPart = 2;
 
 // From the box to the point, m; 0 inside of it.
 double Distance(const Box3& box, Point3 p) {
@@ -60,33 +52,6 @@ std::vector<Point3> CornersOf(const Box3& box) {
     }
   }
   return corners;
-}
-
-// By the axis that is nearest to the doorway's normal, and its sign.
-size_t DirectionClass(const Doorway& door) {
-  if (door.is_sliver) {
-    return 6;
-  }
-  const Vec3 n = door.plane.normal;
-  size_t axis = std::abs(n.y) > std::abs(n.x) ? 1 : 0;
-  axis = std::abs(n.z) > std::abs(n[axis]) ? 2 : axis;
-  return 2 * axis + (n[axis] < 0 ? 1 : 0);
-}
-
-// Halves the group at the median of its doorways along its longest axis.
-DoorwayGroup SplitOff(DoorwayGroup& group) {
-  const Vec3 extent = BoundsOf(group).Extent();
-  size_t axis = extent.y > extent.x ? 1 : 0;
-  axis = extent.z > extent[axis] ? 2 : axis;
-  std::stable_sort(
-      group.begin(), group.end(), [axis](const Doorway* a, const Doorway* b) {
-        return a->center[axis] < b->center[axis];
-      });
-  const auto middle =
-      group.begin() + static_cast<std::ptrdiff_t>(group.size() / 2);
-  DoorwayGroup half(middle, group.end());
-  group.erase(middle, group.end());
-  return half;
 }
 
 // The plane through the edge that has the source behind it and `inward` before
@@ -140,6 +105,27 @@ void AppendSupports(const std::vector<Point3>& region,
   }
 }
 
+// Cuts from the box what the plane alone says of each axis.
+void Tighten(const DoorPlane& plane, Box3* box) {
+  const Vec3 n = plane.normal;
+  const Point3 far = {n.x > 0 ? box->high.x : box->low.x,
+                      n.y > 0 ? box->high.y : box->low.y,
+                      n.z > 0 ? box->high.z : box->low.z};
+  // How far the corner that lies farthest beyond does so.
+  const double depth = plane.Beyond(far) + kStabToleranceMetres;
+  const auto cut = [depth](
+                       double slope, double from, double* low, double* high) {
+    if (slope > kLeastSlope) {
+      *low = std::max(*low, from - depth / slope);
+    } else if (slope < -kLeastSlope) {
+      *high = std::min(*high, from - depth / slope);
+    }
+  };
+  cut(n.x, far.x, &box->low.x, &box->high.x);
+  cut(n.y, far.y, &box->low.y, &box->high.y);
+  cut(n.z, far.z, &box->low.z, &box->high.z);
+}
+
 bool IsWithin(const std::vector<Point3>& inner,
               const std::vector<Point3>& outer,
               Vec3 normal) {
@@ -161,62 +147,6 @@ bool IsWithin(const std::vector<Point3>& inner,
 }
 
 }  // namespace
-
-std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways) {
-  std::array<DoorwayGroup, 7> by_direction;
-  for (const Doorway* door : doorways) {
-    by_direction[DirectionClass(*door)].push_back(door);
-  }
-  std::vector<DoorwayGroup> groups;
-  for (DoorwayGroup& group : by_direction) {
-    if (!group.empty()) {
-      groups.push_back(std::move(group));
-    }
-  }
-  const auto size = [](const DoorwayGroup& group) {
-    return group.size() < 2 ? 0 : Length(BoundsOf(group).Extent());
-  };
-  while (groups.size() < kMostGroups) {
-    const auto largest =
-        std::max_element(groups.begin(),
-                         groups.end(),
-                         [&](const DoorwayGroup& a, const DoorwayGroup& b) {
-                           return size(a) < size(b);
-                         });
-    if (largest == groups.end() || largest->size() < 2) {
-      break;
-    }
-    DoorwayGroup half = SplitOff(*largest);
-    groups.push_back(std::move(half));
-  }
-  std::stable_sort(groups.begin(),
-                   groups.end(),
-                   [](const DoorwayGroup& a, const DoorwayGroup& b) {
-                     return a.size() > b.size();
-                   });
-  return groups;
-}
-
-RegionGraph::RegionGraph(size_t cells, const Regions& regions)
-    : graph_(regions.cell_of.size(), regions.openings),
-      cell_of_(regions.cell_of),
-      regions_(cells) {
-  for (size_t i = 0; i < cell_of_.size(); ++i) {
-    regions_[cell_of_[i].Index()].emplace_back(i);
-  }
-}
-
-DoorwayGroup RegionGraph::DoorwaysOut(CellId cell) const {
-  DoorwayGroup out;
-  for (const CellId region : regions_[cell.Index()]) {
-    for (const Doorway& door : graph_.Doorways(region)) {
-      if (CellOf(door.to) != cell) {
-        out.push_back(&door);
-      }
-    }
-  }
-  return out;
-}
 
 BeamFlood::BeamFlood(const RegionGraph& regions)
     : regions_(&regions), node_of_(regions.Graph().DoorwayCount(), kNone) {}
@@ -353,8 +283,7 @@ void BeamFlood::LookThrough(uint32_t number) {
     }
   }
   size_t passed = 0;
-  for (uint32_t n = number;
-       n != kNone && passed < kMostPassed && !ahead_.empty();
+  for (uint32_t n = number; n != kNone && passed < kMostPassed;
        n = nodes_[n].dominator) {
     const Node& node = nodes_[n];
     const size_t planes_before = planes_.size();
@@ -391,7 +320,22 @@ bool BeamFlood::FindPart(const Doorway& next) {
   return true;
 }
 
-bool BeamFlood::Run(const DoorwayGroup& firsts, std::vector<bool>& reached) {
+// What the planes leave of a cell's bounds; empty if nothing.
+Box3 BeamFlood::PartOf(const Box3& bounds) const {
+  Box3 part = bounds;
+  for (int pass = 0; pass < kPassesOfPart; ++pass) {
+    for (const DoorPlane& plane : planes_) {
+      Tighten(plane, &part);
+    }
+    if (part.low.x > part.high.x || part.low.y > part.high.y ||
+        part.low.z > part.high.z) {
+      return {};
+    }
+  }
+  return part;
+}
+
+bool BeamFlood::Run(const DoorwayGroup& firsts, ReachedParts* reached) {
   Begin(firsts);
   for (const Doorway* first : firsts) {
     Reach(*first, first->polygon, kNone);
@@ -402,13 +346,14 @@ bool BeamFlood::Run(const DoorwayGroup& firsts, std::vector<bool>& reached) {
     const uint32_t number = TakeNearest();
     nodes_[number].passed_at = ++clock_;
     const Doorway& door = *nodes_[number].door;
-    reached[regions_->CellOf(door.to).Index()] = true;
     tests += regions_->Graph().Doorways(door.to).size();
     if (tests > kMostTests || nodes_.size() > kMostNodes) {
-      reached.assign(reached.size(), true);
+      reached->AddEverything();
       return false;
     }
     LookThrough(number);
+    const CellId cell = regions_->CellOf(door.to);
+    reached->Add(cell, PartOf(reached->BoundsOf(cell)));
     for (const Doorway* next : ahead_) {
       if (FindPart(*next)) {
         Reach(*next, next->is_sliver ? next->polygon : part_, number);

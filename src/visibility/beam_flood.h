@@ -5,7 +5,9 @@
 #pragma once
 
 #include "base/ids.h"
+#include "base/vec.h"
 #include "visibility/portal_graph.h"
+#include "visibility/region_graph.h"
 
 #include <cstdint>
 #include <span>
@@ -14,33 +16,36 @@
 
 namespace enfilade {
 
-// Doorways out of one cell; not empty.
-using DoorwayGroup = std::vector<const Doorway*>;
-
-// The building at the level of convex regions, many of which may be one cell.
-class RegionGraph {
+// What was reached of each cell: a box of it, or nothing.
+class ReachedParts {
  public:
-  RegionGraph(size_t cells, const Regions& regions);
+  // `bounds`: by cell.
+  explicit ReachedParts(std::vector<Box3> bounds)
+      : bounds_(std::move(bounds)), parts_(bounds_.size()) {}
 
-  [[nodiscard]] const PortalGraph& Graph() const { return graph_; }
+  static uint64_t BytesFor(size_t cells) { return 2 * cells * sizeof(Box3); }
 
-  [[nodiscard]] CellId CellOf(CellId region) const {
-    return cell_of_[region.Index()];
+  [[nodiscard]] const Box3& BoundsOf(CellId cell) const {
+    return bounds_[cell.Index()];
   }
 
-  // The openings out of a cell to other cells.
-  [[nodiscard]] DoorwayGroup DoorwaysOut(CellId cell) const;
+  // Empty: nothing.
+  [[nodiscard]] const Box3& Of(CellId cell) const {
+    return parts_[cell.Index()];
+  }
+
+  [[nodiscard]] bool Holds(CellId cell) const { return !Of(cell).IsEmpty(); }
+
+  void Add(CellId cell, const Box3& box) { parts_[cell.Index()].Include(box); }
+
+  void AddAllOf(CellId cell) { parts_[cell.Index()] = BoundsOf(cell); }
+
+  void AddEverything() { parts_ = bounds_; }
 
  private:
-  PortalGraph graph_;
-  std::vector<CellId> cell_of_;               // by region
-  std::vector<std::vector<CellId>> regions_;  // by cell
+  std::vector<Box3> bounds_;
+  std::vector<Box3> parts_;
 };
-
-// Splits the doorways into a dozen groups, or fewer, of those that lie near
-// each other and look the same way; the largest first, which are the likeliest
-// to take too many tests.
-std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways);
 
 // Floods from doorway to doorway. A doorway is reached when some part of it
 // lies beyond a reached doorway, within the beam through the reached part of
@@ -56,9 +61,9 @@ class BeamFlood {
   // What a flood through these regions may take in memory.
   static uint64_t MostBytes(const RegionGraph& regions);
 
-  // Sets in `reached` (by cell) what is reached; all cells, if telling would
-  // take too many tests or doorways, and then returns false.
-  bool Run(const DoorwayGroup& firsts, std::vector<bool>& reached);
+  // Adds what is reached; everything, if telling would take too many tests or
+  // doorways, and then returns false.
+  bool Run(const DoorwayGroup& firsts, ReachedParts* reached);
 
  private:
   // A doorway that was reached, and the part of it that was.
@@ -100,6 +105,7 @@ class BeamFlood {
                       const Doorway& next);
   // Finds planes_ and ahead_ of the beam through a node and its dominators.
   void LookThrough(uint32_t number);
+  [[nodiscard]] Box3 PartOf(const Box3& bounds) const;
   // Whether the planes leave some part of the doorway, which is part_ then.
   bool FindPart(const Doorway& next);
 

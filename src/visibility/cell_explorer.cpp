@@ -49,14 +49,17 @@ class SeenCells {
 
   // The seen cells that were reached, in ascending order, theirs between too.
   [[nodiscard]] std::vector<SeenCell> Sorted(
-      const std::vector<bool>& reached) const {
+      const ReachedParts& reached) const {
     std::vector<SeenCell> sorted;
     for (size_t i = 0; i < cells_.size(); ++i) {
-      if (reached[cells_[i].Index()]) {
-        sorted.push_back({cells_[i], is_loose_[i], {}});
-        if (!is_loose_[i]) {
-          ListBetween(between_[i], reached, sorted.back().between);
+      const CellId cell = cells_[i];
+      if (reached.Holds(cell)) {
+        SeenCell seen{cell, is_loose_[i]};
+        seen.part = PartOf(reached.BoundsOf(cell), reached.Of(cell));
+        if (!seen.is_loose) {
+          ListBetween(between_[i], reached, seen.between);
         }
+        sorted.push_back(std::move(seen));
       }
     }
     std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
@@ -67,10 +70,10 @@ class SeenCells {
 
  private:
   void ListBetween(const std::vector<uint64_t>& bits,
-                   const std::vector<bool>& reached,
+                   const ReachedParts& reached,
                    std::vector<CellId>& between) const {
     for (size_t k = 0; k < 64 * bits.size(); ++k) {
-      if ((bits[k / 64] >> (k % 64) & 1) != 0 && reached[cells_[k].Index()]) {
+      if ((bits[k / 64] >> (k % 64) & 1) != 0 && reached.Holds(cells_[k])) {
         between.push_back(cells_[k]);
       }
     }
@@ -96,6 +99,7 @@ class Explorer {
            const PortalGraph& graph,
            const RegionGraph& regions)
       : source_(source),
+        partition_(&partition),
         graph_(&graph),
         regions_(&regions),
         origin_(partition.cells[source.Index()].bounds.Center()),
@@ -115,7 +119,7 @@ class Explorer {
       result.steps += share - steps_left_;
       result.budget_spent = result.budget_spent || is_spent_;
     }
-    const std::vector<bool> reached = Flood();
+    const ReachedParts reached = Flood();
     if (result.budget_spent) {
       AddLoose(reached);
     }
@@ -200,28 +204,33 @@ class Explorer {
   }
 
   // What a line through any opening of the source may reach, and the source.
-  [[nodiscard]] std::vector<bool> Flood() const {
-    std::vector<bool> reached(graph_->CellCount());
+  [[nodiscard]] ReachedParts Flood() const {
+    std::vector<Box3> bounds;
+    for (const CellInfo& cell : partition_->cells) {
+      bounds.push_back(cell.bounds);
+    }
+    ReachedParts reached(std::move(bounds));
     BeamFlood flood(*regions_);
     for (const DoorwayGroup& group :
          GroupDoorways(regions_->DoorwaysOut(source_))) {
-      if (!flood.Run(group, reached)) {
+      if (!flood.Run(group, &reached)) {
         break;
       }
     }
-    reached[source_.Index()] = true;
+    reached.AddAllOf(source_);
     return reached;
   }
 
-  void AddLoose(const std::vector<bool>& reached) {
-    for (size_t i = 0; i < reached.size(); ++i) {
-      if (reached[i]) {
+  void AddLoose(const ReachedParts& reached) {
+    for (size_t i = 0; i < graph_->CellCount(); ++i) {
+      if (reached.Holds(CellId(i))) {
         seen_.AddLoose(CellId(i));
       }
     }
   }
 
   CellId source_;
+  const Partition* partition_;
   const PortalGraph* graph_;
   const RegionGraph* regions_;
   Point3 origin_;  // of the coordinates of rows

@@ -6,6 +6,7 @@
 #include "base/ids.h"
 #include "partition/partition.h"
 #include "visibility/beam_flood.h"
+#include "visibility/cell_part.h"
 #include "visibility/portal_graph.h"
 
 #include <cstdint>
@@ -19,7 +20,9 @@ namespace enfilade {
 struct SeenCell {
   CellId cell;
   bool is_loose = false;
-  std::vector<CellId> between;
+  std::vector<CellId> between = {};
+  CellPart part = {};       // of the cell, that the source may see
+  CellPart of_source = {};  // that the cell may see, once both ends agree
 };
 
 struct Exploration {

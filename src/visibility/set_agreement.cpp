@@ -57,6 +57,8 @@ Bytes EncodeSeen(const std::vector<SeenCell>& seen) {
     writer.PutVarint(s.cell.value);
     writer.PutVarint(s.is_loose ? 1 : 0);
     PutAscending(s.between, writer);
+    writer.Put(s.part);
+    writer.Put(s.of_source);
   }
   return writer.Take();
 }
@@ -68,6 +70,8 @@ std::vector<SeenCell> DecodeSeen(const Bytes& bytes) {
     s.cell = CellId(static_cast<uint32_t>(reader.GetVarint()));
     s.is_loose = reader.GetVarint() != 0;
     s.between = GetAscending(reader);
+    s.part = reader.Get<CellPart>();
+    s.of_source = reader.Get<CellPart>();
   }
   return seen;
 }
@@ -90,7 +94,9 @@ std::vector<CellId> Common(const std::vector<CellId>& a,
 
 // What two ends make of each other.
 SeenCell Both(const SeenCell& there, const SeenCell& back) {
-  SeenCell both{there.cell, there.is_loose && back.is_loose, {}};
+  SeenCell both{there.cell, there.is_loose && back.is_loose};
+  both.part = there.part;
+  both.of_source = back.part;
   if (there.is_loose || back.is_loose) {
     both.between = there.is_loose ? back.between : there.between;
   } else {
@@ -172,7 +178,7 @@ VisibleSet SetAgreement::Finish(CellId receiver) {
   for (const SeenCell& pair : agreed) {
     const Box3& here = cells[receiver.Index()].bounds;
     const Box3& there = cells[pair.cell.Index()].bounds;
-    VisibleCell visible{pair.cell, {}};
+    VisibleCell visible{pair.cell, {}, pair.of_source, pair.part};
     const auto theirs = AgreedBy(pair.cell);
     for (const CellId cell : *theirs) {
       const bool lies_between =
@@ -197,6 +203,10 @@ Bytes EncodeVisibleSet(const VisibleSet& set) {
   ByteWriter writer;
   PutAscending(sources, writer);
   for (const VisibleCell& v : set) {
+    writer.Put(v.of_receiver);
+    writer.Put(v.of_source);
+  }
+  for (const VisibleCell& v : set) {
     std::vector<uint8_t> bits((sources.size() + 7) / 8);
     for (const CellId cell : v.between) {
       const auto at = static_cast<size_t>(
@@ -216,11 +226,11 @@ VisibleSet DecodeVisibleSet(const Bytes& bytes,
   ByteReader reader(bytes);
   const std::vector<CellId> sources = GetAscending(reader);
   const size_t width = (sources.size() + 7) / 8;
-  if (reader.Remaining() != width * sources.size()) {
+  if (reader.Remaining() != (2 * sizeof(CellPart) + width) * sources.size()) {
     throw DamagedStoreError("a stored visible set has the wrong length");
   }
   const std::span<const std::byte> rows =
-      std::span(bytes).last(reader.Remaining());
+      std::span(bytes).last(width * sources.size());
   if (reserve) {
     reserve(VisibleSetBytes(sources.size(), CountBits(rows)));
   }
@@ -229,6 +239,8 @@ VisibleSet DecodeVisibleSet(const Bytes& bytes,
   for (const CellId source : sources) {
     const auto bits = rows.subspan(set.size() * width, width);
     VisibleCell visible{source, {}};
+    visible.of_receiver = reader.Get<CellPart>();
+    visible.of_source = reader.Get<CellPart>();
     visible.between.reserve(CountBits(bits));
     for (size_t i = 0; i < sources.size(); ++i) {
       if ((std::to_integer<uint32_t>(bits[i / 8]) >> (i % 8) & 1) != 0) {

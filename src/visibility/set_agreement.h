@@ -49,8 +49,8 @@ class SetAgreement {
   uint64_t agreed_bytes_ = 0;
 };
 
-// A visible set as a block: the sources, and what lies between as a bit for
-// each of them.
+// A visible set as a block: the sources, their parts, and what lies between as
+// a bit for each of them.
 Bytes EncodeVisibleSet(const VisibleSet& set);
 // Before it is made, `reserve` is told what it will take.
 VisibleSet DecodeVisibleSet(

@@ -34,11 +34,17 @@ RegionGraph RegionGraphOf(const Partition& partition,
   return {cells, *regions};
 }
 
+// What exploring a cell may take in memory.
+uint64_t ExplorationBytes(size_t cells, const RegionGraph& regions) {
+  return BeamFlood::MostBytes(regions) + ReachedParts::BytesFor(cells);
+}
+
 // How many cells are explored side by side: what comes of it is the same.
-size_t CellsAtOnce(const RegionGraph& regions, const MemoryBudget& budget) {
-  const uint64_t fit = budget.FreeBytes() / 2 /
-                       std::max<uint64_t>(BeamFlood::MostBytes(regions), 1);
-  return std::clamp<uint64_t>(fit, 1, kMostExploredAtOnce);
+size_t CellsAtOnce(uint64_t bytes_each, const MemoryBudget& budget) {
+  return std::clamp<uint64_t>(
+      budget.FreeBytes() / 2 / std::max<uint64_t>(bytes_each, 1),
+      1,
+      kMostExploredAtOnce);
 }
 
 // Explores all cells, in parallel batches; counts cells with spent budgets.
@@ -52,10 +58,10 @@ uint64_t ExploreAll(const Partition& partition,
   const MemoryCharge of_graphs(budget,
                                graph.SizeBytes() + regions.Graph().SizeBytes(),
                                "the doorways of the building");
-  const size_t at_once = CellsAtOnce(regions, budget);
-  const MemoryCharge of_floods(budget,
-                               at_once * BeamFlood::MostBytes(regions),
-                               "looking through the doorways");
+  const uint64_t bytes_each = ExplorationBytes(count, regions);
+  const size_t at_once = CellsAtOnce(bytes_each, budget);
+  const MemoryCharge of_floods(
+      budget, at_once * bytes_each, "looking through the doorways");
   uint64_t spent = 0;
   for (size_t first = 0; first < count; first += at_once) {
     std::vector<Exploration> batch(std::min(at_once, count - first));

@@ -10,6 +10,7 @@
 #include "base/ids.h"
 #include "base/memory.h"
 #include "partition/partition.h"
+#include "visibility/cell_part.h"
 
 #include <cstdint>
 #include <functional>
@@ -23,10 +24,13 @@ struct VisibleCell {
   // The cells that a ray between receiver and source can pass, both ends
   // included, ascending: where its blockers are.
   std::vector<CellId> between;
+  // What a ray between receiver and source can meet of each.
+  CellPart of_receiver = {};
+  CellPart of_source = {};
 };
 
 // Of one receiver cell: ascending by source, itself included. Symmetric: if A
-// sees B then B sees A, with the same `between`.
+// sees B then B sees A, with the same `between` and the same parts.
 using VisibleSet = std::vector<VisibleCell>;
 
 // What it takes in memory.

@@ -116,7 +116,8 @@ TEST(ErrorControl, ThePredictionIsBelievedWhereRaysAreNotSure) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 0.07, 10)};
   const double predicted = state.rounds[1].estimated_error;
-  TakeResidual({0, 1}, &state);
+  TakeResidual({0, 1, 1.5}, &state);
+  EXPECT_EQ(state.rounds[1].most_by_rays, 1.5);
   EXPECT_NEAR(state.rounds[1].estimated_error, predicted, 0.05 * predicted);
   TakeResidual({0, 0.01}, &state);
   EXPECT_NEAR(state.rounds[1].estimated_error, 0.01, 1e-12);

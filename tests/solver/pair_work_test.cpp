@@ -86,6 +86,56 @@ TEST(PairWork, AreNextToNoneBetweenCellsThatHardlySeeEachOther) {
   EXPECT_LE(items(far), 1U);
 }
 
+Vec3f MiddleOf(const PatchGeometry& p) {
+  return p.origin + (p.u + p.v) * 0.5F;
+}
+
+// The parts end just before, or behind, the edges of patches.
+TEST(PairWork, LinksWhatSeesEachOtherAlone) {
+  const RefineOptions options = {.tau = 0.01, .tau_weak = 1e-9};
+  const Basis basis(2);
+  const Scenery scenery({});
+  const BrightCell floor(0, basis, Tiled(Floor(), 4));
+  const BrightCell ceiling(1, basis, Tiled(Ceiling(0.7), 4));
+  RefineSide receiver = floor.Side();
+  RefineSide source = ceiling.Side();
+  std::vector<RawLink> expected;
+  for (const RawLinks& item :
+       RefineAll(options, receiver, source, scenery.All())) {
+    for (const RawLink& link : item.links) {
+      if (MiddleOf(floor.Geometry()[link.receiver_patch]).x < 0.5F &&
+          MiddleOf(ceiling.Geometry()[link.source_patch]).y > 0.5F) {
+        expected.push_back(link);
+        expected.back().shape_index = 0;  // it counts the shapes of all links
+      }
+    }
+  }
+  ASSERT_GE(expected.size(), 64U) << "each of 8 patches from each of 8";
+  receiver.part.high.x = 0.499F;
+  source.part.low.y = 0.501F;
+  size_t count = 0;
+  for (const RawLinks& item :
+       RefineAll(options, receiver, source, scenery.All())) {
+    for (RawLink link : item.links) {
+      ASSERT_LT(count, expected.size());
+      link.shape_index = 0;
+      test::ExpectSame(link, expected[count]);
+      ++count;
+    }
+  }
+  EXPECT_EQ(count, expected.size());
+}
+
+TEST(PairWork, IsNoneWhereNothingOfACellCanBeSeen) {
+  const Basis basis(2);
+  const BrightCell floor(0, basis, Tiled(Floor(), 4));
+  const BrightCell ceiling(1, basis, Tiled(Ceiling(0.7), 4));
+  RefineSide source = ceiling.Side();
+  source.part.high.z = 0.6F;
+  EXPECT_FALSE(PairWork({}, floor.Side(), ceiling.Side()).Items().empty());
+  EXPECT_TRUE(PairWork({}, floor.Side(), source).Items().empty());
+}
+
 // A million pairs, of which two or three are looked at.
 TEST(PairWork, OfFarCellsAreRightOnTheAverage) {
   const Basis basis(2);

@@ -47,8 +47,12 @@ class BrightCell {
 
   // By what it sends now, with these patches as groups.
   [[nodiscard]] RefineSide Side(const SourceGroups* groups = nullptr) const {
-    RefineSide side{
-        CellId(id_), geometry_, &tree_, &clusters_, groups, {}, weights_};
+    RefineSide side{.id = CellId(id_),
+                    .patches = geometry_,
+                    .tree = &tree_,
+                    .clusters = &clusters_,
+                    .groups = groups,
+                    .weights = weights_};
     side.sent = &sent_.emplace_back(WeighSource(side));
     return side;
   }

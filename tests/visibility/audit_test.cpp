@@ -123,6 +123,22 @@ TEST(Audit, ReportsPairsThatTheSetsLack) {
   }
 }
 
+// The sets of rooms whose doors are half as wide as they are.
+TEST(Audit, ReportsPartsThatTheSetsLack) {
+  Row row;
+  BuildRow(4, row);
+  Partition narrow = row.partition;
+  for (Portal& door : narrow.portals) {
+    for (Point3& p : door.vertices) {
+      p.y = 1 + (p.y - 1) / 2;
+    }
+  }
+  BuildSets(narrow, row.store);
+  const AuditSummary found = AuditOf(row.store, 200000, kRoomy);
+  EXPECT_EQ(found.conservative_pairs, 16U);
+  EXPECT_GT(found.audit_missed, 50U);
+}
+
 // Two cells, one upon the other with z = 0 between them, that do not see each
 // other by their sets: a floor `depth` below and a ceiling.
 uint64_t MissedFromBelow(double depth) {

@@ -3,6 +3,7 @@
 #include "visibility/set_agreement.h"
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -13,6 +14,28 @@ namespace {
 // An upright rectangle across x, one metre high.
 std::vector<Point3> Across(double x, double y0, double y1) {
   return {{x, y0, 0}, {x, y1, 0}, {x, y1, 1}, {x, y0, 1}};
+}
+
+// A cell from x0 to x1, as high as the doors and wider than all of them.
+Box3 Between(double x0, double x1) {
+  return {{x0, -10, 0}, {x1, 20, 1}};
+}
+
+// What is seen out of cell 0 of so many cells.
+ReachedParts SeenOf(const Regions& regions, std::vector<Box3> bounds) {
+  const RegionGraph graph(bounds.size(), regions);
+  ReachedParts reached(std::move(bounds));
+  BeamFlood flood(graph);
+  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), &reached));
+  return reached;
+}
+
+std::vector<bool> CellsOf(const ReachedParts& reached, size_t cells) {
+  std::vector<bool> seen;
+  for (size_t i = 0; i < cells; ++i) {
+    seen.push_back(reached.Holds(CellId(i)));
+  }
+  return seen;
 }
 
 // Cell 0, a cell 1 of two regions with a wall between them that is open from
@@ -26,11 +49,8 @@ std::vector<bool> SeenFromCell0(double gap) {
   open(0, Across(1, 0, 1));
   open(1, Across(2, gap, 3));
   open(2, Across(3, 0, 1));
-  const RegionGraph graph(3, regions);
-  std::vector<bool> reached(3);
-  BeamFlood flood(graph);
-  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
-  return reached;
+  return CellsOf(SeenOf(regions, {Between(0, 1), Between(1, 3), Between(3, 4)}),
+                 3);
 }
 
 // A line from a door, past the wall, rises out of reach of the other door.
@@ -47,11 +67,13 @@ TEST(BeamFlood, MillimetresDecide) {
 }
 
 // A row of cells behind each other with a door at x = 1, 2, ... between them.
-std::vector<bool> SeenAlong(const std::vector<std::array<double, 2>>& doors) {
-  const size_t cells = doors.size() + 1;
+ReachedParts PartsAlong(const std::vector<std::array<double, 2>>& doors) {
   Regions regions;
-  for (size_t i = 0; i < cells; ++i) {
+  std::vector<Box3> bounds;
+  for (size_t i = 0; i <= doors.size(); ++i) {
     regions.cell_of.emplace_back(i);
+    bounds.push_back(
+        Between(static_cast<double>(i), static_cast<double>(i) + 1));
   }
   for (size_t i = 0; i < doors.size(); ++i) {
     regions.openings.push_back(
@@ -59,11 +81,11 @@ std::vector<bool> SeenAlong(const std::vector<std::array<double, 2>>& doors) {
          CellId(i),
          Across(static_cast<double>(i) + 1, doors[i][0], doors[i][1])});
   }
-  const RegionGraph graph(cells, regions);
-  std::vector<bool> reached(cells);
-  BeamFlood flood(graph);
-  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
-  return reached;
+  return SeenOf(regions, std::move(bounds));
+}
+
+std::vector<bool> SeenAlong(const std::vector<std::array<double, 2>>& doors) {
+  return CellsOf(PartsAlong(doors), doors.size() + 1);
 }
 
 // The second and the third door let lines through that rise by 0.9 to 1 a
@@ -80,8 +102,11 @@ TEST(BeamFlood, HoldsALineToEveryDoorItHasPassed) {
 std::vector<bool> SeenByTwoWays(double y0, double y1) {
   constexpr size_t kCells = 6;
   Regions regions;
+  std::vector<Box3> bounds;
   for (size_t i = 0; i < kCells; ++i) {
     regions.cell_of.emplace_back(i);
+    bounds.push_back(
+        Between(static_cast<double>(i), static_cast<double>(i) + 1));
   }
   const auto open =
       [&](uint32_t from, uint32_t to, double x, double low, double high) {
@@ -94,11 +119,7 @@ std::vector<bool> SeenByTwoWays(double y0, double y1) {
   open(2, 3, 3, 1.9, 2);
   open(3, 4, 4, 2.3, 2.5);
   open(4, 5, 5, 2.6, 3);
-  const RegionGraph graph(kCells, regions);
-  std::vector<bool> reached(kCells);
-  BeamFlood flood(graph);
-  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
-  return reached;
+  return CellsOf(SeenOf(regions, std::move(bounds)), kCells);
 }
 
 // What is known of the one way does not hold for the other.
@@ -120,11 +141,44 @@ TEST(BeamFlood, PassesAPlaneOnce) {
   regions.cell_of = {CellId(0U), CellId(1U), CellId(2U)};
   regions.openings.push_back({CellId(1U), CellId(0U), Across(1, 0, 1)});
   regions.openings.push_back({CellId(1U), CellId(2U), Across(1, 1, 2)});
-  const RegionGraph graph(3, regions);
-  std::vector<bool> reached(3);
-  BeamFlood flood(graph);
-  EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), reached));
-  EXPECT_EQ(reached, (std::vector<bool>{false, true, false}));
+  EXPECT_EQ(
+      CellsOf(SeenOf(regions, {Between(0, 1), Between(1, 2), Between(0, 1)}),
+              3),
+      (std::vector<bool>{false, true, false}));
+}
+
+// Doors at x = 1, 2 and 3 from y = 0 to 1: of the lines through the first and
+// the last one the steepest rise, or fall, by a half a metre.
+TEST(BeamFlood, TellsWhatPartOfACellIsSeen) {
+  constexpr double kTolerance = 2e-3;  // of every door, times what it spreads
+  const ReachedParts parts = PartsAlong({{0, 1}, {0, 1}, {0, 1}});
+  const auto expect_rises_to = [&](uint32_t cell, double rise) {
+    const Box3& part = parts.Of(CellId(cell));
+    EXPECT_NEAR(part.low.y, -rise, kTolerance) << cell;
+    EXPECT_NEAR(part.high.y, 1 + rise, kTolerance) << cell;
+    EXPECT_LE(part.low.y, -rise) << "nothing is left out";
+    EXPECT_GE(part.high.y, 1 + rise) << "nothing is left out";
+    EXPECT_NEAR(part.low.x, cell, kTolerance);
+    EXPECT_EQ(part.high.x, cell + 1.0);
+  };
+  EXPECT_EQ(parts.Of(CellId(1U)).high.y, 20) << "all of the next cell";
+  expect_rises_to(2, 1);
+  expect_rises_to(3, 0.5);
+}
+
+// It lies beside what comes through the door.
+TEST(BeamFlood, ACellWithoutAPartIsNotReached) {
+  Regions regions;
+  regions.cell_of = {CellId(0U), CellId(1U), CellId(2U)};
+  regions.openings.push_back({CellId(1U), CellId(0U), Across(1, 0, 1)});
+  regions.openings.push_back({CellId(2U), CellId(1U), Across(2, 0, 1)});
+  const auto is_reached = [&](double y) {
+    return SeenOf(regions,
+                  {Between(0, 1), Between(1, 2), {{2, y, 0}, {3, y + 1, 1}}})
+        .Holds(CellId(2U));
+  };
+  EXPECT_TRUE(is_reached(1.9));
+  EXPECT_FALSE(is_reached(2.1));
 }
 
 TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
@@ -153,6 +207,8 @@ TEST(VisibleSetBlock, ComesBackAsItWent) {
   VisibleSet set;
   for (uint32_t i = 0; i < 20; ++i) {
     VisibleCell visible{CellId(3 * i), {}};
+    visible.of_receiver.low[i % 3] = static_cast<uint8_t>(i);
+    visible.of_source.high[i % 3] = static_cast<uint8_t>(200 + i);
     for (uint32_t k = 0; k < 20; k += 1 + i % 3) {
       visible.between.emplace_back(3 * k);
     }
@@ -166,6 +222,8 @@ TEST(VisibleSetBlock, ComesBackAsItWent) {
   for (size_t i = 0; i < set.size(); ++i) {
     EXPECT_EQ(back[i].source, set[i].source);
     EXPECT_EQ(back[i].between, set[i].between);
+    EXPECT_EQ(back[i].of_receiver, set[i].of_receiver);
+    EXPECT_EQ(back[i].of_source, set[i].of_source);
     EXPECT_EQ(back[i].between.capacity(), back[i].between.size());
   }
 }

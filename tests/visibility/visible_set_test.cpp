@@ -124,8 +124,14 @@ Partition PartitionOf(const Maze& maze, bool turned) {
   return partition;
 }
 
-// Cells along a ray from a random point of the maze until a wall stops it.
-std::vector<CellId> RandomWalk(const Maze& maze, Random& random) {
+// Cells along a ray from a random point of the maze until a wall stops it, and
+// where it comes into each.
+struct Walk {
+  std::vector<CellId> cells;
+  std::vector<Point3> points;  // of the maze before it was turned
+};
+
+Walk RandomWalk(const Maze& maze, Random& random) {
   std::array<int, 3> at{};
   std::array<double, 3> p{};
   std::array<double, 3> d{};
@@ -135,7 +141,7 @@ std::vector<CellId> RandomWalk(const Maze& maze, Random& random) {
     p[k] = at[k] + random.Next();
     d[k] = 2 * random.Next() - 1;
   }
-  std::vector<CellId> cells = {CellId(maze.cell_of_box[maze.Box(at)])};
+  Walk walk = {{CellId(maze.cell_of_box[maze.Box(at)])}, {{p[0], p[1], p[2]}}};
   while (true) {
     size_t axis = 0;
     double least = 1e30;
@@ -149,7 +155,7 @@ std::vector<CellId> RandomWalk(const Maze& maze, Random& random) {
     std::array<int, 3> next = at;
     next[axis] += d[axis] > 0 ? 1 : -1;
     if (!maze.Has(next)) {
-      return cells;
+      return walk;
     }
     for (size_t k = 0; k < 3; ++k) {
       p[k] += d[k] * least;
@@ -163,9 +169,10 @@ std::vector<CellId> RandomWalk(const Maze& maze, Random& random) {
       const double s = p[j] - lower[j];
       const double t = p[k] - lower[k];
       if (s < o.s0 || s > o.s1 || t < o.t0 || t > o.t1) {
-        return cells;
+        return walk;
       }
-      cells.emplace_back(cell);
+      walk.cells.emplace_back(cell);
+      walk.points.push_back({p[0], p[1], p[2]});
     }
     at = next;
   }
@@ -206,7 +213,7 @@ size_t ExpectNoWalkMissed(const Maze& maze,
   size_t pairs = 0;
   for (int i = 0; i < walks; ++i) {
     Random random(static_cast<uint64_t>(i));
-    const std::vector<CellId> cells = RandomWalk(maze, random);
+    const std::vector<CellId> cells = RandomWalk(maze, random).cells;
     for (size_t k = 0; k < cells.size(); ++k) {
       const VisibleCell* pair = Find(sets[cells[0].Index()], cells[k]);
       EXPECT_NE(pair, nullptr) << "walk " << i;
@@ -360,6 +367,41 @@ TEST_P(Mazes, SpentBudgetIsConservativeAndReported) {
   EXPECT_GE(PairCount(few_steps), PairCount(all_steps));
 }
 
+// Of the two ends of a ray, neither lies outside of what the other's cell sees;
+// and what it sees is not everything.
+TEST_P(Mazes, PartsHoldBothEndsOfEveryWalk) {
+  constexpr int kWalksOfParts = 20000;
+  const Maze maze = RandomMaze(23, {8, 8, 2});
+  const Partition partition = PartitionOf(maze, GetParam());
+  MapStorage store;
+  const auto sets = Build(partition, store);
+  for (int i = 0; i < kWalksOfParts; ++i) {
+    Random random(static_cast<uint64_t>(i));
+    const Walk walk = RandomWalk(maze, random);
+    const CellId first = walk.cells[0];
+    for (size_t k = 1; k < walk.cells.size(); ++k) {
+      const CellId last = walk.cells[k];
+      const VisibleCell* pair = Find(sets[first.Index()], last);
+      ASSERT_NE(pair, nullptr);
+      EXPECT_TRUE(
+          BoxOf(partition.cells[first.Index()].bounds, pair->of_receiver)
+              .Contains(Place(walk.points[0], GetParam())))
+          << "walk " << i;
+      EXPECT_TRUE(BoxOf(partition.cells[last.Index()].bounds, pair->of_source)
+                      .Contains(Place(walk.points[k], GetParam())))
+          << "walk " << i;
+    }
+  }
+  size_t parts = 0;
+  for (const VisibleSet& set : sets) {
+    parts += static_cast<size_t>(
+        std::count_if(set.begin(), set.end(), [](const VisibleCell& v) {
+          return v.of_source != CellPart{};
+        }));
+  }
+  EXPECT_GT(parts, PairCount(sets) / 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(AxisParallelAndTurned, Mazes, ::testing::Bool());
 
 TEST(VisibleSet, IsSymmetricAndEveryCellSeesItself) {
@@ -376,6 +418,8 @@ TEST(VisibleSet, IsSymmetricAndEveryCellSeesItself) {
       const VisibleCell* back = Find(sets[v.source.Index()], CellId(a));
       ASSERT_NE(back, nullptr);
       EXPECT_EQ(back->between, v.between);
+      EXPECT_EQ(back->of_source, v.of_receiver);
+      EXPECT_EQ(back->of_receiver, v.of_source);
     }
   }
   EXPECT_EQ(LoadVisibilitySummary(store).visible_pairs, PairCount(sets));
