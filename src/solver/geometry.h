@@ -69,6 +69,12 @@ struct Box {
     return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   }
 
+  // Of everything that is within kFar.
+  [[nodiscard]] bool IsEverything() const {
+    return low.x <= -kFar && low.y <= -kFar && low.z <= -kFar &&
+           high.x >= kFar && high.y >= kFar && high.z >= kFar;
+  }
+
   void Add(Vec3f p) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {

@@ -45,7 +45,9 @@ Refiner::Refiner(PairWork work,
       blockers_(&blockers),
       basis_(receiver_.tree->Shape().basis),
       shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
-      constant_basis_(receiver_.tree->Shape().NodeStride() == 1) {
+      constant_basis_(receiver_.tree->Shape().NodeStride() == 1),
+      is_partial_(!receiver_.part.IsEverything() ||
+                  !source_.part.IsEverything()) {
   source_.tree = &source_tree;
 }
 

@@ -157,8 +157,8 @@ class Refiner {
 
   // Whether both lie in what their cells see of each other.
   [[nodiscard]] bool MaySee(const Receiver& r, const Source& s) const {
-    return ReachesInto(r.end, receiver_.part) &&
-           ReachesInto(s.end, source_.part);
+    return !is_partial_ || (ReachesInto(r.end, receiver_.part) &&
+                            ReachesInto(s.end, source_.part));
   }
 
   [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
@@ -309,6 +309,7 @@ class Refiner {
   const Basis* basis_;
   float shadows_;  // weight of unknown occlusion; more in higher orders
   bool constant_basis_;
+  bool is_partial_;  // the cells see parts of each other
 };
 
 }  // namespace enfilade
