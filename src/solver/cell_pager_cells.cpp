@@ -1,5 +1,6 @@
 // The part of the pager that makes things of cells, or reads them.
 
+#include "base/check.h"
 #include "partition/patch.h"
 #include "solver/cell_delta.h"
 #include "solver/cell_pager.h"

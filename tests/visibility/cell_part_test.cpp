@@ -17,8 +17,8 @@ TEST(CellPart, HoldsItsBoxAndLittleMore) {
     Box3 box;
     for (int k = 0; k < 2; ++k) {
       box.Include(Point3{-3 + 10 * random.Next(),
-                   10 + 100 * random.Next(),
-                   2.55 * random.Next()});
+                         10 + 100 * random.Next(),
+                         2.55 * random.Next()});
     }
     const Box3 back = BoxOf(kBounds, PartOf(kBounds, box));
     for (size_t axis = 0; axis < 3; ++axis) {
