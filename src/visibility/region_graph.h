@@ -41,6 +41,6 @@ class RegionGraph {
 // to take too many tests.
 std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways);
 
-Box3 BoundsOf(const DoorwayGroup& doorways);
+Box3 BoundsOf(const DoorwayGroup& group);
 
 }  // namespace enfilade
