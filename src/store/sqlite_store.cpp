@@ -5,18 +5,16 @@
 #include "store/block_catalogue.h"
 #include "store/frame_codec.h"
 #include "store/sqlite_db.h"
+#include "store/store_database.h"
 #include "store/store_files.h"
 #include "store/write_lock.h"
 
 #include <atomic>
-#include <cerrno>
 #include <mutex>
 #include <system_error>
 #include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace enfilade {
 namespace {
@@ -27,7 +25,6 @@ using internal::BlockEntry;
 using internal::Database;
 using internal::FrameCodec;
 using internal::KeyPrefix;
-using internal::OpenMode;
 using internal::WriteLock;
 
 // How many keys are listed or erased at a time: bounds the memory of a walk.
@@ -317,153 +314,28 @@ uint64_t SqliteStore::FileBytes() const {
   return bytes;
 }
 
-// Settings of a connection; page size and journal mode belong to the file.
-void Configure(Database& database) {
-  database.Execute(
-      "PRAGMA mmap_size = 0;"
-      "PRAGMA cache_size = -2048;"  // KiB
-      "PRAGMA cache_spill = ON;"
-      "PRAGMA secure_delete = OFF;"
-      "PRAGMA cell_size_check = ON;"
-      "PRAGMA trusted_schema = OFF;"
-      // Every commit reaches the disk: they are seconds apart.
-      "PRAGMA synchronous = FULL;"
-      "PRAGMA wal_autocheckpoint = 512;"         // pages: 16 MiB
-      "PRAGMA journal_size_limit = 67108864;");  // bytes kept for reuse
-}
-
-void CreateSchema(Database& database) {
-  database.Execute("BEGIN IMMEDIATE");
-  database.Execute(fmt::format("PRAGMA application_id = {};"
-                               "PRAGMA user_version = {};",
-                               internal::kApplicationId,
-                               internal::kFormatVersion)
-                       .c_str());
-  internal::CreateTables(database);
-  database.Execute("COMMIT");
-}
-
-// Makes an empty file, or throws DiskError if the path is taken.
-void CreateFile(const std::filesystem::path& path) {
-  const int file =
-      open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (file < 0) {
-    const int error = errno;
-    throw DiskError(
-        error == EEXIST
-            ? fmt::format("{}: exists already; name another store, resume this "
-                          "one or delete it",
-                          path.string())
-            : fmt::format("{}: cannot create the store: {}",
-                          path.string(),
-                          std::generic_category().message(error)));
-  }
-  close(file);
-}
-
-void CheckFormat(Database& database, const std::filesystem::path& path) {
-  int64_t application = 0;
-  int64_t version = 0;
-  try {
-    application = database.QueryInteger("PRAGMA application_id");
-    version = database.QueryInteger("PRAGMA user_version");
-  } catch (const DamagedStoreError& error) {
-    throw DamagedStoreError(
-        fmt::format("{} (or it never was a store)", error.what()));
-  }
-  if (application != internal::kApplicationId) {
-    throw InputError(fmt::format(
-        "{}: is not an Enfilade store; name a file that 'enfilade solve' made",
-        path.string()));
-  }
-  if (version != internal::kFormatVersion) {
-    throw InputError(
-        fmt::format("{}: the store has format {}, this program reads format "
-                    "{}; use the program that wrote it, or solve again",
-                    path.string(),
-                    version,
-                    internal::kFormatVersion));
-  }
-}
-
-void CheckIsFile(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw DiskError(fmt::format("{}: there is no such store", path.string()));
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw InputError(fmt::format("{}: is not a file", path.string()));
-  }
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) {
-    throw DiskError(fmt::format("{}: {}", path.string(), error.message()));
-  }
-  if (size == 0) {
-    throw InputError(
-        fmt::format("{}: the file is empty, not an Enfilade store; delete it "
-                    "and solve the scene again",
-                    path.string()));
-  }
-}
-
-// Readers take part in the journal's locking where they may write beside the
-// store; on a read-only medium nobody writes, unless a journal was left.
-OpenMode ReadMode(const std::filesystem::path& path) {
-  const auto folder = std::filesystem::absolute(path).parent_path();
-  if (access(path.c_str(), W_OK) == 0 && access(folder.c_str(), W_OK) == 0) {
-    return OpenMode::kReadWrite;
-  }
-  return std::filesystem::exists(Beside(path, "-wal"))
-             ? OpenMode::kReadOnly
-             : OpenMode::kReadOnlyFrozen;
-}
-
 }  // namespace
 
 std::unique_ptr<BlockStorage> CreateStore(const std::filesystem::path& path) {
-  Parts parts{path, StoreAccess::kWrite, nullptr, nullptr};
-  parts.lock = std::make_unique<WriteLock>(path);
-  CreateFile(path);
-  internal::RemoveJournals(path);
-  parts.database = std::make_unique<Database>(path, OpenMode::kReadWrite);
-  parts.database->Execute("PRAGMA page_size = 32768");
-  Configure(*parts.database);
-  parts.database->Execute("PRAGMA journal_mode = WAL");
-  CreateSchema(*parts.database);
-  parts.database->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
-  return std::make_unique<SqliteStore>(std::move(parts));
+  auto lock = std::make_unique<WriteLock>(path);
+  auto database = internal::CreateDatabase(path);
+  return std::make_unique<SqliteStore>(
+      Parts{path, StoreAccess::kWrite, std::move(lock), std::move(database)});
 }
 
 std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
                                         StoreAccess access) {
-  CheckIsFile(path);
-  Parts parts{path, access, nullptr, nullptr};
-  if (access == StoreAccess::kWrite) {
-    parts.lock = std::make_unique<WriteLock>(path);
-  }
-  parts.database = std::make_unique<Database>(
-      path,
-      access == StoreAccess::kWrite ? OpenMode::kReadWrite : ReadMode(path));
-  CheckFormat(*parts.database, path);
-  Configure(*parts.database);
-  if (access == StoreAccess::kRead) {
-    // One snapshot for the whole life of the reader.
-    parts.database->Execute("PRAGMA query_only = ON; BEGIN");
-    static_cast<void>(
-        parts.database->QueryInteger("SELECT count(*) FROM digest"));
-  }
-  return std::make_unique<SqliteStore>(std::move(parts));
+  internal::RequireFile(path);
+  auto lock = access == StoreAccess::kWrite ? std::make_unique<WriteLock>(path)
+                                            : nullptr;
+  auto database = internal::OpenDatabase(path, access);
+  return std::make_unique<SqliteStore>(
+      Parts{path, access, std::move(lock), std::move(database)});
 }
 
 std::unique_ptr<BlockStorage> CreateStoreInMemory() {
-  Parts parts{{}, StoreAccess::kWrite, nullptr, nullptr};
-  parts.database =
-      std::make_unique<Database>(std::filesystem::path(), OpenMode::kMemory);
-  Configure(*parts.database);
-  parts.database->Execute("PRAGMA journal_mode = MEMORY");
-  CreateSchema(*parts.database);
-  return std::make_unique<SqliteStore>(std::move(parts));
+  return std::make_unique<SqliteStore>(Parts{
+      {}, StoreAccess::kWrite, nullptr, internal::CreateDatabaseInMemory()});
 }
 
 }  // namespace enfilade

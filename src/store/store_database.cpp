@@ -1,0 +1,158 @@
+#include "store/store_database.h"
+
+#include "base/error.h"
+#include "store/block_catalogue.h"
+#include "store/store_files.h"
+
+#include <cerrno>
+#include <cstdint>
+#include <system_error>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace enfilade::internal {
+namespace {
+
+// Settings of a connection; page size and journal mode belong to the file.
+void Configure(Database& database) {
+  database.Execute(
+      "PRAGMA mmap_size = 0;"
+      "PRAGMA cache_size = -2048;"  // KiB
+      "PRAGMA cache_spill = ON;"
+      "PRAGMA secure_delete = OFF;"
+      "PRAGMA cell_size_check = ON;"
+      "PRAGMA trusted_schema = OFF;"
+      // Every commit reaches the disk: they are seconds apart.
+      "PRAGMA synchronous = FULL;"
+      "PRAGMA wal_autocheckpoint = 512;"         // pages: 16 MiB
+      "PRAGMA journal_size_limit = 67108864;");  // bytes kept for reuse
+}
+
+void CreateSchema(Database& database) {
+  database.Execute("BEGIN IMMEDIATE");
+  database.Execute(fmt::format("PRAGMA application_id = {};"
+                               "PRAGMA user_version = {};",
+                               kApplicationId,
+                               kFormatVersion)
+                       .c_str());
+  CreateTables(database);
+  database.Execute("COMMIT");
+}
+
+// Makes an empty file, or throws DiskError if the path is taken.
+void CreateFile(const std::filesystem::path& path) {
+  const int file =
+      open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (file < 0) {
+    const int error = errno;
+    throw DiskError(
+        error == EEXIST
+            ? fmt::format("{}: exists already; name another store, resume this "
+                          "one or delete it",
+                          path.string())
+            : fmt::format("{}: cannot create the store: {}",
+                          path.string(),
+                          std::generic_category().message(error)));
+  }
+  close(file);
+}
+
+void CheckFormat(Database& database, const std::filesystem::path& path) {
+  int64_t application = 0;
+  int64_t version = 0;
+  try {
+    application = database.QueryInteger("PRAGMA application_id");
+    version = database.QueryInteger("PRAGMA user_version");
+  } catch (const DamagedStoreError& error) {
+    throw DamagedStoreError(
+        fmt::format("{} (or it never was a store)", error.what()));
+  }
+  if (application != kApplicationId) {
+    throw InputError(fmt::format(
+        "{}: is not an Enfilade store; name a file that 'enfilade solve' made",
+        path.string()));
+  }
+  if (version != kFormatVersion) {
+    throw InputError(
+        fmt::format("{}: the store has format {}, this program reads format "
+                    "{}; use the program that wrote it, or solve again",
+                    path.string(),
+                    version,
+                    kFormatVersion));
+  }
+}
+
+// Readers take part in the journal's locking where they may write beside the
+// store; on a read-only medium nobody writes, unless a journal was left.
+OpenMode ReadMode(const std::filesystem::path& path) {
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (access(path.c_str(), W_OK) == 0 && access(folder.c_str(), W_OK) == 0) {
+    return OpenMode::kReadWrite;
+  }
+  return std::filesystem::exists(Beside(path, "-wal"))
+             ? OpenMode::kReadOnly
+             : OpenMode::kReadOnlyFrozen;
+}
+
+}  // namespace
+
+void RequireFile(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    throw DiskError(fmt::format("{}: there is no such store", path.string()));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw InputError(fmt::format("{}: is not a file", path.string()));
+  }
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) {
+    throw DiskError(fmt::format("{}: {}", path.string(), error.message()));
+  }
+  if (size == 0) {
+    throw InputError(
+        fmt::format("{}: the file is empty, not an Enfilade store; delete it "
+                    "and solve the scene again",
+                    path.string()));
+  }
+}
+
+std::unique_ptr<Database> CreateDatabase(const std::filesystem::path& path) {
+  CreateFile(path);
+  RemoveJournals(path);
+  auto database = std::make_unique<Database>(path, OpenMode::kReadWrite);
+  database->Execute("PRAGMA page_size = 32768");
+  Configure(*database);
+  database->Execute("PRAGMA journal_mode = WAL");
+  CreateSchema(*database);
+  database->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  return database;
+}
+
+std::unique_ptr<Database> OpenDatabase(const std::filesystem::path& path,
+                                       StoreAccess access) {
+  auto database = std::make_unique<Database>(
+      path,
+      access == StoreAccess::kWrite ? OpenMode::kReadWrite : ReadMode(path));
+  CheckFormat(*database, path);
+  Configure(*database);
+  if (access == StoreAccess::kRead) {
+    // One snapshot for the whole life of the reader.
+    database->Execute("PRAGMA query_only = ON; BEGIN");
+    static_cast<void>(database->QueryInteger("SELECT count(*) FROM digest"));
+  }
+  return database;
+}
+
+std::unique_ptr<Database> CreateDatabaseInMemory() {
+  auto database =
+      std::make_unique<Database>(std::filesystem::path(), OpenMode::kMemory);
+  Configure(*database);
+  database->Execute("PRAGMA journal_mode = MEMORY");
+  CreateSchema(*database);
+  return database;
+}
+
+}  // namespace enfilade::internal
