@@ -1,218 +1,28 @@
-// Each ray keeps the nearest hit on a front (a side whose normal faces the ray)
-// and the nearest hit on a back over all chunks. A chunk's answer does not
-// depend on what the ray met before, and answers are combined by (distance,
-// cell, patch), so results do not depend on which chunks were in memory.
+// Chunks are paged in as rays want them. Answers of chunks are combined in a
+// way that does not depend on which of them were in memory (loaded_chunk.h).
 
 #include "visibility/ray_tracer.h"
 
 #include "base/check.h"
 #include "base/parallel.h"
 #include "visibility/embree.h"
+#include "visibility/loaded_chunk.h"
 #include "visibility/trace_chunk.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
-#include <tuple>
-
-#include <embree3/rtcore.h>
+#include <iterator>
+#include <utility>
 
 namespace enfilade {
 namespace {
 
-constexpr double kFar = std::numeric_limits<double>::infinity();
-
-// Two sides of one wall are at most this far apart, measured along their
-// normal: their vertices were rounded each for itself (trace_chunk.h).
-constexpr double kSameWallMetres = 5e-5;
-constexpr double kSameNormal = 0.999;
-
 // Chunk boxes are enlarged by this for the rounding of their vertices.
 constexpr double kBoxMarginMetres = 1e-3;
-
-// Error of a distance in a chunk, generously.
-constexpr double kSlackMetres = 1e-5;
 
 constexpr size_t kRaysPerTask = 256;
 constexpr size_t kLeastBatch = 4096;
 constexpr size_t kMostBatch = 1U << 20;
-
-struct SideHit {
-  double distance = kFar;
-  CellId cell;
-  PatchId patch;
-  float a = 0, b = 0;
-  std::array<float, 3> normal{};  // of the patch, not normalised
-
-  [[nodiscard]] auto Order() const {
-    return std::make_tuple(distance, cell.value, patch.value);
-  }
-};
-
-// What a ray has met so far.
-struct RayState {
-  SideHit front;
-  SideHit back;
-};
-
-double CosineTo(const std::array<float, 3>& n, Vec3 d) {
-  const Vec3 normal{n[0], n[1], n[2]};
-  return Dot(normal, d) / (Length(normal) * Length(d));
-}
-
-// How far beyond a back, in lengths of d, the front of the same wall may lie.
-double BackSlack(const SideHit& back, Vec3 d) {
-  const double across = std::abs(CosineTo(back.normal, d)) * Length(d);
-  return kSameWallMetres / std::max(across, 1e-6);
-}
-
-bool IsSameWall(const SideHit& back, const SideHit& front, Vec3 d) {
-  const Vec3 n{front.normal[0], front.normal[1], front.normal[2]};
-  return front.distance - back.distance <= BackSlack(back, d) &&
-         std::abs(CosineTo(back.normal, n)) > kSameNormal;
-}
-
-TraceHit Resolve(const RayState& state, Vec3 d) {
-  const bool is_front = state.front.distance <= state.back.distance ||
-                        IsSameWall(state.back, state.front, d);
-  const SideHit& side = is_front ? state.front : state.back;
-  TraceHit hit;
-  hit.hit = side.distance < kFar;
-  if (hit.hit) {
-    hit.distance = side.distance;
-    hit.cell = side.cell;
-    hit.patch = side.patch;
-    hit.a = side.a;
-    hit.b = side.b;
-    hit.on_front = is_front;
-  }
-  return hit;
-}
-
-// Hit of Embree's that a filter has set aside.
-struct RawHit {
-  float distance = std::numeric_limits<float>::infinity();
-  float u = 0, v = 0;
-  std::array<float, 3> normal{};
-  uint32_t geometry = RTC_INVALID_GEOMETRY_ID;
-  uint32_t primitive = 0;
-};
-
-// What a query hands to its filter. Embree's struct comes first.
-struct QueryContext {
-  RTCIntersectContext embree{};
-  RawHit back;
-};
-
-// Rejects hits on backs and keeps the nearest of them: the query goes on to
-// the nearest front.
-void KeepBacks(const RTCFilterFunctionNArguments* args) {
-  ENFILADE_CHECK(args->N == 1, "rays come one by one, not {}", args->N);
-  if (args->valid[0] == 0) {
-    return;
-  }
-  const float nx = RTCHitN_Ng_x(args->hit, 1, 0);
-  const float ny = RTCHitN_Ng_y(args->hit, 1, 0);
-  const float nz = RTCHitN_Ng_z(args->hit, 1, 0);
-  const float facing = nx * RTCRayN_dir_x(args->ray, 1, 0) +
-                       ny * RTCRayN_dir_y(args->ray, 1, 0) +
-                       nz * RTCRayN_dir_z(args->ray, 1, 0);
-  if (facing <= 0) {
-    return;
-  }
-  args->valid[0] = 0;
-  // The context is the first member of a QueryContext.
-  RawHit& back = reinterpret_cast<QueryContext*>(args->context)->back;
-  const float distance = RTCRayN_tfar(args->ray, 1, 0);
-  const auto geometry = RTCHitN_geomID(args->hit, 1, 0);
-  const auto primitive = RTCHitN_primID(args->hit, 1, 0);
-  if (std::tie(distance, geometry, primitive) <
-      std::tie(back.distance, back.geometry, back.primitive)) {
-    back = {distance,
-            RTCHitN_u(args->hit, 1, 0),
-            RTCHitN_v(args->hit, 1, 0),
-            {nx, ny, nz},
-            geometry,
-            primitive};
-  }
-}
-
-}  // namespace
-
-// A chunk in memory. RayTracer::Impl holds it and is known elsewhere by name.
-struct LoadedChunk {
-  Point3 origin;
-  std::unique_ptr<EmbreeScene> scene;
-  std::array<std::vector<TracePrimitive>, 2> ids;  // by geometry
-  MemoryCharge charge;
-
-  [[nodiscard]] uint64_t Bytes() const {
-    return scene->Bytes() + charge.Bytes();
-  }
-};
-
-namespace {
-
-// Merges a chunk's hit, `start` being the ray's distance to where the query
-// began.
-void Merge(const LoadedChunk& chunk,
-           const RawHit& raw,
-           double start,
-           double max_distance,
-           SideHit& side) {
-  if (raw.geometry == RTC_INVALID_GEOMETRY_ID) {
-    return;
-  }
-  const TracePrimitive id = chunk.ids[raw.geometry][raw.primitive];
-  const SideHit candidate{
-      start + raw.distance, id.cell, id.patch, raw.u, raw.v, raw.normal};
-  if (candidate.distance <= max_distance && candidate.Order() < side.Order()) {
-    side = candidate;
-  }
-}
-
-// As far as the ray still has to look.
-double Reach(const TraceRay& ray, const RayState& state) {
-  double end = std::min(ray.max_distance, state.front.distance);
-  if (state.back.distance < kFar) {
-    end = std::min(end,
-                   state.back.distance + BackSlack(state.back, ray.direction));
-  }
-  return end;
-}
-
-// Traces one ray in one chunk from distance `start` on.
-void TraceInChunk(const LoadedChunk& chunk,
-                  const TraceRay& ray,
-                  double start,
-                  RayState& state) {
-  const Vec3 o = ray.origin + ray.direction * start - chunk.origin;
-  RTCRayHit query{};
-  query.ray.org_x = static_cast<float>(o.x);
-  query.ray.org_y = static_cast<float>(o.y);
-  query.ray.org_z = static_cast<float>(o.z);
-  query.ray.dir_x = static_cast<float>(ray.direction.x);
-  query.ray.dir_y = static_cast<float>(ray.direction.y);
-  query.ray.dir_z = static_cast<float>(ray.direction.z);
-  // A little farther than needed: rounding must not decide between chunks.
-  const double length = Reach(ray, state) - start;
-  query.ray.tfar = static_cast<float>(std::min(
-      length * (1 + 1e-6) + kSlackMetres / Length(ray.direction), 1e30));
-  query.ray.mask = ~0U;
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  QueryContext context;
-  rtcInitIntersectContext(&context.embree);
-  rtcIntersect1(chunk.scene->Handle(), &context.embree, &query);
-  const RawHit front{query.ray.tfar,
-                     query.hit.u,
-                     query.hit.v,
-                     {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z},
-                     query.hit.geomID,
-                     query.hit.primID};
-  Merge(chunk, front, start, ray.max_distance, state.front);
-  Merge(chunk, context.back, start, ray.max_distance, state.back);
-}
 
 // A ray prepared for tests against boxes.
 struct BoxRay {
@@ -228,7 +38,8 @@ struct BoxRay {
                invert(ray.direction.z)};
   }
 
-  // Distance at which the ray enters the box, or kFar if after `end` or never.
+  // Distance at which the ray enters the box, or kNoHitDistance if after `end`
+  // or never.
   [[nodiscard]] double Enter(const Box3& box, double end) const {
     double near = 0;
     double far = end;
@@ -241,7 +52,7 @@ struct BoxRay {
     if (near <= far) {
       return near;
     }
-    return kFar;
+    return kNoHitDistance;
   }
 };
 
@@ -295,7 +106,7 @@ bool RayTracer::Impl::IsWanted(size_t chunk,
                                std::span<const RayState> states) const {
   for (size_t i = 0; i < rays.size(); ++i) {
     if (BoxRay(rays[i]).Enter(table[chunk].bounds, Reach(rays[i], states[i])) <
-        kFar) {
+        kNoHitDistance) {
       return true;
     }
   }
@@ -325,22 +136,11 @@ void RayTracer::Impl::HoldResident(const std::vector<size_t>& keep,
 }
 
 void RayTracer::Impl::Load(size_t chunk, const std::vector<size_t>& keep) {
-  // Corners twice (read and in Embree), its tree and the ids.
-  const uint64_t expected = table[chunk].primitives * 256;
+  const uint64_t expected = LoadedChunk::LoadingBytes(table[chunk].primitives);
   EvictAllBut(keep, share_bytes - std::min(share_bytes, expected));
   HoldResident(keep, expected);
-  const MemoryCharge reading(
-      *budget, table[chunk].primitives * 112, "reading triangles");
-  TraceChunk content = LoadTraceChunk(*store, chunk);
-  auto loaded = std::make_unique<LoadedChunk>();
-  loaded->origin = content.origin;
-  loaded->charge =
-      MemoryCharge(*budget,
-                   table[chunk].primitives * sizeof(TracePrimitive),
-                   "patch numbers for ray tracing");
-  loaded->scene = device->Build(
-      content.quads, content.triangles, "a trace chunk", &KeepBacks);
-  loaded->ids = {std::move(content.quad_ids), std::move(content.triangle_ids)};
+  auto loaded = std::make_unique<LoadedChunk>(
+      *store, chunk, table[chunk].primitives, *device, *budget);
   loaded_bytes += loaded->Bytes();
   chunks[chunk] = std::move(loaded);
 }
@@ -362,7 +162,7 @@ std::vector<size_t> RayTracer::Impl::NextGroup(
   size_t taken = 0;
   for (; taken < remaining.size(); ++taken) {
     const size_t chunk = remaining[taken];
-    const uint64_t expected = table[chunk].primitives * 160;
+    const uint64_t expected = LoadedChunk::HeldBytes(table[chunk].primitives);
     uint64_t held = 0;
     for (const size_t c : group) {
       held += chunks[c]->Bytes();
@@ -390,7 +190,7 @@ void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
   const double reach = Reach(ray, state);
   for (const size_t chunk : group) {
     const double enter = box_ray.Enter(table[chunk].bounds, reach);
-    if (enter < kFar) {
+    if (enter < kNoHitDistance) {
       entries.emplace_back(enter, chunk);
     }
   }
@@ -399,7 +199,7 @@ void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
     if (enter > Reach(ray, state)) {
       break;
     }
-    TraceInChunk(*chunks[chunk], ray, enter, state);
+    chunks[chunk]->Trace(ray, enter, &state);
   }
 }
 

@@ -1,0 +1,83 @@
+// A trace chunk in memory, and what rays meet in it: the nearest hit on a front
+// (a side whose normal faces the ray) and the nearest hit on a back. A chunk's
+// answer does not depend on what the ray met before, and answers are combined
+// by (distance, cell, patch).
+
+#pragma once
+
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/vec.h"
+#include "visibility/embree.h"
+#include "visibility/ray_tracer.h"
+#include "visibility/trace_chunk.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+namespace enfilade {
+
+// Of a ray that meets nothing.
+inline constexpr double kNoHitDistance =
+    std::numeric_limits<double>::infinity();
+
+struct SideHit {
+  double distance = kNoHitDistance;
+  CellId cell;
+  PatchId patch;
+  float a = 0, b = 0;
+  std::array<float, 3> normal{};  // of the patch, not normalised
+
+  [[nodiscard]] auto Order() const {
+    return std::make_tuple(distance, cell.value, patch.value);
+  }
+};
+
+// What a ray has met so far.
+struct RayState {
+  SideHit front;
+  SideHit back;
+};
+
+// As far as the ray still has to look.
+double Reach(const TraceRay& ray, const RayState& state);
+
+// What a ray in direction `d` has met in the end: of a wall's two sides, which
+// lie in one place, the front.
+TraceHit Resolve(const RayState& state, Vec3 d);
+
+class LoadedChunk {
+ public:
+  // Charges the budget, reading included.
+  LoadedChunk(const BlockStorage& store,
+              size_t chunk,
+              size_t primitives,
+              EmbreeDevice& device,
+              MemoryBudget& budget);
+
+  // What a chunk of so many primitives takes, about: while it is read, and
+  // then.
+  static uint64_t LoadingBytes(uint64_t primitives) { return primitives * 256; }
+
+  static uint64_t HeldBytes(uint64_t primitives) { return primitives * 160; }
+
+  [[nodiscard]] uint64_t Bytes() const {
+    return scene_->Bytes() + charge_.Bytes();
+  }
+
+  // Traces a ray from distance `start` on. Thread-safe.
+  void Trace(const TraceRay& ray, double start, RayState* state) const;
+
+ private:
+  Point3 origin_;
+  std::unique_ptr<EmbreeScene> scene_;
+  std::array<std::vector<TracePrimitive>, 2> ids_;  // by geometry
+  MemoryCharge charge_;
+};
+
+}  // namespace enfilade
