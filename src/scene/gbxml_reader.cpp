@@ -3,22 +3,17 @@
 #include "scene/figure_cut.h"
 #include "scene/gbxml_model.h"
 #include "scene/gbxml_repair.h"
-#include "scene/space_shell.h"
+#include "scene/gbxml_shells.h"
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace enfilade {
 namespace {
-
-constexpr double kShellToleranceMetres = 0.01;
-constexpr double kCutToleranceMetres = 1e-5;
-constexpr double kOffsetsMetres[] = {0.01, 0.05};
 
 // Reflectances by surface type, as of common finishes (floors 0.2, walls 0.5,
 // ceilings 0.7); a face between two storeys is floor and ceiling in one.
@@ -53,19 +48,6 @@ bool IsAir(std::string_view type) {
   return type == "Air";
 }
 
-Point3 MeanOf(const Polygon3& polygon) {
-  Vec3 sum;
-  for (const Point3 p : polygon) {
-    sum = sum + (p - polygon[0]);
-  }
-  return polygon[0] + sum / static_cast<double>(polygon.size());
-}
-
-// Names one Space, or two different ones.
-bool Separates(const GbxmlSurface& surface) {
-  return surface.first && surface.first != surface.second;
-}
-
 // The area vectors of a closed, consistently wound surface add up to zero.
 bool HasClosedShell(const GbxmlSpace& space) {
   constexpr double kTolerance = 1e-3;
@@ -98,13 +80,15 @@ class GbxmlImport {
   void Run() {
     CountPolygons();
     repair_ = RepairGbxmlModel(budget_, model_);
-    BuildShells();
+    GbxmlShells shells(model_);
+    AddSpaces(shells);
     Count();
     for (size_t i = 0; i < model_.surfaces.size(); ++i) {
-      object_ = ObjectId(i);
-      Import(model_.surfaces[i], in_shell_[i]);
+      face_.object = ObjectId(i);
+      std::tie(face_.front_space, face_.back_space) = shells.SidesOf(i);
+      Import(model_.surfaces[i]);
     }
-    Notes();
+    Notes(shells);
   }
 
  private:
@@ -117,60 +101,13 @@ class GbxmlImport {
     }
   }
 
-  void BuildShells() {
-    shells_.resize(model_.spaces.size());
-    std::vector<std::vector<size_t>> doubtful(model_.spaces.size());
-    for (size_t i = 0; i < model_.surfaces.size(); ++i) {
-      const GbxmlSurface& s = model_.surfaces[i];
-      if (Separates(s)) {
-        shells_[s.first->Index()].Add(s.polygon);
-        if (s.second) {
-          shells_[s.second->Index()].Add(s.polygon);
-        }
-      } else if (s.first) {
-        doubtful[s.first->Index()].push_back(i);
-      }
-    }
-    in_shell_.assign(model_.surfaces.size(), false);
-    for (size_t i = 0; i < shells_.size(); ++i) {
-      Complete(shells_[i], doubtful[i]);
-    }
-    for (size_t i = 0; i < shells_.size(); ++i) {
+  void AddSpaces(const GbxmlShells& shells) {
+    for (size_t i = 0; i < model_.spaces.size(); ++i) {
       Space space;
       space.name = model_.spaces[i].name;
-      space.bounds = shells_[i].Bounds();
-      space.closed = shells_[i].IsClosed(kShellToleranceMetres);
+      space.bounds = shells.BoundsOf(SpaceId(i));
+      space.closed = shells.IsClosed(SpaceId(i));
       info_.spaces.push_back(std::move(space));
-    }
-  }
-
-  // Surfaces that name one Space twice are partitions inside it or, in some
-  // files, walls and floors with nothing modelled behind them: the latter are
-  // those that the shell needs to be closed, or less open.
-  void Complete(SpaceShell& shell, const std::vector<size_t>& doubtful) {
-    constexpr size_t kMostTried = 8;
-    const size_t tried = std::min(doubtful.size(), kMostTried);
-    SpaceShell best = shell;
-    double best_open = shell.OpenLength(kShellToleranceMetres);
-    size_t best_mask = 0;
-    for (size_t mask = 1; mask < (size_t{1} << tried) && best_open > 0;
-         ++mask) {
-      SpaceShell candidate = shell;
-      for (size_t bit = 0; bit < tried; ++bit) {
-        if ((mask >> bit & 1U) != 0) {
-          candidate.Add(model_.surfaces[doubtful[bit]].polygon);
-        }
-      }
-      const double open = candidate.OpenLength(kShellToleranceMetres);
-      if (open < best_open - kShellToleranceMetres || open == 0) {
-        best = std::move(candidate);
-        best_open = open;
-        best_mask = mask;
-      }
-    }
-    shell = std::move(best);
-    for (size_t bit = 0; bit < tried; ++bit) {
-      in_shell_[doubtful[bit]] = (best_mask >> bit & 1U) != 0;
     }
   }
 
@@ -195,12 +132,9 @@ class GbxmlImport {
     }
   }
 
-  void Import(const GbxmlSurface& surface, bool in_shell) {
+  // Into faces with the sides that face_ has.
+  void Import(const GbxmlSurface& surface) {
     const Vec3 normal = AreaVector(surface.polygon);
-    const auto [front, back] = Sides(surface, in_shell);
-    face_.object = object_;
-    face_.front_space = front;
-    face_.back_space = back;
     std::vector<Edge3> edges;
     AppendSides(surface.polygon, false, edges);
     const std::vector<Edge3> outline = edges;
@@ -288,61 +222,7 @@ class GbxmlImport {
     return materials_.Resolve(it->second, object, type);
   }
 
-  using SpacePair = std::pair<std::optional<SpaceId>, std::optional<SpaceId>>;
-
-  // The Spaces in front of and behind the polygon as it is wound.
-  SpacePair Sides(const GbxmlSurface& surface, bool in_shell) {
-    if (!Separates(surface) && !in_shell) {
-      return {surface.first, surface.second};
-    }
-    const int votes = FirstInFront(surface);
-    if (in_shell) {
-      return votes > 0 ? SpacePair{surface.first, std::nullopt}
-                       : SpacePair{std::nullopt, surface.first};
-    }
-    if (votes == 0) {
-      ++unclear_;
-    } else if (votes > 0) {
-      ++turned_;
-    }
-    return votes > 0 ? SpacePair{surface.first, surface.second}
-                     : SpacePair{surface.second, surface.first};
-  }
-
-  // Positive if the first Space is in front, negative if it is behind, by
-  // points just off the surface; 0 if the shells don't tell.
-  [[nodiscard]] int FirstInFront(const GbxmlSurface& surface) const {
-    const Vec3 area = AreaVector(surface.polygon);
-    const Vec3 normal = Normalize(area);
-    std::vector<Edge3> outline;
-    AppendSides(surface.polygon, false, outline);
-    const std::vector<Polygon3> pieces =
-        CutFigure(outline, area, kCutToleranceMetres);
-    for (const double offset : kOffsetsMetres) {
-      int votes = 0;
-      for (const Polygon3& piece : pieces) {
-        const Point3 p = MeanOf(piece);
-        votes += Vote(surface, p + normal * offset, p - normal * offset);
-      }
-      if (votes != 0) {
-        return votes;
-      }
-    }
-    return 0;
-  }
-
-  [[nodiscard]] int Vote(const GbxmlSurface& surface,
-                         Point3 front,
-                         Point3 back) const {
-    const auto lean = [&](SpaceId space) {
-      const SpaceShell& shell = shells_[space.Index()];
-      return (shell.Contains(front) ? 1 : 0) - (shell.Contains(back) ? 1 : 0);
-    };
-    return lean(*surface.first) -
-           (Separates(surface) && surface.second ? lean(*surface.second) : 0);
-  }
-
-  void Notes() {
+  void Notes(const GbxmlShells& shells) {
     const auto add = [&](uint64_t count, const char* text) {
       if (count > 0) {
         info_.notes.push_back(fmt::format("{} {}", count, text));
@@ -355,13 +235,13 @@ class GbxmlImport {
           1e3 * repair_.cracks.greatest_move_m));
     }
     add(repair_.dropped, "polygons without area were dropped");
-    add(turned_,
+    add(shells.Turned(),
         "surfaces are wound against the rule that their normal points out of "
         "their first Space; their sides were found from the Spaces' shells");
     add(outside_,
         "openings lie outside of their Surface and were left out; correct "
         "their points, or make them Openings of the Surface that they are in");
-    add(unclear_,
+    add(shells.Unclear(),
         "surfaces lie in shells too broken to tell their sides; the file's "
         "winding was believed");
     add(info_.gbxml->spaces - info_.gbxml->closed_spaces,
@@ -375,15 +255,9 @@ class GbxmlImport {
   MemoryBudget& budget_;
   SceneWriter& writer_;
   SceneInfo& info_;
-  std::vector<SpaceShell> shells_;  // indexed by SpaceId
-  // Indexed as the surfaces: names one Space twice and is part of its shell.
-  std::vector<bool> in_shell_;
   std::map<std::pair<std::string, bool>, size_t> input_by_type_;
   Face face_;
-  ObjectId object_;
   GbxmlRepair repair_;
-  uint64_t turned_ = 0;
-  uint64_t unclear_ = 0;
   uint64_t outside_ = 0;  // openings
 };
 

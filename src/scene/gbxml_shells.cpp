@@ -1,0 +1,134 @@
+#include "scene/gbxml_shells.h"
+
+#include "scene/figure_cut.h"
+
+#include <algorithm>
+
+namespace enfilade {
+namespace {
+
+constexpr double kShellToleranceMetres = 0.01;
+constexpr double kOffsetsMetres[] = {0.01, 0.05};
+
+Point3 MeanOf(const Polygon3& polygon) {
+  Vec3 sum;
+  for (const Point3 p : polygon) {
+    sum = sum + (p - polygon[0]);
+  }
+  return polygon[0] + sum / static_cast<double>(polygon.size());
+}
+
+}  // namespace
+
+bool Separates(const GbxmlSurface& surface) {
+  return surface.first && surface.first != surface.second;
+}
+
+GbxmlShells::GbxmlShells(const GbxmlModel& model)
+    : model_(&model), shells_(model.spaces.size()) {
+  std::vector<std::vector<size_t>> doubtful(model_->spaces.size());
+  for (size_t i = 0; i < model_->surfaces.size(); ++i) {
+    const GbxmlSurface& s = model_->surfaces[i];
+    if (Separates(s)) {
+      shells_[s.first->Index()].Add(s.polygon);
+      if (s.second) {
+        shells_[s.second->Index()].Add(s.polygon);
+      }
+    } else if (s.first) {
+      doubtful[s.first->Index()].push_back(i);
+    }
+  }
+  in_shell_.assign(model_->surfaces.size(), false);
+  for (size_t i = 0; i < shells_.size(); ++i) {
+    Complete(shells_[i], doubtful[i]);
+  }
+}
+
+bool GbxmlShells::IsClosed(SpaceId space) const {
+  return shells_[space.Index()].IsClosed(kShellToleranceMetres);
+}
+
+// Surfaces that name one Space twice are partitions inside it or, in some
+// files, walls and floors with nothing modelled behind them: the latter are
+// those that the shell needs to be closed, or less open.
+void GbxmlShells::Complete(SpaceShell& shell,
+                           const std::vector<size_t>& doubtful) {
+  constexpr size_t kMostTried = 8;
+  const size_t tried = std::min(doubtful.size(), kMostTried);
+  SpaceShell best = shell;
+  double best_open = shell.OpenLength(kShellToleranceMetres);
+  size_t best_mask = 0;
+  for (size_t mask = 1; mask < (size_t{1} << tried) && best_open > 0; ++mask) {
+    SpaceShell candidate = shell;
+    for (size_t bit = 0; bit < tried; ++bit) {
+      if ((mask >> bit & 1U) != 0) {
+        candidate.Add(model_->surfaces[doubtful[bit]].polygon);
+      }
+    }
+    const double open = candidate.OpenLength(kShellToleranceMetres);
+    if (open < best_open - kShellToleranceMetres || open == 0) {
+      best = std::move(candidate);
+      best_open = open;
+      best_mask = mask;
+    }
+  }
+  shell = std::move(best);
+  for (size_t bit = 0; bit < tried; ++bit) {
+    in_shell_[doubtful[bit]] = (best_mask >> bit & 1U) != 0;
+  }
+}
+
+GbxmlShells::SpacePair GbxmlShells::SidesOf(size_t index) {
+  const GbxmlSurface& surface = model_->surfaces[index];
+  const bool in_shell = in_shell_[index];
+  if (!Separates(surface) && !in_shell) {
+    return {surface.first, surface.second};
+  }
+  const int votes = FirstInFront(surface);
+  if (in_shell) {
+    return votes > 0 ? SpacePair{surface.first, std::nullopt}
+                     : SpacePair{std::nullopt, surface.first};
+  }
+  if (votes == 0) {
+    ++unclear_;
+  } else if (votes > 0) {
+    ++turned_;
+  }
+  return votes > 0 ? SpacePair{surface.first, surface.second}
+                   : SpacePair{surface.second, surface.first};
+}
+
+// Positive if the first Space is in front, negative if it is behind, by
+// points just off the surface; 0 if the shells don't tell.
+int GbxmlShells::FirstInFront(const GbxmlSurface& surface) const {
+  const Vec3 area = AreaVector(surface.polygon);
+  const Vec3 normal = Normalize(area);
+  std::vector<Edge3> outline;
+  AppendSides(surface.polygon, false, outline);
+  const std::vector<Polygon3> pieces =
+      CutFigure(outline, area, kCutToleranceMetres);
+  for (const double offset : kOffsetsMetres) {
+    int votes = 0;
+    for (const Polygon3& piece : pieces) {
+      const Point3 p = MeanOf(piece);
+      votes += Vote(surface, p + normal * offset, p - normal * offset);
+    }
+    if (votes != 0) {
+      return votes;
+    }
+  }
+  return 0;
+}
+
+int GbxmlShells::Vote(const GbxmlSurface& surface,
+                      Point3 front,
+                      Point3 back) const {
+  const auto lean = [&](SpaceId space) {
+    const SpaceShell& shell = shells_[space.Index()];
+    return (shell.Contains(front) ? 1 : 0) - (shell.Contains(back) ? 1 : 0);
+  };
+  return lean(*surface.first) -
+         (Separates(surface) && surface.second ? lean(*surface.second) : 0);
+}
+
+}  // namespace enfilade
