@@ -37,7 +37,7 @@ class SolvedRoom : public ::testing::Test {
             "-o",
             folder_ / (name + ".enf"),
             "--error",
-            "0.1",
+            "0.2",
             "--report",
             folder_ / (name + ".json")};
   }
@@ -124,8 +124,8 @@ TEST_F(SolvedRoom, ReportHasEveryKeyWithItsTruth) {
   EXPECT_GE(report["cells"], 1);
   EXPECT_GE(report["patches"], report["polygons"]);
   EXPECT_GE(report["elements"], report["patches"]);
-  EXPECT_EQ(report["requested_error"], 0.1);
-  EXPECT_LE(report["estimated_error"], 0.1);
+  EXPECT_EQ(report["requested_error"], 0.2);
+  EXPECT_LE(report["estimated_error"], 0.2);
   EXPECT_EQ(report["memory_cap_bytes"], 128 * kMiB);
   EXPECT_EQ(report["peak_rss_bytes"], result.peak_rss_bytes);
   EXPECT_EQ(report["threads"], 1);
@@ -190,12 +190,12 @@ TEST_F(SolvedRoom, ResumeWithASmallerErrorRefines) {
   const auto result = RunProgram({"resume",
                                   folder_ / "a.enf",
                                   "--error",
-                                  "0.06",
+                                  "0.1",
                                   "--report",
                                   folder_ / "finer.json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(Report("finer")["requested_error"], 0.06);
-  EXPECT_LE(Report("finer")["estimated_error"], 0.06);
+  EXPECT_EQ(Report("finer")["requested_error"], 0.1);
+  EXPECT_LE(Report("finer")["estimated_error"], 0.1);
   EXPECT_GE(Report("finer")["links"], Report("a")["links"]);
 }
 
