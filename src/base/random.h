@@ -55,6 +55,15 @@ class Random {
     return static_cast<double>(NextBits() >> 11) * 0x1.0p-53;
   }
 
+  // Two at once, uniform in [0, 1), 24 bits each.
+  constexpr std::array<float, 2> NextTwo() {
+    const uint64_t bits = NextBits();
+    const auto first = static_cast<int32_t>(bits >> 40);
+    const auto second = static_cast<int32_t>(bits >> 16 & 0xffffff);
+    return {static_cast<float>(first) * 0x1.0p-24F,
+            static_cast<float>(second) * 0x1.0p-24F};
+  }
+
   // Uniform in {0, ..., count - 1}; requires 0 < count < 2^32.
   constexpr uint32_t NextBelow(uint32_t count) {
     return static_cast<uint32_t>(((NextBits() >> 32) * count) >> 32);

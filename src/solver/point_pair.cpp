@@ -3,6 +3,7 @@
 #include "base/photometry.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace enfilade {
@@ -42,6 +43,11 @@ struct Places {
   void Set(size_t i, UnitPlace at) {
     s[i] = at.s;
     t[i] = at.t;
+  }
+
+  void Set(size_t i, std::array<float, 2> at) {
+    s[i] = at[0];
+    t[i] = at[1];
   }
 };
 
@@ -101,8 +107,7 @@ CandidateLanes PointKernels(const CandidatePoints& x,
 }  // namespace
 
 Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random) {
-  const auto s = static_cast<float>(random->Next());
-  const auto t = static_cast<float>(random->Next());
+  const auto [s, t] = random->NextTwo();
   const UnitPlace at =
       end.node_count == 4 ? PlaceOnSquare(g, s, t) : PlaceOnTriangle(g, s, t);
   const float inner = InnerShare(end);
@@ -134,10 +139,8 @@ PairCandidates DrawCandidates(const TransferEnd& receiver,
   Places on_source;
   Random next = *random;  // kept in registers
   for (size_t i = 0; i < kCandidates; ++i) {
-    on_receiver.s[i] = static_cast<float>(next.Next());
-    on_receiver.t[i] = static_cast<float>(next.Next());
-    on_source.s[i] = static_cast<float>(next.Next());
-    on_source.t[i] = static_cast<float>(next.Next());
+    on_receiver.Set(i, next.NextTwo());
+    on_source.Set(i, next.NextTwo());
   }
   *random = next;
   MoveNearNode(receiver, g, &on_receiver);

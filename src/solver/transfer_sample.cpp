@@ -77,8 +77,7 @@ class SeenPart {
   // A random point, off the rim.
   Vec3f Draw(Random* random) const {
     const size_t i = DrawByWeight(std::span(areas_).first(count_ - 2), random);
-    auto s = static_cast<float>(random->Next());
-    auto t = static_cast<float>(random->Next());
+    auto [s, t] = random->NextTwo();
     if (s + t > 1) {
       s = 1 - s;
       t = 1 - t;

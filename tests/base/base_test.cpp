@@ -123,6 +123,29 @@ TEST(Random, NeighbouringKeysAreUncorrelated) {
   EXPECT_NEAR(sum / kCount, 0, 5 / 12.0 / std::sqrt(kCount));
 }
 
+TEST(Random, TwoOfOneDrawAreUniformAndUncorrelated) {
+  Random random(3);
+  constexpr int kCount = 100'000;
+  std::array<double, 2> sums{};
+  std::array<double, 2> squares{};
+  double products = 0;
+  for (int i = 0; i < kCount; ++i) {
+    const std::array<float, 2> two = random.NextTwo();
+    for (size_t k = 0; k < 2; ++k) {
+      const double value = two[k];
+      ASSERT_TRUE(value >= 0 && value < 1);
+      sums[k] += value;
+      squares[k] += value * value;
+    }
+    products += (two[0] - 0.5) * (two[1] - 0.5);
+  }
+  for (size_t k = 0; k < 2; ++k) {
+    EXPECT_NEAR(sums[k] / kCount, 0.5, 5 * std::sqrt(1 / 12.0 / kCount));
+    EXPECT_NEAR(squares[k] / kCount, 1 / 3.0, 5 * std::sqrt(4 / 45.0 / kCount));
+  }
+  EXPECT_NEAR(products / kCount, 0, 5 / 12.0 / std::sqrt(kCount));
+}
+
 TEST(Random, NextBelowFillsItsRangeEvenly) {
   Random random(2);
   std::vector<int> counts(7);
