@@ -82,39 +82,53 @@ struct Finding {
 class Search {
  public:
   Search(const CoverOptions& options,
-         const PatchGeometry& patch,
-         float reflected,
+         const CoverSide& cell,
+         size_t patch,
          uint64_t key,
          std::span<const CellBlockers* const> occluders,
          Found* all)
       : options_(&options),
-        patch_(&patch),
-        directions_(patch),
-        reflected_(reflected),
+        cell_(&cell),
+        index_(patch),
+        patch_(&cell.patches[patch]),
+        directions_(*patch_),
         key_(key),
         occluders_(occluders),
         all_(all) {}
 
   // The receivers of the whole patch.
-  [[nodiscard]] Finding Run(const CoverSide& cell, size_t patch) const {
-    const Place whole;
+  [[nodiscard]] Finding Run() const {
+    const Place whole{.light =
+                          cell_->light->OfPatch(static_cast<uint32_t>(index_))};
     // Most patches of furniture are too small: nothing is looked up for them.
-    return CanMatter(whole) ? Visit(whole, CoverCandidates(cell, patch))
+    return CanMatter(whole) ? Visit(whole, CoverCandidates(*cell_, index_))
                             : One(whole, false);
   }
 
  private:
   struct Place {
     ElementPath path = kRootPath;
-    ElementFrame frame;
+    ElementFrame frame = {};
     size_t level = 0;
+    ReflectedElement light = {};
   };
+
+  // The largest error that a cover of a share of the element may make, W/m.
+  // What it hides is what the element has on the whole, and may be all that is
+  // finer.
+  [[nodiscard]] float ErrorOf(const Place& at, float share) const {
+    if (share <= 0 || share >= 1) {
+      return 0;
+    }
+    return (at.light.mean * std::sqrt(share * (1 - share)) +
+            0.5F * at.light.detail) *
+           std::sqrt(AreaOf(*patch_, at.frame));
+  }
 
   // Whether a cover of a part of the element could matter.
   [[nodiscard]] bool CanMatter(const Place& at) const {
-    // No cover at all can hide more than this.
-    const float most = 0.5F * reflected_ * std::sqrt(AreaOf(*patch_, at.frame));
-    return most > static_cast<float>(options_->tau) &&
+    // No cover at all can hide more than that of a half.
+    return ErrorOf(at, 0.5F) > static_cast<float>(options_->tau) &&
            DiameterOf(*patch_, at.frame) > options_->least_diameter &&
            !IsDeepest(at.path);
   }
@@ -140,9 +154,7 @@ class Search {
     }
     Finding finding;
     const float share = CoveredShare(at, here, &finding.rays);
-    const float area = AreaOf(*patch_, at.frame);
-    const float error = reflected_ * std::sqrt(share * (1 - share) * area);
-    finding.Append(error <= static_cast<float>(options_->tau)
+    finding.Append(ErrorOf(at, share) <= static_cast<float>(options_->tau)
                        ? One(at, share > 0)
                        : VisitChildren(at, here));
     return finding;
@@ -159,7 +171,8 @@ class Search {
     const auto visit = [&](size_t c) {
       children[c] = Visit({ChildPath(at.path, c),
                            ChildOf(at.frame, patch_->shape, c),
-                           at.level + 1},
+                           at.level + 1,
+                           cell_->light->OfChild(at.light, c)},
                           candidates);
     };
     // A hall is one floor: the patches of a cell are not enough to share out.
@@ -243,8 +256,7 @@ class Search {
           std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
       const float scale = share / (fill * static_cast<float>(points));
       for (size_t i = 0; i < points; ++i) {
-        const auto s = static_cast<float>(random->Next());
-        const auto t = static_cast<float>(random->Next());
+        const auto [s, t] = random->NextTwo();
         const float a = rect.low_a + s * (rect.high_a - rect.low_a);
         const float b = rect.low_b + t * (rect.high_b - rect.low_b);
         if (patch_->shape == PatchShape::kTriangle &&
@@ -302,9 +314,10 @@ class Search {
   }
 
   const CoverOptions* options_;
+  const CoverSide* cell_;
+  size_t index_;
   const PatchGeometry* patch_;
   CosineDirections directions_;
-  float reflected_;
   uint64_t key_;
   std::span<const CellBlockers* const> occluders_;
   Found* all_;
@@ -313,7 +326,6 @@ class Search {
 // False, and nothing found, if there are too many receivers.
 bool FindWith(const CoverOptions& options,
               const CoverSide& cell,
-              std::span<const float> reflected,
               Covers* covers) {
   const auto& patches = cell.patches;
   const CellBlockers* const occluders[] = {cell.occluders};
@@ -323,12 +335,12 @@ bool FindWith(const CoverOptions& options,
   ParallelFor(patches.size(), [&](size_t i) {
     if (patches[i].reflects && !found.TooMany()) {
       const Search search(options,
-                          patches[i],
-                          reflected[i],
+                          cell,
+                          i,
                           MixKey(MixKey(options.seed, cell.id.value), i),
                           occluders,
                           &found);
-      findings[i] = search.Run(cell, i);
+      findings[i] = search.Run();
     }
   });
   if (found.TooMany()) {
@@ -345,15 +357,13 @@ bool FindWith(const CoverOptions& options,
 
 }  // namespace
 
-Covers FindCovers(const CoverOptions& options,
-                  const CoverSide& cell,
-                  std::span<const float> reflected) {
+Covers FindCovers(const CoverOptions& options, const CoverSide& cell) {
   CoverOptions now = options;
   now.most_receivers =
       std::min(options.most_receivers,
                kMostReceivers + kMostReceiversPerPatch * cell.patches.size());
   Covers covers;
-  while (!FindWith(now, cell, reflected, &covers)) {
+  while (!FindWith(now, cell, &covers)) {
     now.tau *= kCoarser;
   }
   return covers;

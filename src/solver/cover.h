@@ -8,6 +8,7 @@
 
 #include "solver/cluster_tree.h"
 #include "solver/geometry.h"
+#include "solver/reflected_light.h"
 #include "visibility/occlusion.h"
 
 #include <cstdint>
@@ -38,11 +39,9 @@ struct CoverSide {
   std::span<const PatchGeometry> patches;
   const ClusterTree* clusters = nullptr;  // of all patches
   const CellBlockers* occluders = nullptr;
+  const ReflectedLight* light = nullptr;
 };
 
-// `reflected`: rho H of every patch, mean, W/m2.
-Covers FindCovers(const CoverOptions& options,
-                  const CoverSide& cell,
-                  std::span<const float> reflected);
+Covers FindCovers(const CoverOptions& options, const CoverSide& cell);
 
 }  // namespace enfilade

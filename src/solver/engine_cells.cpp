@@ -85,21 +85,14 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
   const Receiver& r = *receiver;
   const Stopwatch watch(&state_.times.refine_seconds);
   const auto& patches = r.geometry->patches;
-  std::vector<float> reflected(patches.size());
-  for (size_t i = 0; i < patches.size(); ++i) {
-    reflected[i] = care_[i].care * MeanReflected(patches[i],
-                                                 r.tree->Sent()[ElementId(i)],
-                                                 shape_,
-                                                 surfaces_);
-  }
+  const ReflectedLight light(*r.tree, patches, surfaces_, care_);
   CoverOptions options;
   options.tau = kCoverShare * state_.tau;
   options.seed = MixKey(state_.seed, state_.round);
   const auto occluder = pager_.Occluder(r.id);
-  Covers covers =
-      FindCovers(options,
-                 {r.id, patches, r.geometry->clusters.get(), occluder.get()},
-                 reflected);
+  Covers covers = FindCovers(
+      options,
+      {r.id, patches, r.geometry->clusters.get(), occluder.get(), &light});
   receiver->receivers_charge = pager_.Reserve(
       ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
   receiver->receivers =

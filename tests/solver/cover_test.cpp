@@ -6,6 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "tests/solver/test_cells.h"
 #include "tests/visibility/test_rooms.h"
@@ -21,13 +25,21 @@ using test::GeometryOf;
 constexpr double kRoomEdge = 4;  // m, the edge of the floor; patch 0
 constexpr Box3 kRoomBox = {{0, 0, 0}, {kRoomEdge, kRoomEdge, 3}};
 
-// A cell with the covers found on it.
+void Fill(std::span<float> coefficients, float value) {
+  std::fill(coefficients.begin(), coefficients.end(), value);
+}
+
+// A cell with the covers found on it. All of it reflects 1 W/m2, unless it is
+// lit in another way.
 class CoveredCell {
  public:
+  using Light = std::function<void(std::span<const PatchGeometry>, CellTree*)>;
+
   CoveredCell(std::vector<Patch> patches,
               double tau,
               uint64_t seed = 5,
-              size_t most_receivers = SIZE_MAX)
+              size_t most_receivers = SIZE_MAX,
+              const Light& light = {})
       : budget_(1ULL << 30),
         device_(budget_, Point3{}),
         geometry_(GeometryOf(patches)),
@@ -40,9 +52,20 @@ class CoveredCell {
     options.tau = tau;
     options.seed = seed;
     options.most_receivers = most_receivers;
-    covers_ = FindCovers(options,
-                         {CellId(0U), geometry_, &clusters_, blockers.get()},
-                         std::vector<float>(geometry_.size(), 1.0F));
+    const Basis basis(2);
+    CellTree tree({&basis, kRgbChannels}, geometry_);
+    for (size_t i = 0; i < tree.Size(); ++i) {
+      Fill(tree.Sent()[ElementId(i)], 1);
+    }
+    if (light) {
+      light(geometry_, &tree);
+    }
+    tree.UpdateDetail();
+    const SurfaceTable black;
+    const ReflectedLight reflected(tree, geometry_, black, {});
+    covers_ = FindCovers(
+        options,
+        {CellId(0U), geometry_, &clusters_, blockers.get(), &reflected});
   }
 
   [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
@@ -150,6 +173,57 @@ TEST(Cover, BoxOnTheFloorIsFound) {
   }
   // The leaves that are mostly covered make up the footprint.
   EXPECT_NEAR(covered, 0.3 * 0.3, 0.3 * 0.3 * 0.5);
+}
+
+// The floor is lit within the square metre that the plinth stands on and
+// nowhere else, or everywhere else and not there.
+CoveredCell::Light LightAboutThePlinth(float inside, float outside) {
+  return [=](std::span<const PatchGeometry> patches, CellTree* tree) {
+    ElementPath path = kRootPath;
+    const float share[] = {1 / 16.0F, 1 / 4.0F, 1};
+    for (size_t level = 0;; ++level) {
+      const ElementId on_the_way =
+          tree->FindOrCreate(PatchId(0U), path, patches);
+      Fill(tree->Sent()[on_the_way],
+           inside * share[level] + outside * (1 - share[level]));
+      if (level == 2) {
+        return;
+      }
+      const auto holds_plinth = [&](size_t c) {
+        return CoveredShare(FrameOfPath(patches[0].shape, ChildPath(path, c))) >
+               0;
+      };
+      size_t inner = 0;
+      for (size_t c = 0; c < kChildren; ++c) {
+        Fill(tree->Sent()[tree->FindOrCreate(
+                 PatchId(0U), ChildPath(path, c), patches)],
+             outside);
+        inner = holds_plinth(c) ? c : inner;
+      }
+      path = ChildPath(path, inner);
+    }
+  };
+}
+
+// By the mean of the floor the plinth's edges would be an error of 0.02.
+TEST(Cover, IsFoundInTheOneBrightPlaceOfADarkPatch) {
+  const double tau = 0.05;
+  const CoveredCell cell(
+      RoomWithPlinth(), tau, 5, SIZE_MAX, LightAboutThePlinth(1, 0));
+  for (const ElementFrame leaf : cell.Leaves(0)) {
+    const double share = CoveredShare(leaf);
+    EXPECT_LE(std::sqrt(share * (1 - share) * LeafArea(leaf)), 2 * tau)
+        << leaf.a << " " << leaf.b << " " << leaf.scale;
+  }
+}
+
+TEST(Cover, IsNotSplitInTheOneDarkPlaceOfABrightPatch) {
+  const CoveredCell cell(
+      RoomWithPlinth(), 0.05, 5, SIZE_MAX, LightAboutThePlinth(0, 1));
+  for (const ElementFrame leaf : cell.Leaves(0)) {
+    EXPECT_TRUE(CoveredShare(leaf) == 0 || LeafArea(leaf) > 0.99)
+        << leaf.a << " " << leaf.b << " " << leaf.scale;
+  }
 }
 
 // The feet of chairs are a thousandth of the floor that they stand on: one that
