@@ -6,7 +6,8 @@
 namespace enfilade {
 namespace {
 
-// What CutIntoPatches makes of a polygon, at most.
+// What CutIntoPatches makes of a polygon, at most; a few long ones are cut
+// again.
 uint32_t CountPatches(const Polygon& polygon) {
   const auto n = static_cast<uint32_t>(polygon.size());
   if (n == 4) {

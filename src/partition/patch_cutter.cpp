@@ -1,6 +1,7 @@
 #include "partition/patch_cutter.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -10,6 +11,9 @@ namespace {
 constexpr double kParallelogramTolerance = 1e-6;
 // Larger polygons are cut without looking for parallelograms inside them.
 constexpr size_t kMostVerticesForQuads = 20;
+
+// Long pieces are cut into parts of at least this length.
+constexpr double kShortestCutM = 1;
 
 bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
   const Vec3 gap = (b - a) - (c - d);
@@ -137,6 +141,29 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
     return Length(Cross(piece.u, piece.v)) < kLeastAreaM2;
   });
   return pieces;
+}
+
+std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {
+  std::vector<PatchPiece> cut;
+  cut.reserve(pieces.size());
+  for (const PatchPiece& piece : pieces) {
+    const double u = Length(piece.u);
+    const double v = Length(piece.v);
+    const double parts =
+        piece.shape == PatchShape::kTriangle
+            ? 1
+            : std::floor(std::max(u, v) /
+                         std::max(std::min(u, v), kShortestCutM));
+    const auto count = static_cast<size_t>(std::max(parts, 1.0));
+    for (size_t i = 0; i < count; ++i) {
+      PatchPiece part = piece;
+      Vec3& along = u > v ? part.u : part.v;
+      along = along / static_cast<double>(count);
+      part.origin = piece.origin + along * static_cast<double>(i);
+      cut.push_back(part);
+    }
+  }
+  return cut;
 }
 
 Polygon PolygonOf(const Patch& p) {

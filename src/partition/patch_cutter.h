@@ -23,6 +23,11 @@ struct PatchPiece {
 // a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
+// Cuts long parallelograms across, as near to squares as lengths of at least a
+// metre allow. Elements have the proportions of their patch: that of a
+// corridor's ceiling would be split across in vain wherever light varies along.
+std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces);
+
 // The corners of a patch, counter-clockwise seen from its front.
 Polygon PolygonOf(const Patch& patch);
 

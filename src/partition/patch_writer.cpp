@@ -155,6 +155,10 @@ class FaceCutter {
     }
   }
 
+  static std::vector<PatchPiece> PatchesOf(const Polygon& polygon) {
+    return CutLongOnes(CutIntoPatches(polygon));
+  }
+
   // Whether the other side of the piece is a piece of the same cell too.
   static bool SameIn(const std::vector<FacePiece>& others,
                      const FacePiece& piece) {
@@ -173,7 +177,7 @@ class FaceCutter {
                 const FacePiece& piece,
                 bool both_sides) {
     const Material& material = MaterialOf(face);
-    for (const PatchPiece& cut : CutIntoPatches(piece.polygon)) {
+    for (const PatchPiece& cut : PatchesOf(piece.polygon)) {
       Patch patch{cut.origin,
                   cut.u,
                   cut.v,
@@ -195,7 +199,7 @@ class FaceCutter {
   }
 
   void AddBack(FaceId id, const Face& face, const FacePiece& piece) {
-    for (const PatchPiece& cut : CutIntoPatches(piece.polygon)) {
+    for (const PatchPiece& cut : PatchesOf(piece.polygon)) {
       const Patch patch{cut.origin,
                         cut.v,
                         cut.u,

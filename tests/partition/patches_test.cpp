@@ -84,6 +84,45 @@ TEST(PatchCutter, PiecesCoverTheAreaAndFaceThePolygonsWay) {
   }
 }
 
+PatchPiece Parallelogram(Vec3 u, Vec3 v) {
+  return {{1, 2, 3}, u, v, PatchShape::kParallelogram};
+}
+
+// A corridor's ceiling, lengthwise either way; leaning ones count by their
+// sides.
+TEST(LongPatches, AreCutAcrossIntoParts) {
+  for (const PatchPiece& piece : {Parallelogram({60, 0, 0}, {0, 1.5, 0}),
+                                  Parallelogram({0, 1.5, 0}, {-60, 0, 0}),
+                                  Parallelogram({48, 36, 0}, {0, 0, 1.5})}) {
+    const auto cut = CutLongOnes({piece});
+    EXPECT_EQ(cut.size(), 40U);
+    EXPECT_NEAR(Area(cut), Area({piece}), 1e-9);
+    for (size_t i = 0; i < cut.size(); ++i) {
+      EXPECT_NEAR(Length(cut[i].u), 1.5, 1e-12);
+      EXPECT_NEAR(Length(cut[i].v), 1.5, 1e-12);
+    }
+    const Vec3 along = Length(piece.u) > Length(piece.v) ? piece.u : piece.v;
+    EXPECT_EQ(cut.front().origin, piece.origin);
+    EXPECT_NEAR(Length(cut.back().origin - piece.origin - along * (39 / 40.0)),
+                0,
+                1e-12);
+  }
+}
+
+TEST(LongPatches, StayWholeWhereTheyAreShortOrTriangles) {
+  PatchPiece triangle = Parallelogram({60, 0, 0}, {0, 1.5, 0});
+  triangle.shape = PatchShape::kTriangle;
+  for (const PatchPiece& piece :
+       {Parallelogram({5.3, 0, 0}, {0, 2.7, 0}),    // a wall
+        Parallelogram({0.04, 0, 0}, {0, 0.45, 0}),  // the leg of a chair
+        Parallelogram({0.1, 0, 0}, {0, 1.9, 0}),    // a post
+        triangle}) {
+    EXPECT_EQ(CutLongOnes({piece}).size(), 1U);
+  }
+  // Nor is a skirting board cut into its squares.
+  EXPECT_EQ(CutLongOnes({Parallelogram({5.5, 0, 0}, {0, 0, 0.1})}).size(), 5U);
+}
+
 TEST(Patches, EverySideOfEveryFaceIsCoveredOnce) {
   SceneBuilder scene = TwoRoomsWithDoor();
   scene.AddBox({{3.5, 0.5, 0.7}, {4.5, 1.3, 0.74}});  // stands in the wall
