@@ -143,22 +143,23 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
   return pieces;
 }
 
+size_t LongParts(Vec3 u, Vec3 v) {
+  const double longer = std::max(Length(u), Length(v));
+  const double shorter = std::min(Length(u), Length(v));
+  return static_cast<size_t>(
+      std::max(1.0, std::floor(longer / std::max(shorter, kShortestCutM))));
+}
+
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {
   std::vector<PatchPiece> cut;
   cut.reserve(pieces.size());
   for (const PatchPiece& piece : pieces) {
-    const double u = Length(piece.u);
-    const double v = Length(piece.v);
-    const double parts =
-        piece.shape == PatchShape::kTriangle
-            ? 1
-            : std::floor(std::max(u, v) /
-                         std::max(std::min(u, v), kShortestCutM));
-    const auto count = static_cast<size_t>(std::max(parts, 1.0));
+    const size_t count =
+        piece.shape == PatchShape::kTriangle ? 1 : LongParts(piece.u, piece.v);
+    PatchPiece part = piece;
+    Vec3& along = Length(part.u) > Length(part.v) ? part.u : part.v;
+    along = along / static_cast<double>(count);
     for (size_t i = 0; i < count; ++i) {
-      PatchPiece part = piece;
-      Vec3& along = u > v ? part.u : part.v;
-      along = along / static_cast<double>(count);
       part.origin = piece.origin + along * static_cast<double>(i);
       cut.push_back(part);
     }

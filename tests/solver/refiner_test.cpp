@@ -224,7 +224,7 @@ TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
       cell.Tree().Sent()[kPlate].begin(), cell.Tree().Shape().Stride(), 1.0F);
   cell.Tree().UpdateDetail();
   RefineOptions options;
-  options.tau = 5e-4;
+  options.tau = 3e-4;
   options.tau_weak = 0.5 * options.tau;
   double flux = 0;
   double square_error = 0;
