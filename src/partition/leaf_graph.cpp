@@ -1,22 +1,17 @@
 #include "partition/leaf_graph.h"
 
-#include "partition/patch_cutter.h"
-
 #include <algorithm>
 #include <utility>
 
 namespace enfilade {
 namespace {
 
-// How many patches a polygon becomes, at most.
+// What CutIntoPatches makes of a polygon, at most.
 uint32_t CountPatches(const Polygon& polygon) {
   const auto n = static_cast<uint32_t>(polygon.size());
   if (n == 4) {
-    const Vec3 u = polygon[1] - polygon[0];
-    const Vec3 gap = u - (polygon[2] - polygon[3]);
-    return Length(gap) < kRoundingM
-               ? static_cast<uint32_t>(LongParts(u, polygon[3] - polygon[0]))
-               : 2;
+    const Vec3 gap = (polygon[1] - polygon[0]) - (polygon[2] - polygon[3]);
+    return Length(gap) < kRoundingM ? 1 : 2;
   }
   return n < 3 ? 0 : n - 2;
 }

@@ -34,8 +34,8 @@ struct Portal {
 
 struct PartitionOptions {
   // A cell with more patches is cut by artificial walls that are all portal.
-  // Those count that its faces make; where others stand on them they are cut
-  // further, up to twice as many.
+  // Those count that its faces make; where they are long, and where others
+  // stand on them, they are cut further, up to twice as many.
   // A setting of the store, never derived from the memory cap.
   uint32_t max_cell_patches = 5000;
   // Convex regions that look like one room are joined up to this area of their

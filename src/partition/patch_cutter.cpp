@@ -129,6 +129,14 @@ class Cutter {
   std::vector<PatchPiece> pieces_;
 };
 
+// Into how many parts a parallelogram of sides u and v is cut.
+size_t LongParts(Vec3 u, Vec3 v) {
+  const double longer = std::max(Length(u), Length(v));
+  const double shorter = std::min(Length(u), Length(v));
+  return static_cast<size_t>(
+      std::max(1.0, std::floor(longer / std::max(shorter, kShortestCutM))));
+}
+
 }  // namespace
 
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
@@ -141,13 +149,6 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
     return Length(Cross(piece.u, piece.v)) < kLeastAreaM2;
   });
   return pieces;
-}
-
-size_t LongParts(Vec3 u, Vec3 v) {
-  const double longer = std::max(Length(u), Length(v));
-  const double shorter = std::min(Length(u), Length(v));
-  return static_cast<size_t>(
-      std::max(1.0, std::floor(longer / std::max(shorter, kShortestCutM))));
 }
 
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {

@@ -28,9 +28,6 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 // corridor's ceiling would be split across in vain wherever light varies along.
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces);
 
-// Into how many parts it cuts a parallelogram of sides u and v.
-size_t LongParts(Vec3 u, Vec3 v);
-
 // The corners of a patch, counter-clockwise seen from its front.
 Polygon PolygonOf(const Patch& patch);
 

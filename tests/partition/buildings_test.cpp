@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -69,9 +68,7 @@ TEST_P(GbxmlBuildings, EverySpaceIsACell) {
 TEST_P(GbxmlBuildings, PortalsLieInTheOpeningsThatTheFileNames) {
   constexpr double kNearM = 0.01;
   const Building building = Import(GetParam(), budget_);
-  PartitionOptions whole;  // no artificial walls, not even outdoors
-  whole.max_cell_patches = std::numeric_limits<uint32_t>::max();
-  const Partition partition = BuildPartition(*building.store, whole, budget_);
+  const Partition partition = BuildPartition(*building.store, {}, budget_);
   for (const Portal& portal : partition.portals) {
     const Point3 middle = VertexMean(portal.vertices);
     const auto& openings = building.info.openings;
