@@ -30,9 +30,10 @@ class GbxmlShells {
 
   [[nodiscard]] bool IsClosed(SpaceId space) const;
 
-  // The Spaces in front of and behind a Surface's polygon as it is wound.
+  // The Spaces in front of and behind the polygon of a Surface of the model, as
+  // it is wound.
   using SpacePair = std::pair<std::optional<SpaceId>, std::optional<SpaceId>>;
-  SpacePair SidesOf(size_t surface);
+  SpacePair SidesOf(size_t index);
 
   // Of the Surfaces whose sides were asked for: those wound against the rule
   // that their normal points out of their first Space, and those whose shells

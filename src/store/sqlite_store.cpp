@@ -6,7 +6,6 @@
 #include "store/frame_codec.h"
 #include "store/sqlite_db.h"
 #include "store/store_database.h"
-#include "store/store_files.h"
 #include "store/write_lock.h"
 
 #include <atomic>

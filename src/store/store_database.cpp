@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "store/block_catalogue.h"
 #include "store/store_files.h"
+#include "store/write_lock.h"
 
 #include <cerrno>
 #include <cstdint>
