@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tools/verify_density.h"
+#include "tools/verify_differences.h"
 #include "tools/verify_estimate.h"
 #include "tools/verify_paths.h"
 #include "tools/verify_points.h"
@@ -66,38 +67,6 @@ class PilotTimes {
   double paths_ = 0;
   double seconds_ = 0;
   std::optional<double> per_path_;
-};
-
-// The points that count most, the largest first.
-class LargestDifferences {
- public:
-  // Whether a point of this part in the sum of squares is among them.
-  [[nodiscard]] bool Wants(double part) const {
-    return part > 0 && (points_.size() < kMost || part > points_.back().share);
-  }
-
-  // A point's share is its part until all are known.
-  void Add(DifferingPoint point) {
-    const auto place = std::ranges::upper_bound(
-        points_, point.share, std::greater{}, &DifferingPoint::share);
-    points_.insert(place, std::move(point));
-    if (points_.size() > kMost) {
-      points_.pop_back();
-    }
-  }
-
-  [[nodiscard]] std::vector<DifferingPoint> SharesOf(double sum) const {
-    std::vector<DifferingPoint> points = points_;
-    for (DifferingPoint& p : points) {
-      p.share /= sum;
-    }
-    return points;
-  }
-
- private:
-  static constexpr size_t kMost = 16;
-
-  std::vector<DifferingPoint> points_;
 };
 
 class Measurement {

@@ -37,7 +37,7 @@ PlaneKey KeyOf(const Patch& p, unsigned mask) {
   return {p.material.value, p.emits, p.reflects, key};
 }
 
-bool InPlane(const PlaneFrame& frame, const Patch& patch) {
+bool InPlane(const PatchPlane& frame, const Patch& patch) {
   const std::vector<Point3> corners = CornersOf(patch);
   return Dot(frame.normal, PatchNormal(patch)) > 0 &&
          std::all_of(corners.begin(), corners.end(), [&](Point3 p) {
@@ -46,7 +46,7 @@ bool InPlane(const PlaneFrame& frame, const Patch& patch) {
 }
 
 // Where a patch meets the plane, if along a segment.
-bool MeetsPlane(const PlaneFrame& frame,
+bool MeetsPlane(const PatchPlane& frame,
                 const Patch& patch,
                 PlaneSegment* segment) {
   const std::vector<Point3> corners = CornersOf(patch);
@@ -83,7 +83,7 @@ double Length(PlanePoint a) {
   return std::hypot(a.x, a.y);
 }
 
-PlaneFrame::PlaneFrame(const Patch& patch)
+PatchPlane::PatchPlane(const Patch& patch)
     : origin(patch.origin),
       x_axis(Normalize(patch.u)),
       normal(PatchNormal(patch)) {
@@ -110,7 +110,7 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
     }
     const auto fits =
         std::find_if(at->second.begin(), at->second.end(), [&](size_t group) {
-          return InPlane(PlaneFrame(FirstOf(group)), patch);
+          return InPlane(PatchPlane(FirstOf(group)), patch);
         });
     return fits == at->second.end() ? groups.size() : *fits;
   };
@@ -131,7 +131,7 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
 
 std::vector<PlaneSegment> StandingSegments(const CoplanarPatches& cell,
                                            size_t group) {
-  const PlaneFrame frame(cell.FirstOf(group));
+  const PatchPlane frame(cell.FirstOf(group));
   Box3 bounds;
   for (const PatchId id : cell.groups[group]) {
     bounds.Include(cell.boxes[id.Index()]);

@@ -15,7 +15,7 @@
 
 namespace enfilade {
 
-// A point of a plane, in the coordinates of a PlaneFrame.
+// A point of a plane, in the coordinates of a PatchPlane.
 struct PlanePoint {
   double x = 0;
   double y = 0;
@@ -34,12 +34,12 @@ double Length(PlanePoint a);
 
 // Orthonormal axes in the plane of a patch, counter-clockwise seen from its
 // front.
-struct PlaneFrame {
+struct PatchPlane {
   Point3 origin;
   Vec3 x_axis, y_axis, normal;
 
   // Requires a patch of nonzero area.
-  explicit PlaneFrame(const Patch& patch);
+  explicit PatchPlane(const Patch& patch);
 
   [[nodiscard]] PlanePoint ToPlane(Point3 p) const {
     return {Dot(p - origin, x_axis), Dot(p - origin, y_axis)};

@@ -98,7 +98,7 @@ class DisplayForest {
   // The leaf of a patch at patch coordinates `p`; likewise.
   [[nodiscard]] size_t LeafOf(PatchId patch, UnitPoint p) const;
 
-  [[nodiscard]] const PlaneFrame& Frame() const { return frame_; }
+  [[nodiscard]] const PatchPlane& Frame() const { return frame_; }
 
  private:
   struct Root {
@@ -120,7 +120,7 @@ class DisplayForest {
   void EndPass();
   [[nodiscard]] bool Contains(size_t e, PlanePoint p, double margin_m) const;
 
-  PlaneFrame frame_;
+  PatchPlane frame_;
   std::vector<Root> roots_;
   std::vector<DisplayElement> elements_;
   std::vector<PlaneIndex> index_;  // one, over the roots

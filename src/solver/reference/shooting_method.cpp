@@ -1,12 +1,10 @@
 #include "solver/reference/shooting_method.h"
 
 #include "base/parallel.h"
+#include "solver/reference/corner_deviations.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -62,7 +60,7 @@ class Shooting {
   [[nodiscard]] std::vector<size_t> SteepReceivers() const;
   void AppendChildren(size_t parent);
   void GatherFrom(size_t first_child);
-  [[nodiscard]] std::vector<double> CornerDeviations() const;
+  [[nodiscard]] std::vector<double> Deviations() const;
   [[nodiscard]] Rgb RadiosityOf(const Receiver& receiver) const;
   [[nodiscard]] double ReflectedPower() const;
   [[nodiscard]] Rgb LightStillToCome() const;
@@ -274,7 +272,7 @@ std::vector<float> Shooting::FormFactorsTo(const Panel& source, size_t first) {
 
 // The steepest first.
 std::vector<size_t> Shooting::SteepReceivers() const {
-  const std::vector<double> deviations = CornerDeviations();
+  const std::vector<double> deviations = Deviations();
   const double most = *options_.gradient * ReflectedPower() / area_;
   std::vector<size_t> steep;
   for (size_t e = 0; e < receivers_.size(); ++e) {
@@ -340,74 +338,20 @@ void Shooting::GatherFrom(size_t first_child) {
   }
 }
 
-// A point of a patch: patch, and its coordinates in units of 2^-kMaxLevel.
-using CornerKey = std::tuple<uint32_t, uint32_t, uint32_t>;
-
-struct CornerMean {
-  Rgb sum{};
-  double count = 0;
-};
-
-std::array<CornerKey, 4> CornersOfPanel(const ReferenceScene& scene,
-                                        const Panel& panel) {
-  const auto key = [&](float a, float b) {
-    const auto grid = [](float x) {
-      return static_cast<uint32_t>(std::lround(x * (1U << kMaxLevel)));
-    };
-    return CornerKey{panel.patch, grid(a), grid(b)};
-  };
-  if (panel.end.patch->shape == PatchShape::kTriangle) {
-    const ElementFrame& f = panel.end.frame;
-    return {
-        key(f.a, f.b), key(f.a + f.scale, f.b), key(f.a, f.b + f.scale), {}};
-  }
-  const PanelRect r = scene.RectOf(panel);
-  return {key(r.a_low, r.b_low),
-          key(r.a_high, r.b_low),
-          key(r.a_low, r.b_high),
-          key(r.a_high, r.b_high)};
-}
-
-// Per receiver the deviation of the radiosities of its corners (eq. 8), each
-// the mean of the receivers of its patch that meet there; 0 for split ones.
-std::vector<double> Shooting::CornerDeviations() const {
-  std::map<CornerKey, CornerMean> corners;
-  const auto count_of = [](const Receiver& r) {
-    return r.panel.end.node_count;
-  };
+// Per receiver, of those that are not split; 0 for the others.
+std::vector<double> Shooting::Deviations() const {
+  std::vector<const Panel*> panels;
+  std::vector<Rgb> radiosities;
   for (const Receiver& receiver : receivers_) {
-    const Rgb radiosity = RadiosityOf(receiver);
-    const auto keys = CornersOfPanel(scene_, receiver.panel);
-    for (size_t k = 0; !receiver.split && k < count_of(receiver); ++k) {
-      CornerMean& corner = corners[keys[k]];
-      for (size_t c = 0; c < radiosity.size(); ++c) {
-        corner.sum[c] += radiosity[c];
-      }
-      ++corner.count;
+    if (!receiver.split) {
+      panels.push_back(&receiver.panel);
+      radiosities.push_back(RadiosityOf(receiver));
     }
   }
+  const auto of_panels = CornerDeviations(scene_, panels, radiosities);
   std::vector<double> deviations(receivers_.size());
-  for (size_t e = 0; e < receivers_.size(); ++e) {
-    if (receivers_[e].split) {
-      continue;
-    }
-    const auto keys = CornersOfPanel(scene_, receivers_[e].panel);
-    const auto n = static_cast<double>(count_of(receivers_[e]));
-    Rgb sum{};
-    Rgb square{};
-    for (size_t k = 0; k < count_of(receivers_[e]); ++k) {
-      const CornerMean& corner = corners.at(keys[k]);
-      for (size_t c = 0; c < sum.size(); ++c) {
-        const double value = corner.sum[c] / corner.count;
-        sum[c] += value / n;
-        square[c] += value * value / n;
-      }
-    }
-    Rgb variance{};
-    for (size_t c = 0; c < sum.size(); ++c) {
-      variance[c] = std::max(0.0, square[c] - sum[c] * sum[c]);
-    }
-    deviations[e] = std::sqrt(MeanChannel(variance));
+  for (size_t e = 0, k = 0; e < receivers_.size(); ++e) {
+    deviations[e] = receivers_[e].split ? 0 : of_panels[k++];
   }
   return deviations;
 }
@@ -418,7 +362,7 @@ double Shooting::SeenError() const {
   if (!options_.gradient) {
     return 0;
   }
-  const std::vector<double> deviations = CornerDeviations();
+  const std::vector<double> deviations = Deviations();
   double square = 0;
   for (size_t e = 0; e < receivers_.size(); ++e) {
     square += static_cast<double>(receivers_[e].panel.end.area) *

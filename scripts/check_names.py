@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Names that a source declares for itself and never uses.
+"""Names that a source declares for itself and never uses, and types of one name.
 
-    scripts/check_unused.py [ROOT]
+    scripts/check_names.py [ROOT]
 
 Prints one line per name, as FILE:LINE: what, and exits 1 if there is any. Seen
 are using-declarations, aliases and constants at the scope of a file and private
 members of classes in .cpp files: what clang sees only in a file that it is given
-itself, and not in one that a unity build includes (scripts/lint).
+itself, and not in one that a unity build includes (scripts/lint). And types that
+two headers define under one name, which no compiler sees where no source includes
+both.
 """
 
 import collections
@@ -41,6 +43,24 @@ def unused_in(text):
                 yield number, match.group(1), kind
 
 
+TYPE = re.compile(r"(?:struct|class|enum class|enum) (\w+)(?!::)\b[^;]*\{")
+
+
+def types_defined_twice(root):
+    """Yields (path, line number, name, the header that defines it too)."""
+    first = {}
+    for folder in ("src", "tools"):
+        for path in sorted((root / folder).rglob("*.h")):
+            for number, line in enumerate(
+                    path.read_text("utf-8").splitlines(), 1):
+                match = TYPE.match(line)
+                if match is None:
+                    continue
+                other = first.setdefault(match.group(1), path)
+                if other != path:
+                    yield path, number, match.group(1), other
+
+
 def main():
     default = pathlib.Path(__file__).resolve().parent.parent
     root = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default
@@ -51,6 +71,10 @@ def main():
                 print(f"{path.relative_to(root)}:{number}: "
                       f"{kind} {name} is not used")
                 found = True
+    for path, number, name, other in types_defined_twice(root):
+        print(f"{path.relative_to(root)}:{number}: type {name} is also "
+              f"defined in {other.relative_to(root)}")
+        found = True
     sys.exit(1 if found else 0)
 
 

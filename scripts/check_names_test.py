@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
-"""Tests of check_unused.py: every kind of unused name is seen, and no other."""
+"""Tests of check_names.py: every kind of unused name is seen, and no other; so
+are two types of one name.
+"""
 
 import pathlib
 import sys
+import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import check_unused  # noqa: E402
+import check_names  # noqa: E402
 
 
 class UnusedNames(unittest.TestCase):
     def assert_kinds(self, text, kinds):
-        found = [kind for _, _, kind in check_unused.unused_in(text)]
+        found = [kind for _, _, kind in check_names.unused_in(text)]
         self.assertEqual(found, kinds, text)
 
     def test_each_kind_is_seen(self):
@@ -40,8 +43,33 @@ class UnusedNames(unittest.TestCase):
         self.assert_kinds("// kMost\nconstexpr int kMost = 3;\n", ["constant"])
 
     def test_the_line_is_told(self):
-        found = list(check_unused.unused_in("\n\nconstexpr int kMost = 3;\n"))
+        found = list(check_names.unused_in("\n\nconstexpr int kMost = 3;\n"))
         self.assertEqual(found, [(3, "kMost", "constant")])
+
+
+class TypesDefinedTwice(unittest.TestCase):
+    def twice(self, one, other):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for name, text in (("a.h", one), ("b.h", other)):
+                (root / "src" / name[0]).mkdir(parents=True)
+                (root / "src" / name[0] / name).write_text(text, "utf-8")
+            return [(path.name, number, name, first.name) for
+                    path, number, name, first in
+                    check_names.types_defined_twice(root)]
+
+    def test_two_definitions_are_seen(self):
+        for kind in ("struct", "class", "enum class"):
+            text = f"{kind} Frame {{\n}};\n"
+            self.assertEqual(self.twice(text, "\n" + text),
+                             [("b.h", 2, "Frame", "a.h")])
+
+    def test_declarations_and_nested_types_are_not(self):
+        for other in ("struct Frame;\n",
+                      "struct Frame::Part {\n};\n",
+                      "struct Frames {\n};\n",
+                      "  struct Frame {\n  };\n"):
+            self.assertEqual(self.twice("struct Frame {\n};\n", other), [])
 
 
 if __name__ == "__main__":
