@@ -31,6 +31,8 @@ std::string_view KindName(BlockKind kind) {
       return "received light";
     case BlockKind::kCellDelta:
       return "change of a cell's light";
+    case BlockKind::kSourceWeights:
+      return "what a cell sends at most";
   }
   return "unknown kind";
 }

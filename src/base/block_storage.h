@@ -34,6 +34,7 @@ enum class BlockKind : uint8_t {
                      // b = 0 irradiance, 1 gains, c = page
   kCellDelta = 12,   // the last change of what a cell sends; a = cell,
                      // c = page
+  kSourceWeights = 13,  // what a cell sends at most, for refinement; a = cell
 };
 
 struct BlockKey {

@@ -41,9 +41,17 @@ struct Outline {
     }
   }
 
-  // The part of it where distance(corner), which is linear, is not negative.
+  // Leaves the part of it where distance(corner), which is linear, is not
+  // negative.
   template <typename Distance>
-  [[nodiscard]] Outline ClippedTo(const Distance& distance) const {
+  void ClipTo(const Distance& distance) {
+    const bool is_within =
+        std::all_of(corners.begin(),
+                    corners.begin() + static_cast<std::ptrdiff_t>(count),
+                    [&](const Corner& p) { return distance(p) >= 0; });
+    if (is_within) {
+      return;
+    }
     Outline kept;
     for (size_t i = 0; i < count; ++i) {
       const Corner& p = corners[i];
@@ -57,7 +65,7 @@ struct Outline {
         kept.Add(Between(p, q, at_p / (at_p - at_q)));
       }
     }
-    return kept;
+    *this = kept;
   }
 
   [[nodiscard]] float Area() const {
@@ -94,14 +102,19 @@ CastShadow::CastShadow(const TransferEnd& receiver, Vec3f light)
   const float square = Dot(cross, cross);
   along_a_ = Cross(patch.v, cross) * (1 / square);
   along_b_ = Cross(cross, patch.u) * (1 / square);
-  const auto add = [this](Vec3f normal, Vec3f on_plane) {
-    within_[half_spaces_++] = {normal, Dot(normal, on_plane)};
+  size_t planes = 0;
+  const auto add = [&](Vec3f normal, Vec3f on_plane) {
+    const Vec3f reach{
+        std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)};
+    within_[planes++] = {normal, reach, Dot(normal, on_plane)};
   };
   add(patch.normal, patch.origin);
   add(patch.normal * -1.0F, light);
   const Corners corners = CornersOf(patch, receiver.frame);
+  around_.Add(light);
   for (size_t i = 0; i < corners.count; ++i) {
     const Vec3f p = corners.points[i];
+    around_.Add(p);
     const Vec3f q = corners.points[i + 1 < corners.count ? i + 1 : 0];
     const Vec3f normal = Cross(q - p, light - p);
     const float sign = Dot(receiver.center - p, normal) < 0 ? -1.0F : 1.0F;
@@ -110,15 +123,35 @@ CastShadow::CastShadow(const TransferEnd& receiver, Vec3f light)
 }
 
 bool CastShadow::Misses(const Box& box) const {
-  const Vec3f middle = (box.low + box.high) * 0.5F;
-  const Vec3f half = (box.high - box.low) * 0.5F;
-  return std::any_of(
-      within_.begin(), within_.begin() + half_spaces_, [&](const HalfSpace& h) {
-        const float reach = half.x * std::abs(h.normal.x) +
-                            half.y * std::abs(h.normal.y) +
-                            half.z * std::abs(h.normal.z);
-        return Dot(middle, h.normal) + reach < h.offset;
-      });
+  BoxOctet boxes;
+  boxes.Set(0, box);
+  return (MayMeet(boxes) & 1) == 0;
+}
+
+uint32_t CastShadow::MayMeet(const BoxOctet& boxes) const {
+  const uint32_t near = boxes.Overlapping(around_);
+  if (near == 0) {
+    return 0;
+  }
+  uint32_t bits = 0;
+  for (size_t i = 0; i < BoxOctet::kCount; ++i) {  // becomes vector code
+    const float middle_x = (boxes.low_x[i] + boxes.high_x[i]) * 0.5F;
+    const float middle_y = (boxes.low_y[i] + boxes.high_y[i]) * 0.5F;
+    const float middle_z = (boxes.low_z[i] + boxes.high_z[i]) * 0.5F;
+    const float half_x = (boxes.high_x[i] - boxes.low_x[i]) * 0.5F;
+    const float half_y = (boxes.high_y[i] - boxes.low_y[i]) * 0.5F;
+    const float half_z = (boxes.high_z[i] - boxes.low_z[i]) * 0.5F;
+    uint32_t meets = BoxOctet::kBits[i];
+    for (const HalfSpace& h : within_) {
+      const float most =
+          middle_x * h.normal.x + middle_y * h.normal.y +
+          middle_z * h.normal.z +
+          (half_x * h.reach.x + half_y * h.reach.y + half_z * h.reach.z);
+      meets &= most < h.offset ? 0U : ~0U;
+    }
+    bits |= meets;
+  }
+  return bits & near;
 }
 
 uint32_t CastShadow::ShareOf(std::span<const Vec3f> blocker) const {
@@ -138,10 +171,8 @@ uint32_t CastShadow::ShareOf(std::span<const Vec3f> blocker) const {
   for (const Vec3f p : blocker) {
     outline.Add(place(p));
   }
-  outline =
-      outline.ClippedTo([](const Corner& p) { return p.height - kInPlaneM; });
-  outline =
-      outline.ClippedTo([most](const Corner& p) { return most - p.height; });
+  outline.ClipTo([](const Corner& p) { return p.height - kInPlaneM; });
+  outline.ClipTo([most](const Corner& p) { return most - p.height; });
   const Corner from = place(light_);
   for (size_t i = 0; i < outline.count; ++i) {
     Corner& p = outline.corners[i];
@@ -150,14 +181,14 @@ uint32_t CastShadow::ShareOf(std::span<const Vec3f> blocker) const {
   if (outline.count < 3 || outline.MissesUnitSquare()) {
     return 0;
   }
-  outline = outline.ClippedTo([](const Corner& p) { return p.a; });
-  outline = outline.ClippedTo([](const Corner& p) { return p.b; });
+  outline.ClipTo([](const Corner& p) { return p.a; });
+  outline.ClipTo([](const Corner& p) { return p.b; });
   const bool is_triangle = patch.shape == PatchShape::kTriangle;
   if (is_triangle) {
-    outline = outline.ClippedTo([](const Corner& p) { return 1 - p.a - p.b; });
+    outline.ClipTo([](const Corner& p) { return 1 - p.a - p.b; });
   } else {
-    outline = outline.ClippedTo([](const Corner& p) { return 1 - p.a; });
-    outline = outline.ClippedTo([](const Corner& p) { return 1 - p.b; });
+    outline.ClipTo([](const Corner& p) { return 1 - p.a; });
+    outline.ClipTo([](const Corner& p) { return 1 - p.b; });
   }
   const float share = (is_triangle ? 2.0F : 1.0F) * outline.Area();
   // Degenerate ends give no number.

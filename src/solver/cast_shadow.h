@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include "solver/box_octets.h"
 #include "solver/form_factor.h"
 #include "solver/geometry.h"
 
@@ -31,6 +32,10 @@ class CastShadow {
   // through the light and an edge, behind the receiver, or beyond the light.
   [[nodiscard]] bool Misses(const Box& box) const;
 
+  // A bit for each of the boxes that it does not miss, in the order of the
+  // octet.
+  [[nodiscard]] uint32_t MayMeet(const BoxOctet& boxes) const;
+
   // Whether light falls on the front of a surface through a point.
   [[nodiscard]] bool IsLit(Vec3f point, Vec3f normal) const {
     return Dot(light_ - point, normal) > 0;
@@ -39,6 +44,7 @@ class CastShadow {
  private:
   struct HalfSpace {
     Vec3f normal;
+    Vec3f reach;       // of the normal, without signs
     float offset = 0;  // Dot(normal, p) >= offset within
   };
 
@@ -47,9 +53,10 @@ class CastShadow {
   float height_ = 0;  // of the light over the receiver's plane, m
   Vec3f along_a_;     // to coordinates of the element: Dot(p - origin, .)
   Vec3f along_b_;
-  // Whose intersection holds all segments from the receiver to the light.
+  Box around_;  // all segments from the receiver to the light
+  // Whose intersection holds all segments from the receiver to the light; that
+  // which a triangle does not need holds everything.
   std::array<HalfSpace, 6> within_;
-  uint32_t half_spaces_ = 0;
 };
 
 // The shadows of several blockers, added up: of those with the light on their

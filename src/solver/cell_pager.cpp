@@ -42,9 +42,10 @@ CachedThing CellPager::ThingOf(ItemKey key) {
   switch (key.kind) {
     case ItemKind::kTree:
     case ItemKind::kElements:
-    case ItemKind::kWeights:
       return {{BlockKind::kCellTree, key.cell},
               static_cast<uint32_t>(key.kind)};
+    case ItemKind::kWeights:
+      return {{BlockKind::kSourceWeights, key.cell}};
     case ItemKind::kDelta:
       return {{BlockKind::kCellDelta, key.cell}};
     case ItemKind::kReceived:
@@ -106,6 +107,7 @@ void CellPager::NoteCapacity() {
 
 void CellPager::ForgetWeights(CellId cell) {
   Forget({ItemKind::kWeights, cell.value});
+  EraseSourceWeights(*store_, cell);
 }
 
 void CellPager::ForgetDelta(CellId cell) {
@@ -145,6 +147,9 @@ void CellPager::Write(ItemKey key, Item* item) {
     const auto& delta =
         *std::static_pointer_cast<CoefficientArray>(item->value);
     SaveDelta(*store_, cell, delta);
+  } else if (key.kind == ItemKind::kWeights) {
+    SaveSourceWeights(
+        *store_, cell, *std::static_pointer_cast<SourceWeights>(item->value));
   } else {
     std::static_pointer_cast<ReceivedLight>(item->value)->Save(*store_, cell);
   }

@@ -21,6 +21,7 @@
 #include "solver/received_light.h"
 #include "solver/refine_side.h"
 #include "solver/shaft.h"
+#include "solver/source_weights.h"
 #include "visibility/occlusion.h"
 
 #include <cstdint>
@@ -90,6 +91,9 @@ class CellPager {
   // The cell will be balanced: they are not to be asked for until then. They
   // must not be in use.
   void ForgetWeights(CellId cell);
+
+  // The cell was balanced, and its tree is in use.
+  void RenewWeights(CellId cell);
 
   // The tree was changed, and may have grown: it will be written back.
   void MarkDirty(CellId cell);

@@ -256,25 +256,34 @@ std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
 
 std::shared_ptr<const SourceWeights> CellPager::Weights(CellId cell) {
   const ItemKey key{ItemKind::kWeights, cell.value};
-  if (Find(key) == nullptr) {
-    const auto geometry = Geometry(cell);
-    const auto tree = Tree(cell);
-    // Nothing is read for it but the tree: the best cache that the trace tells
-    // of is taken to have these small things, and asks for that tree as well.
-    MemoryCharge room = Reserve(
-        SourceWeights::BytesFor(geometry->patches.size()), kWeightsPurpose);
-    auto weights = std::make_shared<SourceWeights>(
-        WeighSource({.id = cell,
-                     .patches = geometry->patches,
-                     .tree = tree.get(),
-                     .clusters = geometry->clusters.get(),
-                     .groups = &geometry->groups}));
-    room.Reset();
-    const uint64_t bytes = weights->SizeBytes();
-    MakeRoom(bytes, kWeightsPurpose);
-    Insert(key, std::move(weights), bytes);
+  if (Find(key) == nullptr && !HasSourceWeights(*store_, cell)) {
+    RenewWeights(cell);  // nothing was sent yet but what is emitted
   }
-  return Use<const SourceWeights>(key);
+  const auto geometry = Geometry(cell);
+  return UseStored<SourceWeights>(
+      key,
+      kWeightsPurpose,
+      [&] { return SourceWeights::BytesFor(geometry->patches.size()); },
+      [&] { return LoadSourceWeights(*store_, cell, *geometry); });
+}
+
+void CellPager::RenewWeights(CellId cell) {
+  const ItemKey key{ItemKind::kWeights, cell.value};
+  const auto geometry = Geometry(cell);
+  const auto tree = Tree(cell);
+  MemoryCharge room = Reserve(SourceWeights::BytesFor(geometry->patches.size()),
+                              kWeightsPurpose);
+  auto weights = std::make_shared<SourceWeights>(
+      WeighSource({.id = cell,
+                   .patches = geometry->patches,
+                   .tree = tree.get(),
+                   .clusters = geometry->clusters.get(),
+                   .groups = &geometry->groups}));
+  room.Reset();
+  const uint64_t bytes = weights->SizeBytes();
+  MakeRoom(bytes, kWeightsPurpose);
+  Insert(key, std::move(weights), bytes);
+  items_.at(key).dirty = true;
 }
 
 template <typename T>

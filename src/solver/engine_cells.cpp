@@ -219,6 +219,7 @@ void Engine::Settle(const Receiver& r) {
   assert(r.tree->IsValid() && delta->IsFinite());
   pager_.MarkDirty(r.id);
   pager_.MarkReceivedDirty(r.id);
+  pager_.RenewWeights(r.id);
 }
 
 }  // namespace enfilade

@@ -10,6 +10,7 @@
 #include "solver/held_gain.h"
 #include "solver/next_use.h"
 #include "solver/received_light.h"
+#include "solver/source_weights.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
@@ -110,7 +111,7 @@ class NeedFinder {
     const CellNeed& r = needs_[receiver.Index()];
     const VisibleSet visible = LoadVisibleSet(*store_, receiver);
     const uint64_t own = r.geometry + r.tree + r.received + BytesOf(visible);
-    Consider(own + r.balance, {receiver, {receiver}}, receiver);
+    Consider(own + r.balance + r.weights, {receiver, {receiver}}, receiver);
     const uint64_t refined = own + r.care + kRefineWorkspaceBytes;
     Consider(refined + r.blockers + std::max(r.build, r.clusters),
              {receiver, {receiver}},

@@ -8,6 +8,7 @@
 
 #include "solver/rare_draws.h"
 #include "solver/refine_side.h"
+#include "solver/source_weights.h"
 
 #include <cstddef>
 #include <cstdint>

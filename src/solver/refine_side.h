@@ -7,11 +7,9 @@
 #include "solver/cell_care.h"
 #include "solver/cluster_tree.h"
 #include "solver/element_tree.h"
-#include "solver/form_factor.h"
 #include "solver/geometry.h"
 #include "solver/source_group.h"
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,34 +20,15 @@ namespace enfilade {
 // count as if they had this reflectance.
 inline constexpr float kLeastWeightReflectance = 0.1F;
 
+// What a cell sends at most: solver/source_weights.h.
+struct SourceWeights;
+
 struct RefineOptions {
   double tau = 1;                // W/m: largest weighted error of a link
   double tau_weak = 1;           // W/m: transfers below are sampled
   uint64_t seed = 0;             // of the visibility samples
   float least_diameter = 2e-5F;  // m; smaller elements are not split
   bool counts_black = false;     // errors on surfaces that reflect nothing
-};
-
-// What a group sends, of the brightest channel, W/m2.
-struct GroupWeight {
-  float radiosity = 0;
-  float spread = 0;  // RMS of what its patches deviate from it
-
-  [[nodiscard]] float Most() const { return radiosity + spread; }
-};
-
-// What a cell sends at most: the same for all receivers, until it has had its
-// next turn.
-struct SourceWeights {
-  // Per cluster, the largest of its items that are in no group.
-  std::vector<float> peaks;         // radiosity, W/m2
-  std::vector<float> fluxes;        // radiosity times area, W
-  std::vector<GroupWeight> groups;  // as in SourceGroups::All()
-
-  [[nodiscard]] uint64_t SizeBytes() const;
-
-  // An upper bound of what SizeBytes() of a cell of so many patches will be.
-  static uint64_t BytesFor(size_t patches);
 };
 
 struct RefineSide {
@@ -86,16 +65,5 @@ float CareOf(std::span<const PatchCare> care, uint32_t patch);
 std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
                                    const ClusterTree& clusters,
                                    std::span<const PatchCare> care);
-
-// Of the side of a source, of which all but `sent` is there.
-SourceWeights WeighSource(const RefineSide& source);
-
-// What an element sends at its transfer nodes, of the brightest channel, W/m2.
-std::array<float, kTransferNodes> NodeRadiosity(const CellTree& tree,
-                                                ElementId element,
-                                                PatchShape patch);
-
-// The largest radiosity of an element, by that at its nodes and by its detail.
-float PeakOf(const std::array<float, kTransferNodes>& radiosity, float detail);
 
 }  // namespace enfilade

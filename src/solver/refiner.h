@@ -29,6 +29,7 @@
 #include "solver/received_light.h"
 #include "solver/refine_side.h"
 #include "solver/shaft.h"
+#include "solver/source_weights.h"
 #include "solver/work_part.h"
 
 #include <array>

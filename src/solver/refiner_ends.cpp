@@ -3,6 +3,7 @@
 
 #include "solver/oracle.h"
 #include "solver/refiner_task.h"
+#include "solver/source_weights.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 
 #include "base/random.h"
 #include "solver/refiner_task.h"
+#include "solver/source_weights.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,6 @@
 namespace enfilade {
 namespace {
 
-constexpr size_t kGroupSize = 8;
-constexpr size_t kSuperGroupSize = 16;
 // Coplanar is not between: tolerance on plane distances, m.
 constexpr float kPlaneTolerance = 1e-4F;
 
@@ -22,20 +20,33 @@ uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
   return spread(x) | spread(y) << 1 | spread(z) << 2;
 }
 
-std::vector<size_t> SpatialOrder(std::span<const PatchGeometry> patches) {
+Box BoxOf(const PatchGeometry& patch) {
   Box box;
+  for (const Vec3f p : CornersOf(patch, {}).View()) {
+    box.Add(p);
+  }
+  return box;
+}
+
+// By the middles of their boxes.
+std::vector<size_t> SpatialOrder(std::span<const PatchGeometry> patches) {
+  std::vector<Vec3f> middles;
+  middles.reserve(patches.size());
+  Box all;
   for (const PatchGeometry& p : patches) {
-    box.Add(p.origin);
+    const Box box = BoxOf(p);
+    middles.push_back((box.low + box.high) * 0.5F);
+    all.Add(middles.back());
   }
   const auto cell = [](float v, float from, float to) {
     return static_cast<uint32_t>(1023 * (v - from) / (to - from + 1e-6F));
   };
-  std::vector<uint32_t> codes(patches.size());
-  for (size_t i = 0; i < patches.size(); ++i) {
-    const Vec3f o = patches[i].origin;
-    codes[i] = Morton(cell(o.x, box.low.x, box.high.x),
-                      cell(o.y, box.low.y, box.high.y),
-                      cell(o.z, box.low.z, box.high.z));
+  std::vector<uint32_t> codes;
+  codes.reserve(patches.size());
+  for (const Vec3f m : middles) {
+    codes.push_back(Morton(cell(m.x, all.low.x, all.high.x),
+                           cell(m.y, all.low.y, all.high.y),
+                           cell(m.z, all.low.z, all.high.z)));
   }
   std::vector<size_t> order(patches.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -43,6 +54,16 @@ std::vector<size_t> SpatialOrder(std::span<const PatchGeometry> patches) {
     return codes[a] < codes[b];
   });
   return order;
+}
+
+std::vector<Box> BoxesOf(std::span<const PatchGeometry> patches,
+                         std::span<const size_t> order) {
+  std::vector<Box> boxes;
+  boxes.reserve(order.size());
+  for (const size_t i : order) {
+    boxes.push_back(BoxOf(patches[i]));
+  }
+  return boxes;
 }
 
 // All points on one (closed) side of the plane; `sign` +1: in front.
@@ -102,29 +123,20 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
   return shaft;
 }
 
-ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches) {
-  for (const size_t i : SpatialOrder(patches)) {
+ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches)
+    : ShaftBlockers(patches, SpatialOrder(patches)) {}
+
+ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
+                             std::span<const size_t> order)
+    : boxes_(BoxesOf(patches, order)) {
+  points_.reserve(4 * patches.size());
+  normals_.reserve(patches.size());
+  for (const size_t i : order) {
     const Corners c = CornersOf(patches[i], {});
-    Box box;
     for (size_t k = 0; k < 4; ++k) {
       points_.push_back(c.points[std::min(k, c.count - 1)]);
-      box.Add(points_.back());
     }
     normals_.push_back(patches[i].normal);
-    if (boxes_.size() % kGroupSize == 0) {
-      groups_.push_back({{}, static_cast<uint32_t>(boxes_.size()), 0});
-    }
-    groups_.back().box.Add(box);
-    ++groups_.back().count;
-    boxes_.push_back(box);
-    box_.Add(box);
-  }
-  for (size_t i = 0; i < groups_.size(); ++i) {
-    if (i % kSuperGroupSize == 0) {
-      supergroups_.push_back({{}, static_cast<uint32_t>(i), 0});
-    }
-    supergroups_.back().box.Add(groups_[i].box);
-    ++supergroups_.back().count;
   }
 }
 
@@ -138,68 +150,32 @@ bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
          !IsBehindSource(blocker, shaft);
 }
 
-template <typename Misses, typename Visit>
-bool ShaftBlockers::VisitGroup(const Group& group,
-                               const Misses& misses,
-                               const Visit& visit) const {
-  if (misses(group.box)) {
-    return true;
-  }
-  for (uint32_t i = group.first; i < group.first + group.count; ++i) {
-    if (!misses(boxes_[i]) && !visit(i)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-template <typename Misses, typename Visit>
-bool ShaftBlockers::VisitAll(const Misses& misses, const Visit& visit) const {
-  if (misses(box_)) {
-    return true;
-  }
-  for (const Group& super : supergroups_) {
-    if (misses(super.box)) {
-      continue;
-    }
-    for (uint32_t g = super.first; g < super.first + super.count; ++g) {
-      if (!VisitGroup(groups_[g], misses, visit)) {
-        return false;
-      }
-    }
-  }
-  return true;
-}
-
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
-  return VisitAll([&](const Box& box) { return !shaft.box.Overlaps(box); },
-                  [&](size_t i) { return !MayCut(i, shaft); });
+  return boxes_.VisitAll(
+      [&](const BoxOctet& boxes) { return boxes.Overlapping(shaft.box); },
+      [&](size_t i) { return !MayCut(i, shaft); });
 }
 
 ShadowSum ShaftBlockers::SumOfShadows(const CastShadow& shadow,
                                       uint64_t enough) const {
   ShadowSum sum;
-  VisitAll([&](const Box& box) { return shadow.Misses(box); },
-           [&](size_t i) {
-             const std::span<const Vec3f> blocker = CornersOfBlocker(i);
-             (shadow.IsLit(blocker[0], normals_[i]) ? sum.of_fronts
-                                                    : sum.of_backs) +=
-                 shadow.ShareOf(blocker);
-             return sum.Larger() < enough;
-           });
+  boxes_.VisitAll([&](const BoxOctet& boxes) { return shadow.MayMeet(boxes); },
+                  [&](size_t i) {
+                    const std::span<const Vec3f> blocker = CornersOfBlocker(i);
+                    (shadow.IsLit(blocker[0], normals_[i]) ? sum.of_fronts
+                                                           : sum.of_backs) +=
+                        shadow.ShareOf(blocker);
+                    return sum.Larger() < enough;
+                  });
   return sum;
 }
 
 uint64_t ShaftBlockers::BytesFor(size_t blockers) {
-  const size_t groups = (blockers + kGroupSize - 1) / kGroupSize;
-  const size_t supergroups = (groups + kSuperGroupSize - 1) / kSuperGroupSize;
-  return (groups + supergroups) * sizeof(Group) +
-         blockers * (sizeof(Box) + (4 + 1) * sizeof(Vec3f));
+  return BoxOctets::BytesFor(blockers) + blockers * (4 + 1) * sizeof(Vec3f);
 }
 
 uint64_t ShaftBlockers::SizeBytes() const {
-  return (groups_.size() + supergroups_.size()) * sizeof(Group) +
-         boxes_.size() * sizeof(Box) +
+  return boxes_.SizeBytes() +
          (points_.size() + normals_.size()) * sizeof(Vec3f);
 }
 

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "solver/box_octets.h"
 #include "solver/cast_shadow.h"
 #include "solver/geometry.h"
 
@@ -32,7 +33,7 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const Box& source);
 
-// The blockers of one cell, in small groups with boxes.
+// The blockers of one cell, in a tree of boxes.
 class ShaftBlockers {
  public:
   explicit ShaftBlockers(std::span<const PatchGeometry> patches);
@@ -53,31 +54,16 @@ class ShaftBlockers {
   static uint64_t BytesFor(size_t blockers);
 
  private:
-  struct Group {
-    Box box;
-    uint32_t first = 0;
-    uint32_t count = 0;
-  };
+  ShaftBlockers(std::span<const PatchGeometry> patches,
+                std::span<const size_t> order);
 
-  // Calls visit(i) for the blockers whose boxes and groups do not miss, until
-  // it returns false. Returns whether it never did.
-  template <typename Misses, typename Visit>
-  bool VisitAll(const Misses& misses, const Visit& visit) const;
-  template <typename Misses, typename Visit>
-  bool VisitGroup(const Group& group,
-                  const Misses& misses,
-                  const Visit& visit) const;
   [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
 
   [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {
     return std::span<const Vec3f>(points_).subspan(4 * i, 4);
   }
 
-  // Groups of blockers, and groups of groups.
-  std::vector<Group> groups_;
-  std::vector<Group> supergroups_;
-  Box box_;                    // of all
-  std::vector<Box> boxes_;     // of the blockers, group after group
+  BoxOctets boxes_;
   std::vector<Vec3f> points_;  // four corners each (a triangle repeats one)
   std::vector<Vec3f> normals_;
 };

@@ -12,6 +12,7 @@
 #include "solver/refine_side.h"
 #include "solver/refiner.h"
 #include "solver/shaft.h"
+#include "solver/source_weights.h"
 #include "visibility/occlusion.h"
 
 #include <deque>
