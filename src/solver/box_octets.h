@@ -21,8 +21,8 @@ struct BoxOctet {
   static constexpr std::array<uint32_t, kCount> kBits = {
       1, 2, 4, 8, 16, 32, 64, 128};
 
-  Lanes low_x, low_y, low_z;
-  Lanes high_x, high_y, high_z;
+  Lanes low_x{}, low_y{}, low_z{};
+  Lanes high_x{}, high_y{}, high_z{};
 
   BoxOctet();
 

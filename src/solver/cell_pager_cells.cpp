@@ -284,6 +284,8 @@ void CellPager::RenewWeights(CellId cell) {
   MakeRoom(bytes, kWeightsPurpose);
   Insert(key, std::move(weights), bytes);
   items_.at(key).dirty = true;
+  NoteCapacity();
+  trace_.Make(ThingOf(key));
 }
 
 template <typename T>

@@ -22,8 +22,8 @@ constexpr double kPatchM = 0.5;
 
 CellGeometry RandomCell(int patches) {
   CellGeometry cell;
-  cell.patches =
-      GeometryOf(RandomPatches(3, static_cast<size_t>(patches), kRoomM, kPatchM));
+  cell.patches = GeometryOf(
+      RandomPatches(3, static_cast<size_t>(patches), kRoomM, kPatchM));
   cell.clusters = std::make_unique<ClusterTree>(
       cell.patches, WholePatches(cell.patches.size()));
   return cell;
