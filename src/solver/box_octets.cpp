@@ -1,6 +1,6 @@
 #include "solver/box_octets.h"
 
-#include <algorithm>
+#include <utility>
 
 namespace enfilade {
 namespace {

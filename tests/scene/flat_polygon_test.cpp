@@ -38,8 +38,7 @@ TEST(FlatPolygonTest, IsNearWhatItHoldsAndItsBorder) {
   EXPECT_FALSE(angle.IsNear({-0.02, 1, 3}, kNear));
 }
 
-// From outside through an arm and the notch: half of what is not an arm counts
-// for nothing, but for the tolerance at the border that is parallel to it.
+// Through both arms, through one and the notch, and through the notch alone.
 TEST(FlatPolygonTest, LengthIsThatOfThePartsInside) {
   const FlatPolygon angle = Angle();
   EXPECT_NEAR(angle.LengthNear({-3, 0.5, 3}, {5, 0.5, 3}, 0), 2, kRounding);
