@@ -164,11 +164,12 @@ SolveSummary PipelineRun::Solve() {
   };
   options.round_ended = [&](const RoundSummary& round) {
     progress_.Note(
-        fmt::format("solve: round {}: {} elements, {} links, error {:.4f}",
+        fmt::format("solve: round {}: {} elements, {} links, error {:.4f}{}",
                     round.round,
                     round.elements,
                     round.links,
-                    round.estimated_error));
+                    round.estimated_error,
+                    round.is_seen_by_rays ? "" : ", predicted"));
   };
   UpdateRecord();
   const SolveSummary summary = enfilade::Solve(store_, options, budget_);

@@ -84,7 +84,7 @@ ShaftBlockers CellMaker::MakePortals(CellId cell) const {
       }
     }
   }
-  return ShaftBlockers(triangles);
+  return ShaftBlockers(triangles, kCoplanarPortalM);
 }
 
 CellGeometry CellMaker::MakeGeometry(CellId cell,

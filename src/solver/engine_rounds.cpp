@@ -75,6 +75,7 @@ void Engine::TellOfRound() const {
   }
   summary.links = record.links;
   summary.estimated_error = record.estimated_error;
+  summary.is_seen_by_rays = record.most_by_rays > 0;
   options_.round_ended(summary);
 }
 

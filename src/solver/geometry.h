@@ -160,9 +160,11 @@ struct Corners {
   std::array<Vec3f, 4> points;
   size_t count = 0;
 
-  [[nodiscard]] std::span<const Vec3f> View() const {
+  [[nodiscard]] std::span<const Vec3f> View() const& {
     return std::span(points).first(count);
   }
+  // A view of what is about to go would be read after it has gone.
+  void View() const&& = delete;
 };
 
 Corners CornersOf(const PatchGeometry& patch, ElementFrame frame);

@@ -6,9 +6,6 @@
 namespace enfilade {
 namespace {
 
-// Coplanar is not between: tolerance on plane distances, m.
-constexpr float kPlaneTolerance = 1e-4F;
-
 // Interleaves the low ten bits of three numbers.
 uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
   const auto spread = [](uint32_t v) {
@@ -22,7 +19,8 @@ uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
 
 Box BoxOf(const PatchGeometry& patch) {
   Box box;
-  for (const Vec3f p : CornersOf(patch, {}).View()) {
+  const Corners corners = CornersOf(patch, {});
+  for (const Vec3f p : corners.View()) {
     box.Add(p);
   }
   return box;
@@ -66,19 +64,16 @@ std::vector<Box> BoxesOf(std::span<const PatchGeometry> patches,
   return boxes;
 }
 
-// All points on one (closed) side of the plane; `sign` +1: in front.
+// All points on one (closed) side of the plane, or within `tolerance` of it;
+// `sign` +1: in front.
 bool AllOnSide(std::span<const Vec3f> points,
                Vec3f on_plane,
                Vec3f normal,
-               float sign) {
+               float sign,
+               float tolerance) {
   return std::all_of(points.begin(), points.end(), [&](Vec3f p) {
-    return sign * Dot(p - on_plane, normal) >= -kPlaneTolerance;
+    return sign * Dot(p - on_plane, normal) >= -tolerance;
   });
-}
-
-bool IsBehindSource(std::span<const Vec3f> blocker, const Shaft& shaft) {
-  return shaft.source != nullptr &&
-         AllOnSide(blocker, shaft.source->origin, shaft.source->normal, -1);
 }
 
 }  // namespace
@@ -123,12 +118,14 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
   return shaft;
 }
 
-ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches)
-    : ShaftBlockers(patches, SpatialOrder(patches)) {}
+ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
+                             float coplanar_m)
+    : ShaftBlockers(patches, coplanar_m, SpatialOrder(patches)) {}
 
 ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
+                             float coplanar_m,
                              std::span<const size_t> order)
-    : boxes_(BoxesOf(patches, order)) {
+    : coplanar_m_(coplanar_m), boxes_(BoxesOf(patches, order)) {
   points_.reserve(4 * patches.size());
   normals_.reserve(patches.size());
   for (const size_t i : order) {
@@ -143,11 +140,14 @@ ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
 bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
   const auto both = std::span<const Vec3f>(shaft.ends).first(shaft.count);
   const std::span<const Vec3f> blocker = CornersOfBlocker(i);
-  return !AllOnSide(both, blocker[0], normals_[i], 1) &&
-         !AllOnSide(both, blocker[0], normals_[i], -1) &&
-         !AllOnSide(
-             blocker, shaft.receiver->origin, shaft.receiver->normal, -1) &&
-         !IsBehindSource(blocker, shaft);
+  const auto has_both_on = [&](float sign) {
+    return AllOnSide(both, blocker[0], normals_[i], sign, coplanar_m_);
+  };
+  const auto is_behind = [&](const PatchGeometry& end) {
+    return AllOnSide(blocker, end.origin, end.normal, -1, coplanar_m_);
+  };
+  return !has_both_on(1) && !has_both_on(-1) && !is_behind(*shaft.receiver) &&
+         (shaft.source == nullptr || !is_behind(*shaft.source));
 }
 
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {

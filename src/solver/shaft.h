@@ -33,14 +33,24 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const Box& source);
 
+// How far from a plane is still in it, m. What lies in the plane of an element
+// is not between it and anything else. For surfaces that is as near as rays
+// end before what they end on, so that both say the same. For portals it is
+// rounding alone: a wall may lie a tenth of a millimetre behind an opening and
+// gets all its light through it. A face two hundredths (kOnPlaneM of the
+// partition) behind an opening is no longer in its plane.
+inline constexpr float kCoplanarSurfaceM = 1e-4F;
+inline constexpr float kCoplanarPortalM = 1e-5F;
+
 // The blockers of one cell, in a tree of boxes.
 class ShaftBlockers {
  public:
-  explicit ShaftBlockers(std::span<const PatchGeometry> patches);
+  explicit ShaftBlockers(std::span<const PatchGeometry> patches,
+                         float coplanar_m = kCoplanarSurfaceM);
 
   // True only if no blocker can cut a segment between the two elements:
   // every blocker lies outside the box of both, or has both on one side of
-  // its plane, or lies behind one of them.
+  // its plane, or lies behind one of them, or in its plane.
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
   // The shadows of the blockers, added up until one of the two sums is at least
@@ -55,6 +65,7 @@ class ShaftBlockers {
 
  private:
   ShaftBlockers(std::span<const PatchGeometry> patches,
+                float coplanar_m,
                 std::span<const size_t> order);
 
   [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
@@ -63,6 +74,7 @@ class ShaftBlockers {
     return std::span<const Vec3f>(points_).subspan(4 * i, 4);
   }
 
+  float coplanar_m_;
   BoxOctets boxes_;
   std::vector<Vec3f> points_;  // four corners each (a triangle repeats one)
   std::vector<Vec3f> normals_;

@@ -43,6 +43,8 @@ struct RoundSummary {
   uint64_t elements = 0;
   uint64_t links = 0;
   double estimated_error = 0;
+  // False: it is what the oracle predicts, which rays may yet contradict.
+  bool is_seen_by_rays = false;
 };
 
 struct SolveOptions {

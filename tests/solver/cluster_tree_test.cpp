@@ -166,11 +166,11 @@ Seen SampleTransfers(
     const Vec3f y = RandomPointOn(sp, sf, random);
     seen.kernel =
         std::max(seen.kernel, KernelBetween(x, rp.normal, y, sp.normal));
-    const Vec3f d = x - CornersOf(sp, sf).points[0];
-    if (Dot(d, sp.normal) > 0) {
-      seen.form_factor = std::max(seen.form_factor,
-                                  static_cast<double>(PointToPolygon(
-                                      x, rp.normal, CornersOf(sp, sf).View())));
+    const Corners corners = CornersOf(sp, sf);
+    if (Dot(x - corners.points[0], sp.normal) > 0) {
+      seen.form_factor = std::max(
+          seen.form_factor,
+          static_cast<double>(PointToPolygon(x, rp.normal, corners.View())));
     }
   }
   return seen;

@@ -61,10 +61,8 @@ TEST(AngleOf, IsTheArcTangentToTheStatedError) {
 TEST(PointToPolygon, IsTheWholeHemisphereForAnEndlessCeiling) {
   const PatchGeometry ceiling =
       MakeRectangle({-1e4, 1e4, 1}, {2e4, 0, 0}, {0, -2e4, 0});
-  EXPECT_NEAR(
-      PointToPolygon({0, 0, 0}, {0, 0, 1}, CornersOf(ceiling, {}).View()),
-      1.0,
-      1e-3);
+  const Corners corners = CornersOf(ceiling, {});
+  EXPECT_NEAR(PointToPolygon({0, 0, 0}, {0, 0, 1}, corners.View()), 1.0, 1e-3);
 }
 
 TEST(PointToPolygon, ClipsWhatIsBelowTheHorizon) {
@@ -73,9 +71,11 @@ TEST(PointToPolygon, ClipsWhatIsBelowTheHorizon) {
   const PatchGeometry whole = MakeRectangle({1, -1, -2}, {0, 2, 0}, {0, 0, 4});
   const PatchGeometry upper = MakeRectangle({1, -1, 0}, {0, 2, 0}, {0, 0, 2});
   const Vec3f up = {0, 0, 1};
-  const float f = PointToPolygon({}, up, CornersOf(upper, {}).View());
+  const Corners of_upper = CornersOf(upper, {});
+  const Corners of_whole = CornersOf(whole, {});
+  const float f = PointToPolygon({}, up, of_upper.View());
   EXPECT_GT(f, 0.1F);
-  EXPECT_NEAR(PointToPolygon({}, up, CornersOf(whole, {}).View()), f, 1e-6);
+  EXPECT_NEAR(PointToPolygon({}, up, of_whole.View()), f, 1e-6);
 }
 
 TEST(PointToPolygon, ParallelUnitSquaresMatchTheClosedForm) {
@@ -113,8 +113,8 @@ TEST(PointToPolygon, FacesOfABoxAddUpToOne) {
         MakeRectangle({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
     double sum = 0;
     for (const PatchGeometry& face : faces) {
-      sum +=
-          static_cast<double>(PointToPolygon(x, n, CornersOf(face, {}).View()));
+      const Corners corners = CornersOf(face, {});
+      sum += static_cast<double>(PointToPolygon(x, n, corners.View()));
     }
     EXPECT_NEAR(sum, 1.0, 1e-5);
   }

@@ -203,6 +203,31 @@ TEST(Shaft, PartsOfAWallSeePastABoxThatHidesTheRest) {
   EXPECT_TRUE(room.Proves(floor, far, ceiling, far));
 }
 
+// A wall lies a tenth of a millimetre behind an opening, as that of a tiled
+// bathroom does above its tiles: too near for rays to tell a surface there from
+// the wall, but all of the wall's light comes through it.
+TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
+  const auto opening =
+      GeometryOf({test::Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+  const auto wall_at = [](double x) {
+    return GeometryOf({test::Rectangle({x, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+                       test::Rectangle({2, 0, 0}, {0, 0, 1}, {0, 1, 0})});
+  };
+  const ShaftBlockers portals(opening, kCoplanarPortalM);
+  const ShaftBlockers surfaces(opening);
+  const auto let_through = [&](const ShaftBlockers& by, double x) {
+    const auto ends = wall_at(x);
+    return !by.LeaveEmpty(ShaftBetween(ends[0], {}, ends[1], {})) &&
+           !by.LeaveEmpty(ShaftBetween(ends[1], {}, ends[0], {}));
+  };
+  EXPECT_TRUE(let_through(portals, -1));
+  EXPECT_TRUE(let_through(portals, -1e-4));
+  EXPECT_TRUE(let_through(portals, -4e-5));
+  EXPECT_FALSE(let_through(portals, 0));  // in its plane, on the other side
+  EXPECT_FALSE(let_through(portals, 1e-3));
+  EXPECT_FALSE(let_through(surfaces, -9e-5));
+}
+
 // All shadows are added up, however the blockers are grouped: of triangles too,
 // which are kept with a corner repeated.
 TEST(ShaftBlockers, AddUpAllShadows) {
