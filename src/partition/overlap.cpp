@@ -45,8 +45,12 @@ double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal) {
 // A part of a patch, and before how many others it is put.
 struct Piece {
   Polygon polygon;
-  int layer = 0;
+  uint8_t layer = 0;
 };
+
+uint8_t LayerBefore(uint8_t layer) {
+  return layer < kMostLayers ? static_cast<uint8_t>(layer + 1) : kMostLayers;
+}
 
 double AreaOf(const std::vector<Polygon>& polygons) {
   return std::accumulate(
@@ -182,14 +186,14 @@ class OverlapSeparator {
     const Vec3 normal = PatchNormal(patches_[own]);
     std::vector<Polygon> same;
     std::vector<Polygon> others;
-    int layer = 0;
+    uint8_t layer = 0;
     for (const Pair& pair : pairs) {
       for (const Piece& piece : PiecesOf(pair.behind)) {
         if (IsSame(pair)) {
           same.push_back(piece.polygon);
         } else {
           others.push_back(piece.polygon);
-          layer = std::max(layer, std::min(piece.layer + 1, kMostLayers));
+          layer = std::max(layer, LayerBefore(piece.layer));
         }
       }
     }
@@ -238,7 +242,7 @@ class OverlapSeparator {
   static void AppendPieces(Polygon polygon,
                            const std::vector<Polygon>& others,
                            Vec3 normal,
-                           int layer,
+                           uint8_t layer,
                            std::vector<Piece>* pieces) {
     const std::vector<Polygon> out = WithoutThose({polygon}, others, normal);
     if (AreaOf(out) <= kSmallShare * PolygonArea(polygon)) {
@@ -276,6 +280,7 @@ class OverlapSeparator {
       } else {
         const Vec3 normal = PatchNormal(patch);
         for (const Piece& piece : it->second) {
+          patch.layer = piece.layer;
           AppendAsPatches(
               patch, piece.polygon, normal * (piece.layer * kApartM), &kept);
         }

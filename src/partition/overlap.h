@@ -24,11 +24,6 @@ inline constexpr double kCoincidentM = 2e-4;
 // their corners decide anyway.
 inline constexpr double kLeastFacing = 0.9994;
 
-// How far before another surface one is put that lay in it, m, and how far the
-// last of a heap: deeper ones are one surface.
-inline constexpr double kApartM = 4e-4;
-inline constexpr int kMostLayers = 6;
-
 struct OverlapCounts {
   uint64_t dropped = 0;  // patches of which a part was there twice
   double area_m2 = 0;    // of those parts

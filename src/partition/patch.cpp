@@ -42,6 +42,7 @@ Bytes EncodeCellPatches(const CellPatches& cell) {
     writer.PutVarint(p.material.value);
     writer.PutVarint(p.face.value);
     writer.Put(FlagsOf(p));
+    writer.Put(p.layer);
   }
   return writer.Take();
 }
@@ -51,7 +52,7 @@ CellPatches DecodeCellPatches(std::span<const std::byte> bytes) {
   CellPatches cell;
   cell.bounds = reader.Get<Box3>();
   const uint64_t count = reader.GetVarint();
-  constexpr size_t kLeastPatchBytes = 9 * sizeof(double) + 3;
+  constexpr size_t kLeastPatchBytes = 9 * sizeof(double) + 4;
   if (count > reader.Remaining() / kLeastPatchBytes) {
     throw DamagedStoreError("a stored cell ends before its last patch");
   }
@@ -63,6 +64,7 @@ CellPatches DecodeCellPatches(std::span<const std::byte> bytes) {
     p.material = MaterialId(static_cast<uint32_t>(reader.GetVarint()));
     p.face = FaceId(static_cast<uint32_t>(reader.GetVarint()));
     SetFlags(reader.Get<uint8_t>(), p);
+    p.layer = reader.Get<uint8_t>();
   }
   return cell;
 }

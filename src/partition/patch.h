@@ -17,6 +17,11 @@ namespace enfilade {
 
 enum class PatchShape : uint8_t { kParallelogram = 0, kTriangle = 1 };
 
+// How far before another surface one is put that lay in it, m, and how many
+// times the last of a heap: deeper ones are one surface (overlap.h).
+inline constexpr double kApartM = 4e-4;
+inline constexpr uint8_t kMostLayers = 6;
+
 // The points origin + a u + b v with a, b in [0,1] (parallelogram) or
 // a, b >= 0, a + b <= 1 (triangle). The normal is u x v.
 struct Patch {
@@ -37,6 +42,9 @@ struct Patch {
   // On the inside of a closed solid without a lamp, or behind what lies on it:
   // it reflects, but no light ever reaches it.
   bool is_enclosed = false;
+  // How many times kApartM it was moved along its normal from where it lies in
+  // the scene. So it may stick out of its cell's region, even through a portal.
+  uint8_t layer = 0;
 };
 
 inline double PatchArea(const Patch& p) {

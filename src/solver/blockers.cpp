@@ -12,9 +12,13 @@ uint32_t Blockers::Occlude(const SegmentPacket& packet) const {
 }
 
 bool Blockers::Separate(const Shaft& shaft) const {
+  if (gates.empty()) {
+    return false;
+  }
+  const Shaft across = AcrossPortals(shaft);
   return std::any_of(
       gates.begin(), gates.end(), [&](const ShaftBlockers* portals) {
-        return portals->LeaveEmpty(shaft);
+        return portals->LeaveEmpty(across);
       });
 }
 

@@ -15,6 +15,7 @@ PatchGeometry MakePatchGeometry(const Patch& patch,
   g.area = static_cast<float>(PatchArea(patch));
   g.shape = patch.shape;
   g.emits = patch.emits;
+  g.layer = patch.layer;
   g.reflects = patch.reflects && !patch.is_enclosed;
   g.material = patch.material;
   g.max_reflectance =

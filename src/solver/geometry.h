@@ -104,6 +104,7 @@ struct PatchGeometry {
   PatchShape shape{};
   bool emits = false;
   bool reflects = false;
+  uint8_t layer = 0;  // as of the Patch
   MaterialId material;
   float max_reflectance = 0;  // over the channels; 0 if it does not reflect
 };

@@ -6,6 +6,8 @@
 namespace enfilade {
 namespace {
 
+constexpr size_t kBoxCorners = 8;
+
 // Interleaves the low ten bits of three numbers.
 uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
   const auto spread = [](uint32_t v) {
@@ -85,6 +87,8 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
   Shaft shaft;
   shaft.receiver = &receiver;
   shaft.source = &source;
+  shaft.on_receiver = receiver.origin;
+  shaft.on_source = source.origin;
   const Corners r = CornersOf(receiver, receiver_frame);
   const Corners s = CornersOf(source, source_frame);
   for (const Corners* c : {&r, &s}) {
@@ -101,6 +105,7 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
                    const Box& source) {
   Shaft shaft;
   shaft.receiver = &receiver;
+  shaft.on_receiver = receiver.origin;
   const Corners r = CornersOf(receiver, receiver_frame);
   for (const Vec3f p : r.View()) {
     shaft.ends[shaft.count++] = p;
@@ -111,10 +116,40 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
                  (i & 2) != 0 ? source.high.y : source.low.y,
                  (i & 4) != 0 ? source.high.z : source.low.z};
   };
-  for (size_t i = 0; i < 8; ++i) {
+  for (size_t i = 0; i < kBoxCorners; ++i) {
     shaft.ends[shaft.count++] = corner(i);
   }
   shaft.box.Add(source);
+  return shaft;
+}
+
+Shaft AcrossPortals(Shaft shaft) {
+  constexpr auto kApart = static_cast<float>(kApartM);
+  const size_t of_receiver =
+      shaft.receiver->shape == PatchShape::kTriangle ? 3 : 4;
+  const auto put_back = [&](const PatchGeometry& end, auto points, Vec3f* on) {
+    const Vec3f back = end.normal * (-kApart * static_cast<float>(end.layer));
+    *on = *on + back;
+    for (Vec3f& p : points) {
+      p = p + back;
+      shaft.box.Add(p);
+    }
+  };
+  const auto ends = std::span(shaft.ends).first(shaft.count);
+  put_back(*shaft.receiver, ends.first(of_receiver), &shaft.on_receiver);
+  if (shaft.source != nullptr) {
+    put_back(*shaft.source, ends.subspan(of_receiver), &shaft.on_source);
+    return shaft;
+  }
+  // Any of many may have been put before others, whichever way it faces.
+  constexpr float kMost = kApart * kMostLayers;
+  for (size_t i = 0; i < kBoxCorners; ++i) {
+    Vec3f& corner = shaft.ends[of_receiver + i];
+    corner = corner + Vec3f{(i & 1) != 0 ? kMost : -kMost,
+                            (i & 2) != 0 ? kMost : -kMost,
+                            (i & 4) != 0 ? kMost : -kMost};
+    shaft.box.Add(corner);
+  }
   return shaft;
 }
 
@@ -143,11 +178,13 @@ bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
   const auto has_both_on = [&](float sign) {
     return AllOnSide(both, blocker[0], normals_[i], sign, coplanar_m_);
   };
-  const auto is_behind = [&](const PatchGeometry& end) {
-    return AllOnSide(blocker, end.origin, end.normal, -1, coplanar_m_);
+  const auto is_behind = [&](const PatchGeometry& end, Vec3f on) {
+    return AllOnSide(blocker, on, end.normal, -1, coplanar_m_);
   };
-  return !has_both_on(1) && !has_both_on(-1) && !is_behind(*shaft.receiver) &&
-         (shaft.source == nullptr || !is_behind(*shaft.source));
+  return !has_both_on(1) && !has_both_on(-1) &&
+         !is_behind(*shaft.receiver, shaft.on_receiver) &&
+         (shaft.source == nullptr ||
+          !is_behind(*shaft.source, shaft.on_source));
 }
 
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {

@@ -21,6 +21,9 @@ struct Shaft {
   std::array<Vec3f, 12> ends;             // the corners of both
   size_t count = 0;
   Box box;  // of both
+  // A point in the plane of each.
+  Vec3f on_receiver;
+  Vec3f on_source;
 };
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
@@ -32,6 +35,11 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
 Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const Box& source);
+
+// The same as far as portals go. These are where a surface lies in the scene,
+// and it may have been put before them (Patch::layer): so the ends go back
+// there, and the box holds both places.
+Shaft AcrossPortals(Shaft shaft);
 
 // How far from a plane is still in it, m. What lies in the plane of an element
 // is not between it and anything else. For surfaces that is as near as rays

@@ -156,7 +156,9 @@ TEST(Overlap, TheSmallerIsSeen) {
     EXPECT_EQ(counts.moved, 1U);
     ASSERT_EQ(patches.size(), 2U);
     EXPECT_NEAR(Height(patches[0]), kApartM, 1e-12);
+    EXPECT_EQ(patches[0].layer, 1);
     EXPECT_EQ(Height(patches[1]), 0);
+    EXPECT_EQ(patches[1].layer, 0);
   }
 }
 

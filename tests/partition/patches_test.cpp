@@ -5,6 +5,7 @@
 #include "partition/patch_cutter.h"
 
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "tests/partition/test_scenes.h"
@@ -121,6 +122,41 @@ TEST(LongPatches, StayWholeWhereTheyAreShortOrTriangles) {
   }
   // Nor is a skirting board cut into its squares.
   EXPECT_EQ(CutLongOnes({Parallelogram({5.5, 0, 0}, {0, 0, 0.1})}).size(), 5U);
+}
+
+TEST(Patches, AreStoredWhole) {
+  Random random(5);
+  CellPatches cell;
+  cell.bounds = {{-1, -2, -3}, {1, 2, 3}};
+  for (int i = 0; i < 64; ++i) {
+    Patch p;
+    p.origin = {random.Next(), random.Next(), random.Next()};
+    p.u = {1 + random.Next(), random.Next(), 0};
+    p.v = {0, 1 + random.Next(), random.Next()};
+    p.shape = (i & 1) != 0 ? PatchShape::kTriangle : PatchShape::kParallelogram;
+    p.material = MaterialId(random.NextBelow(1000));
+    p.face = FaceId(random.NextBelow(1000000));
+    p.emits = (i & 2) != 0;
+    p.reflects = (i & 4) != 0;
+    p.is_twin = (i & 8) != 0;
+    p.is_back = (i & 16) != 0;
+    p.is_enclosed = (i & 32) != 0;
+    p.layer = static_cast<uint8_t>(i % (kMostLayers + 1));
+    cell.patches.push_back(p);
+  }
+  const CellPatches read = DecodeCellPatches(EncodeCellPatches(cell));
+  EXPECT_EQ(read.bounds.low.y, -2);
+  ASSERT_EQ(read.patches.size(), cell.patches.size());
+  for (size_t i = 0; i < cell.patches.size(); ++i) {
+    const Patch& a = cell.patches[i];
+    const Patch& b = read.patches[i];
+    EXPECT_EQ(Length(a.origin - b.origin) + Length(a.u - b.u), 0);
+    EXPECT_EQ(Length(a.v - b.v), 0);
+    EXPECT_EQ(std::tuple(a.shape, a.material, a.face, a.emits, a.reflects),
+              std::tuple(b.shape, b.material, b.face, b.emits, b.reflects));
+    EXPECT_EQ(std::tuple(a.is_twin, a.is_back, a.is_enclosed, a.layer),
+              std::tuple(b.is_twin, b.is_back, b.is_enclosed, b.layer));
+  }
 }
 
 TEST(Patches, EverySideOfEveryFaceIsCoveredOnce) {

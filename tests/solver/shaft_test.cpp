@@ -3,6 +3,7 @@
 
 #include "solver/shaft.h"
 
+#include "solver/blockers.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
 #include "solver/transfer_sample.h"
@@ -226,6 +227,35 @@ TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
   EXPECT_FALSE(let_through(portals, 0));  // in its plane, on the other side
   EXPECT_FALSE(let_through(portals, 1e-3));
   EXPECT_FALSE(let_through(surfaces, -9e-5));
+}
+
+// What lay in another surface was put before it, and so may stand beyond an
+// opening before both.
+TEST(Shaft, WhatWasPutBeforeAnOpeningIsLitThroughIt) {
+  const auto opening =
+      GeometryOf({test::Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+  const ShaftBlockers portals(opening, kCoplanarPortalM);
+  Patch picture =
+      test::Rectangle({-1e-4 + kApartM, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  const auto lamp =
+      GeometryOf({test::Rectangle({2, 0, 0}, {0, 0, 1}, {0, 1, 0})});
+  const auto is_lit = [&] {
+    const auto own = GeometryOf({picture});
+    Box box;
+    box.Add(lamp[0].origin);
+    box.Add(lamp[0].origin + lamp[0].u + lamp[0].v);
+    Blockers between;
+    between.gates = {&portals};
+    const bool by_group = !between.Separate(ShaftBetween(own[0], {}, box));
+    EXPECT_EQ(by_group,
+              !between.Separate(ShaftBetween(own[0], {}, lamp[0], {})));
+    EXPECT_EQ(by_group,
+              !between.Separate(ShaftBetween(lamp[0], {}, own[0], {})));
+    return by_group;
+  };
+  EXPECT_FALSE(is_lit());
+  picture.layer = 1;
+  EXPECT_TRUE(is_lit());
 }
 
 // All shadows are added up, however the blockers are grouped: of triangles too,
