@@ -164,6 +164,7 @@ struct Corners {
   [[nodiscard]] std::span<const Vec3f> View() const& {
     return std::span(points).first(count);
   }
+
   // A view of what is about to go would be read after it has gone.
   void View() const&& = delete;
 };

@@ -1,6 +1,7 @@
 // What a cell sends at most: bounds by which the items of work of its pairs are
-// found. They are far smaller than the tree that they are made of, and most cells
-// that see a source get no links from it: so they are kept beside the tree.
+// found. They are far smaller than the tree that they are made of, and most
+// cells that see a source get no links from it: so they are kept beside the
+// tree.
 
 #pragma once
 
