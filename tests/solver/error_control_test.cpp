@@ -239,6 +239,16 @@ TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
   EXPECT_LT(NextTau(state), state.tau);
 }
 
+// Its links were made in the dark; the second round should not miss by little.
+TEST(ErrorControl, AFirstRoundThatClaimsToDoIsDoubted) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.07, 0.0945, 10)};
+  state.rounds[0].late = 0.2;
+  EXPECT_LT(NextTau(state), 0.5 * state.tau);
+  state.rounds[0].predicted_error = 0.04;
+  EXPECT_EQ(NextTau(state), state.tau) << "with room for such doubts";
+}
+
 TEST(ErrorControl, UnsentRadiosityIsMeasuredByTheErrorAskedFor) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 0.07, 20)};
