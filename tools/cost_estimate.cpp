@@ -45,7 +45,10 @@ CostEstimate EstimateCost(const BlockStorage& store,
       estimate.links * (haar ? kHaarBytesPerLink : kM2BytesPerLink);
   estimate.solve_seconds =
       estimate.links * kSecondsPerLink / static_cast<double>(threads);
-  estimate.least_cap_bytes = FindLeastMemory(store, options).cap_bytes;
+  estimate.cap_to_begin_bytes =
+      FindLeastMemory(store, options, kFirstGrowth).cap_bytes;
+  estimate.least_cap_bytes =
+      FindLeastMemory(store, options, LastGrowth(options)).cap_bytes;
   return estimate;
 }
 
@@ -55,16 +58,22 @@ Json EstimateReport(const CostEstimate& estimate) {
           {"store_bytes", std::round(estimate.store_bytes)},
           {"solve_seconds", estimate.solve_seconds},
           {"least_cap_bytes", estimate.least_cap_bytes},
+          {"cap_to_begin_bytes", estimate.cap_to_begin_bytes},
           {"factor", kEstimateFactor}};
 }
 
 std::string EstimateText(const CostEstimate& estimate,
                          const SolveOptions& options) {
+  const std::string begins =
+      estimate.cap_to_begin_bytes < estimate.least_cap_bytes
+          ? fmt::format(" (a solve begins from {}M on, and may have to stop)",
+                        estimate.cap_to_begin_bytes >> 20)
+          : "";
   return fmt::format(
       "estimate  about {:.2g} links, {:.2g} elements, store {}, {} for error "
       "{} by {}\n"
       "          (within a factor of {} either way; time of {})\n"
-      "least     --memory {}M\n",
+      "least     --memory {}M{}\n",
       estimate.links,
       estimate.elements,
       FormatBytes(estimate.store_bytes),
@@ -73,7 +82,8 @@ std::string EstimateText(const CostEstimate& estimate,
       options.basis,
       kEstimateFactor,
       2 * kEstimateFactor,
-      estimate.least_cap_bytes >> 20);
+      estimate.least_cap_bytes >> 20,
+      begins);
 }
 
 }  // namespace enfilade

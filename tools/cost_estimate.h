@@ -21,9 +21,10 @@ inline constexpr double kEstimateFactor = 4;
 struct CostEstimate {
   double links = 0;
   double elements = 0;
-  double store_bytes = 0;    // with what the store holds already
-  double solve_seconds = 0;  // after the stages before it
-  uint64_t least_cap_bytes = 0;
+  double store_bytes = 0;           // with what the store holds already
+  double solve_seconds = 0;         // after the stages before it
+  uint64_t least_cap_bytes = 0;     // under which the solve should end
+  uint64_t cap_to_begin_bytes = 0;  // below which it is refused
 };
 
 // The store must have visible sets.

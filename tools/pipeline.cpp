@@ -171,6 +171,14 @@ SolveSummary PipelineRun::Solve() {
                     round.estimated_error,
                     round.is_seen_by_rays ? "" : ", predicted"));
   };
+  options.may_not_fit = [&](uint64_t cap_bytes) {
+    spdlog::warn(
+        "error {} may take more than --memory {}M: some {}M, by what other "
+        "models took; if so, the solve stops later and can be resumed",
+        options.error,
+        limits_.memory_cap_bytes >> 20,
+        cap_bytes >> 20);
+  };
   UpdateRecord();
   const SolveSummary summary = enfilade::Solve(store_, options, budget_);
   UpdateRecord();

@@ -14,14 +14,25 @@
 #include "visibility/visible_set.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
 namespace enfilade {
 namespace {
+
+// Elements per patch at the end of a solve, in cells with lamps and in others:
+// so many at this error by M2, with this power of its inverse, and so many
+// times more with constants (docs/decisions/least-memory.md).
+constexpr double kWithLamps = 40;
+constexpr double kWithoutLamps = 25;
+constexpr double kErrorOfGrowth = 0.1;
+constexpr double kGrowthPerError = 1.7;
+constexpr double kHaarGrowth = 3;
 
 // Cells between two others that should stay in memory.
 constexpr size_t kKeptBetween = 8;
@@ -41,8 +52,11 @@ struct CellNeed {
 
 class NeedFinder {
  public:
-  NeedFinder(const BlockStorage& store, const SolveOptions& options)
+  NeedFinder(const BlockStorage& store,
+             const SolveOptions& options,
+             const TreeGrowth& growth)
       : store_(&store),
+        growth_(growth),
         basis_(BasisNamed(options.basis)),
         shape_{&basis_, kRgbChannels},
         partition_(LoadPartition(store)),
@@ -82,11 +96,7 @@ class NeedFinder {
     const CellPatches stored = LoadCellPatches(*store_, cell);
     const size_t patches = stored.patches.size();
     const size_t blockers = BlockerCount(stored);
-    const size_t grown =
-        patches == 0
-            ? 0
-            : kTreeExtra + static_cast<size_t>(kTreeGrowth *
-                                               static_cast<double>(patches));
+    const size_t grown = patches == 0 ? 0 : GrownSize(stored.patches);
     // A tree that is there already may have grown further.
     const size_t elements =
         std::max(grown, has_trees_ ? CellTree::StoredSize(*store_, cell) : 0);
@@ -105,6 +115,15 @@ class NeedFinder {
     need.build = std::max(BlockersBuildBytes(blockers) - held,
                           blockers * sizeof(PatchGeometry));
     return need;
+  }
+
+  [[nodiscard]] size_t GrownSize(const std::vector<Patch>& patches) const {
+    const bool has_lamps = std::any_of(
+        patches.begin(), patches.end(), [](const Patch& p) { return p.emits; });
+    const double per_patch =
+        has_lamps ? growth_.with_lamps : growth_.without_lamps;
+    return static_cast<size_t>(growth_.extra +
+                               per_patch * static_cast<double>(patches.size()));
   }
 
   void LookAt(CellId receiver) {
@@ -161,6 +180,7 @@ class NeedFinder {
   }
 
   const BlockStorage* store_;
+  TreeGrowth growth_;
   Basis basis_;
   TreeShape shape_;
   Partition partition_;
@@ -171,33 +191,60 @@ class NeedFinder {
 
 }  // namespace
 
+TreeGrowth LastGrowth(const SolveOptions& options) {
+  const double finer =
+      std::pow(kErrorOfGrowth / options.error, kGrowthPerError) *
+      (options.basis == "haar" ? kHaarGrowth : 1);
+  const auto at_least_first = [&](double first, double last) {
+    return std::max(first, last * finer);
+  };
+  return {at_least_first(kFirstGrowth.with_lamps, kWithLamps),
+          at_least_first(kFirstGrowth.without_lamps, kWithoutLamps),
+          kFirstGrowth.extra};
+}
+
 LeastMemory FindLeastMemory(const BlockStorage& store,
-                            const SolveOptions& options) {
-  return NeedFinder(store, options).Find();
+                            const SolveOptions& options,
+                            const TreeGrowth& growth) {
+  return NeedFinder(store, options, growth).Find();
 }
 
 void RequireLeastMemory(const BlockStorage& store,
                         const SolveOptions& options,
                         const MemoryBudget& budget) {
-  const LeastMemory least = FindLeastMemory(store, options);
-  if (least.budget_bytes <= budget.LimitBytes()) {
+  const LeastMemory first = FindLeastMemory(store, options, kFirstGrowth);
+  const LeastMemory last = FindLeastMemory(store, options, LastGrowth(options));
+  const uint64_t cap = last.cap_bytes >> 20;
+  if (first.budget_bytes <= budget.LimitBytes()) {
+    if (last.budget_bytes > budget.LimitBytes() && options.may_not_fit) {
+      options.may_not_fit(last.cap_bytes);
+    }
     return;
   }
-  std::string part = fmt::format("cell {}", least.receiver.value);
-  if (least.source != least.receiver) {
-    part = fmt::format("{} and cell {}", part, least.source.value);
+  std::string part = fmt::format("cell {}", first.receiver.value);
+  if (first.source != first.receiver) {
+    part = fmt::format("{} and cell {}", part, first.source.value);
   }
-  if (least.cells_between > 2) {
+  if (first.cells_between > 2) {
     part = fmt::format("{} with what stands in the largest of {} cells between",
                        part,
-                       least.cells_between - 2);
+                       first.cells_between - 2);
+  }
+  std::string later;
+  if (last.cap_bytes > first.cap_bytes) {
+    later = fmt::format(
+        " to begin, and some {}M to end at error {}, when "
+        "there are more elements",
+        cap,
+        options.error);
   }
   throw DoesNotFitError(fmt::format(
-      "the solve needs at least {}M: so much must be in memory at once for {}; "
-      "run again, or go on with 'enfilade resume', with --memory {}M",
-      least.cap_bytes >> 20,
+      "the solve needs at least {}M{}: so much must be in memory at once for "
+      "{}; run again, or go on with 'enfilade resume', with --memory {}M",
+      first.cap_bytes >> 20,
+      later,
       part,
-      least.cap_bytes >> 20));
+      cap));
 }
 
 }  // namespace enfilade

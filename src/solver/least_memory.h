@@ -10,8 +10,10 @@
 //   any of them                    what the receiver sees
 //
 // Trees grow while elements are refined, by a factor that nobody knows
-// beforehand: kTreeGrowth and kTreeExtra are allowed for. A solve that refines
-// further than that may still meet its cap later, and then names a larger one.
+// beforehand. So there are two caps: one under which the first rounds fit,
+// below which a solve does not begin, and one for trees as large as those of
+// other solves have become at the same error, under which it should end.
+// Between the two a solve may have to stop, and then names a larger cap.
 
 #pragma once
 
@@ -33,8 +35,17 @@ inline constexpr uint64_t kSolveWorkspaceBytes = 2ULL << 20;
 
 // What the tree of a cell may grow to: so many elements per patch, and some for
 // the large surfaces, however few (docs/decisions/least-memory.md).
-inline constexpr double kTreeGrowth = 1.25;
-inline constexpr size_t kTreeExtra = 8000;
+struct TreeGrowth {
+  double with_lamps = 0;     // per patch of a cell with lamps
+  double without_lamps = 0;  // per patch of another
+  double extra = 0;
+};
+
+// In the first rounds.
+inline constexpr TreeGrowth kFirstGrowth{1.25, 1.25, 8000};
+
+// By the end of a solve with this error and basis: no less.
+TreeGrowth LastGrowth(const SolveOptions& options);
 
 struct LeastMemory {
   uint64_t budget_bytes = 0;  // work space included
@@ -46,11 +57,14 @@ struct LeastMemory {
 };
 
 // Reads each cell's patches once and each visible set once; holds a few words
-// per cell. The store must have visible sets.
+// per cell. Trees that are there already count as they are, if they are larger.
+// The store must have visible sets.
 LeastMemory FindLeastMemory(const BlockStorage& store,
-                            const SolveOptions& options);
+                            const SolveOptions& options,
+                            const TreeGrowth& growth);
 
-// Throws DoesNotFitError, which names the least cap, if the budget is less.
+// Throws DoesNotFitError, which names a cap under which the solve should end,
+// if the budget is too small for it to begin.
 void RequireLeastMemory(const BlockStorage& store,
                         const SolveOptions& options,
                         const MemoryBudget& budget);

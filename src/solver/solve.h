@@ -61,6 +61,9 @@ struct SolveOptions {
   std::function<void(double fraction, const std::string& phase)> progress;
   // Called from the solving thread after each round.
   std::function<void(const RoundSummary&)> round_ended;
+  // Called before the solve begins if it may outgrow the budget, with a cap of
+  // the process under which it should end.
+  std::function<void(uint64_t cap_bytes)> may_not_fit;
   // Set by a signal handler: Solve commits and throws InterruptedError.
   const std::atomic<bool>* stop = nullptr;
 

@@ -12,6 +12,7 @@
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
+#include <atomic>
 #include <memory>
 #include <string>
 
@@ -44,30 +45,39 @@ class LeastMemoryOfFloor : public ::testing::Test {
     BuildTraceChunks(*store_, budget);
   }
 
+  LeastMemory AtLeast(const SolveOptions& options) const {
+    return FindLeastMemory(*store_, options, kFirstGrowth);
+  }
+
+  LeastMemory AtTheEnd(const SolveOptions& options) const {
+    return FindLeastMemory(*store_, options, LastGrowth(options));
+  }
+
   TemporaryFolder dir_;
   std::unique_ptr<BlockStorage> store_;
   Partition partition_;
 };
 
 TEST_F(LeastMemoryOfFloor, WithSoMuchTheSolveEnds) {
-  const LeastMemory least = FindLeastMemory(*store_, Coarse());
+  const LeastMemory least = AtLeast(Coarse());
   MemoryBudget budget(least.budget_bytes);
   EXPECT_TRUE(Solve(*store_, Coarse(), budget).converged);
   EXPECT_LE(budget.PeakBytes(), least.budget_bytes);
 }
 
 TEST_F(LeastMemoryOfFloor, WithLessItDoesNotBegin) {
-  const LeastMemory least = FindLeastMemory(*store_, Coarse());
+  const LeastMemory least = AtLeast(Coarse());
   MemoryBudget budget(least.budget_bytes - 1);
   try {
     Solve(*store_, Coarse(), budget);
     FAIL() << "no DoesNotFitError";
   } catch (const DoesNotFitError& error) {
-    const std::string cap = std::to_string(least.cap_bytes >> 20);
-    EXPECT_NE(std::string(error.what()).find("at least " + cap + "M"),
+    const std::string first = std::to_string(least.cap_bytes >> 20);
+    const std::string last = std::to_string(AtTheEnd(Coarse()).cap_bytes >> 20);
+    EXPECT_NE(std::string(error.what()).find("at least " + first + "M"),
               std::string::npos)
         << error.what();
-    EXPECT_NE(std::string(error.what()).find("--memory " + cap + "M"),
+    EXPECT_NE(std::string(error.what()).find("--memory " + last + "M"),
               std::string::npos);
   }
   SolveState state;
@@ -78,7 +88,7 @@ TEST_F(LeastMemoryOfFloor, WithLessItDoesNotBegin) {
 // The bound is no phantasy: beside the work space, an eighth of it is too
 // little even here, where most is allowed for the growth of trees.
 TEST_F(LeastMemoryOfFloor, FarLessIsTooLittle) {
-  const uint64_t least = FindLeastMemory(*store_, Coarse()).budget_bytes;
+  const uint64_t least = AtLeast(Coarse()).budget_bytes;
   constexpr uint64_t kWorkspace = kSolveWorkspaceBytes + kRefineWorkspaceBytes;
   MemoryBudget budget(kWorkspace + (least - kWorkspace) / 8);
   EXPECT_THROW(Engine(*store_, Coarse(), budget).Run(), DoesNotFitError);
@@ -87,11 +97,40 @@ TEST_F(LeastMemoryOfFloor, FarLessIsTooLittle) {
 TEST_F(LeastMemoryOfFloor, HigherBasesAndGrownTreesNeedMore) {
   SolveOptions m2 = Coarse();
   m2.basis = "m2";
-  const uint64_t least = FindLeastMemory(*store_, Coarse()).budget_bytes;
-  EXPECT_GT(FindLeastMemory(*store_, m2).budget_bytes, least);
+  const uint64_t least = AtLeast(Coarse()).budget_bytes;
+  EXPECT_GT(AtLeast(m2).budget_bytes, least);
   MemoryBudget budget(kRoomy);
   Solve(*store_, Coarse(), budget);
-  EXPECT_GE(FindLeastMemory(*store_, Coarse()).budget_bytes, least);
+  EXPECT_GE(AtLeast(Coarse()).budget_bytes, least);
+}
+
+TEST_F(LeastMemoryOfFloor, SmallerErrorsNeedMoreAtTheEnd) {
+  SolveOptions options = Coarse();
+  uint64_t before = AtLeast(options).budget_bytes;
+  for (const double error : {0.3, 0.1, 0.02}) {
+    options.error = error;
+    const uint64_t now = AtTheEnd(options).budget_bytes;
+    EXPECT_GT(now, before) << error;
+    before = now;
+  }
+}
+
+// From where a solve begins on, up to where it should end, it goes on with a
+// word of warning.
+TEST_F(LeastMemoryOfFloor, BetweenTheTwoCapsItSaysSo) {
+  SolveOptions fine = Coarse();
+  fine.error = 0.02;
+  std::atomic<bool> stop = true;  // after its first step
+  fine.stop = &stop;
+  uint64_t named = 0;
+  fine.may_not_fit = [&](uint64_t cap_bytes) { named = cap_bytes; };
+  const LeastMemory last = AtTheEnd(fine);
+  MemoryBudget ample(last.budget_bytes);
+  EXPECT_THROW(Solve(*store_, fine, ample), InterruptedError);
+  EXPECT_EQ(named, 0U);
+  MemoryBudget scant(last.budget_bytes - 1);
+  EXPECT_THROW(Solve(*store_, fine, scant), InterruptedError);
+  EXPECT_EQ(named, last.cap_bytes);
 }
 
 TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
@@ -130,7 +169,7 @@ TEST_F(LeastMemoryOfFloor, WithRoomForAllTheRoundsReadWhatTheyMust) {
 }
 
 TEST_F(LeastMemoryOfFloor, WithLittleRoomTheBestCacheReadsMoreThanItMust) {
-  MemoryBudget budget(FindLeastMemory(*store_, Coarse()).budget_bytes);
+  MemoryBudget budget(AtLeast(Coarse()).budget_bytes);
   const SolveSummary narrow = Solve(*store_, Coarse(), budget);
   EXPECT_GE(narrow.bytes_belady, narrow.bytes_compulsory);
   EXPECT_GE(narrow.bytes_read, narrow.bytes_compulsory);
@@ -152,7 +191,7 @@ TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
                                    "--basis",
                                    "haar"});
   ASSERT_EQ(refused.exit_code, 4) << refused.err;
-  const std::string before = "needs at least ";
+  const std::string before = "with --memory ";
   const size_t at = refused.err.find(before);
   ASSERT_NE(at, std::string::npos) << refused.err;
   const std::string cap =
