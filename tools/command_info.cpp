@@ -1,6 +1,8 @@
 // The verb `info`.
 
 #include "base/error.h"
+#include "base/memory.h"
+#include "scene/import.h"
 #include "store/store_files.h"
 #include "visibility/audit.h"
 
@@ -163,7 +165,8 @@ void InfoCommand::RunOnScene() const {
   }
   const SolveOptions options = SolveOptionsOf(settings);
   const CostEstimate estimate =
-      EstimateCost(storage, options, common.limits.threads);
+      EstimateCost(storage, options, common.limits.threads)
+          .WithCap(MemoryBudget::CapForBudget(BytesToImport(store)));
   Json report =
       SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
   report["estimate"] = EstimateReport(estimate);

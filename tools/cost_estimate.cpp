@@ -3,6 +3,7 @@
 #include "partition/partition.h"
 #include "solver/least_memory.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/progress.h"
@@ -50,6 +51,13 @@ CostEstimate EstimateCost(const BlockStorage& store,
   estimate.least_cap_bytes =
       FindLeastMemory(store, options, LastGrowth(options)).cap_bytes;
   return estimate;
+}
+
+CostEstimate CostEstimate::WithCap(uint64_t cap_bytes) const {
+  CostEstimate all = *this;
+  all.least_cap_bytes = std::max(least_cap_bytes, cap_bytes);
+  all.cap_to_begin_bytes = std::max(cap_to_begin_bytes, cap_bytes);
+  return all;
 }
 
 Json EstimateReport(const CostEstimate& estimate) {

@@ -25,6 +25,9 @@ struct CostEstimate {
   double solve_seconds = 0;         // after the stages before it
   uint64_t least_cap_bytes = 0;     // under which the solve should end
   uint64_t cap_to_begin_bytes = 0;  // below which it is refused
+
+  // Of a run that needs at least this cap before the solve.
+  [[nodiscard]] CostEstimate WithCap(uint64_t cap_bytes) const;
 };
 
 // The store must have visible sets.

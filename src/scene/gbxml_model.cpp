@@ -17,9 +17,12 @@ namespace enfilade {
 namespace {
 
 constexpr uint64_t kMostBytes = 4ULL << 30;
-// The document and its tree, by the file's bytes: measured, see the test of
-// the memory of import.
+// The document, its tree and what is made of it, by the file's bytes: measured,
+// see the test of the memory of import. Where tags are short the nodes of the
+// tree are more: one or two for two '<', and an attribute for '='.
 constexpr uint64_t kTreePerByte = 3;
+constexpr uint64_t kTreePerTag = 96;
+constexpr uint64_t kTreePerAttribute = 40;
 // Of a site with its buildings, and of what is none.
 constexpr double kLargestMetres = 5000;
 constexpr double kSmallestMetres = 0.1;
@@ -278,18 +281,30 @@ class ModelReader {
 
 }  // namespace
 
+uint64_t BytesToReadGbxml(const std::filesystem::path& path) {
+  uint64_t bytes = 0;
+  uint64_t tags = 0;
+  uint64_t attributes = 0;
+  VisitFile(path, kMostBytes, [&](std::span<const char> text) {
+    bytes += text.size();
+    tags += static_cast<uint64_t>(std::count(text.begin(), text.end(), '<'));
+    attributes +=
+        static_cast<uint64_t>(std::count(text.begin(), text.end(), '='));
+  });
+  return std::max(kTreePerByte * bytes,
+                  bytes + kTreePerTag * tags + kTreePerAttribute * attributes);
+}
+
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                           MemoryBudget& budget) {
-  MemoryCharge charge;
-  const std::string text = ReadWholeFile(path, kMostBytes, [&](uint64_t bytes) {
-    charge.Reset();
-    charge =
-        MemoryCharge(budget, bytes * kTreePerByte, "reading the gbXML file");
-  });
+  const MemoryCharge charge(
+      budget, BytesToReadGbxml(path), "reading the gbXML file");
+  std::string text = ReadWholeFile(path, kMostBytes);
   pugi::xml_document document;
   const pugi::xml_parse_result result =
-      document.load_buffer(text.data(), text.size());
+      document.load_buffer_inplace(text.data(), text.size());
   if (!result) {
+    text = ReadWholeFile(path, kMostBytes);  // parsing has changed it
     const auto end =
         text.begin() +
         std::clamp<std::ptrdiff_t>(

@@ -40,6 +40,9 @@ struct GbxmlModel {
   std::vector<GbxmlSurface> surfaces;
 };
 
+// What the file takes in memory while it is read: it is held whole.
+uint64_t BytesToReadGbxml(const std::filesystem::path& path);
+
 // Reads the file, in whatever encoding and unit of length it declares. Throws
 // InputError: bad XML with its line, bad content with the Surface's id.
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,

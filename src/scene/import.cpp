@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "scene/default_luminaires.h"
+#include "scene/gbxml_model.h"
 #include "scene/gbxml_reader.h"
 #include "scene/input_file.h"
 #include "scene/material_table.h"
@@ -174,6 +175,10 @@ void AddDefaultLuminaires(const std::filesystem::path& scene,
 
 bool IsSceneName(const std::filesystem::path& path) {
   return FormatByName(path).has_value();
+}
+
+uint64_t BytesToImport(const std::filesystem::path& scene) {
+  return FormatOf(scene) == SceneFormat::kGbxml ? BytesToReadGbxml(scene) : 0;
 }
 
 uint64_t HashSceneFiles(const std::filesystem::path& scene,

@@ -3,7 +3,8 @@
 //   .obj (+ .mtl), .obj.gz   polygons; Kd, Ke, d/Tr
 //   .xml, .gbxml, .xml.gz    gbXML; Spaces and Openings
 //
-// Streams: memory is bounded by the budget and not by the file.
+// OBJ is streamed: memory is bounded by the budget and not by the file. A gbXML
+// file is held whole while it is read, or refused.
 
 #pragma once
 
@@ -39,6 +40,10 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
                       const ImportOptions& options,
                       MemoryBudget& budget,
                       BlockStorage& store);
+
+// What of a scene must be in memory at once while it is read, whatever the
+// budget: nothing of an OBJ. Throws InputError as ImportScene does.
+uint64_t BytesToImport(const std::filesystem::path& scene);
 
 // The hash that SceneInfo::source_hash would have: to notice a changed scene.
 uint64_t HashSceneFiles(const std::filesystem::path& scene,

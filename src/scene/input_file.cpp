@@ -73,25 +73,36 @@ double InputFile::Fraction() const {
              : std::min(1.0, at / static_cast<double>(size_bytes_));
 }
 
-std::string ReadWholeFile(const std::filesystem::path& path,
-                          uint64_t most_bytes,
-                          const std::function<void(uint64_t)>& reserve) {
+void VisitFile(const std::filesystem::path& path,
+               uint64_t most_bytes,
+               const std::function<void(std::span<const char>)>& visit) {
   InputFile file(path);
-  std::string text;
+  uint64_t length = 0;
   std::array<char, kChunkBytes> chunk{};
   while (const size_t got = file.Read(chunk)) {
-    if (text.size() + got > most_bytes) {
+    length += got;
+    if (length > most_bytes) {
       throw InputError(
           fmt::format("{}: longer than {} MiB, which is not "
                       "plausible for this kind of file",
                       path.string(),
                       most_bytes >> 20));
     }
-    if (reserve) {
-      reserve(text.size() + got);
-    }
-    text.append(chunk.data(), got);
+    visit(std::span(chunk).first(got));
   }
+}
+
+std::string ReadWholeFile(const std::filesystem::path& path,
+                          uint64_t most_bytes) {
+  std::string text;
+  uint64_t length = 0;
+  VisitFile(path, most_bytes, [&](std::span<const char> chunk) {
+    length += chunk.size();
+  });
+  text.reserve(length);  // a text that grows takes up to three times as much
+  VisitFile(path, most_bytes, [&](std::span<const char> chunk) {
+    text.append(chunk.data(), chunk.size());
+  });
   return text;
 }
 

@@ -39,13 +39,15 @@ class InputFile {
   uint64_t size_bytes_ = 0;
 };
 
-// The whole file. Throws InputError when it is longer than `most_bytes`. Before
-// the text grows, `reserve` is told how long it will be: a small compressed
-// file may hold a long one.
-std::string ReadWholeFile(
-    const std::filesystem::path& path,
-    uint64_t most_bytes,
-    const std::function<void(uint64_t bytes)>& reserve = {});
+// The bytes of a file once decompressed, one piece after the other. Throws
+// InputError when it is longer than `most_bytes`.
+void VisitFile(const std::filesystem::path& path,
+               uint64_t most_bytes,
+               const std::function<void(std::span<const char>)>& visit);
+
+// The whole file; throws likewise.
+std::string ReadWholeFile(const std::filesystem::path& path,
+                          uint64_t most_bytes);
 
 // Hands a text to a std::istream one logical line at a time: lines end with
 // LF, CRLF or CR, a backslash at the end joins the next line, trailing blanks

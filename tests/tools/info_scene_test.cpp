@@ -1,6 +1,7 @@
 // `enfilade info SCENE`: the cost of a solve before it begins.
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "tests/tools/run_program.h"
@@ -70,6 +71,65 @@ TEST_F(InfoOfScene, TheLeastCapIsEnough) {
                                   "--memory",
                                   std::to_string(least >> 20) + "M"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+// A gbXML file is held whole while it is read, and a file of short tags takes
+// many times its bytes.
+TEST_F(InfoOfScene, TheLeastCapHoldsForWhatReadingTakes) {
+  const auto surface = [](const char* type, const char* points) {
+    std::string text = std::string("<Surface id='") + type + "' surfaceType='" +
+                       type +
+                       "'><AdjacentSpaceId spaceIdRef='a'/>"
+                       "<PlanarGeometry><PolyLoop>";
+    for (const char* p = points; *p != 0; p += 3) {
+      text += "<CartesianPoint>";
+      for (size_t i = 0; i < 3; ++i) {
+        text += std::string("<Coordinate>") + p[i] + "</Coordinate>";
+      }
+      text += "</CartesianPoint>";
+    }
+    return text + "</PolyLoop></PlanarGeometry></Surface>";
+  };
+  {
+    std::ofstream file(dir_ / "tags.xml");
+    file << "<gbXML lengthUnit='Meters'><Campus id='c'><Building id='b'>"
+            "<Space id='a'/></Building>"
+         << surface("SlabOnGrade", "000400440040")
+         << surface("Roof", "003043443403")
+         << surface("ExteriorWall", "000003403400") << "</Campus>";
+    for (int i = 0; i < 400'000; ++i) {
+      file << "<x y='1'>2</x>";
+    }
+    file << "</gbXML>";
+  }
+  const auto info = RunProgram({"info",
+                                dir_ / "tags.xml",
+                                "--default-luminaires",
+                                "--error",
+                                "0.5",
+                                "--report",
+                                dir_ / "i.json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const auto least = nlohmann::json::parse(ReadFile(dir_ / "i.json"))
+                         .at("estimate")
+                         .at("least_cap_bytes")
+                         .get<uint64_t>();
+  const auto solve = RunProgram({"solve",
+                                 dir_ / "tags.xml",
+                                 "--default-luminaires",
+                                 "-o",
+                                 dir_ / "t.enf",
+                                 "--error",
+                                 "0.5",
+                                 "--memory",
+                                 std::to_string(least >> 20) + "M",
+                                 "--report",
+                                 dir_ / "s.json"});
+  ASSERT_EQ(solve.exit_code, 0) << solve.err;
+  EXPECT_LE(nlohmann::json::parse(ReadFile(dir_ / "s.json"))
+                .at("peak_rss_bytes")
+                .get<uint64_t>(),
+            least);
 }
 
 TEST_F(InfoOfScene, TheVisibleSetsAreAuditedWithoutASolve) {
