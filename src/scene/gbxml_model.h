@@ -40,7 +40,8 @@ struct GbxmlModel {
   std::vector<GbxmlSurface> surfaces;
 };
 
-// What the file takes in memory while it is read: it is held whole.
+// Bytes that the file takes in memory while it is read: it is held whole.
+// Throws InputError if it cannot be opened.
 uint64_t BytesToReadGbxml(const std::filesystem::path& path);
 
 // Reads the file, in whatever encoding and unit of length it declares. Throws

@@ -16,7 +16,8 @@ constexpr double kFirstLinksPerPatch = 3;
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
 // Links of the first round are made before most of the light has come: its
-// error is 1.1 to 2.1 times what they predict, this on average.
+// error is 1.0 to 2.1 times what they predict, this on average
+// (docs/decisions/0012-error-estimate.md).
 constexpr double kFirstPrediction = 1.5;
 // Predictions up to this multiple of the requested error are checked: where
 // light is smooth, they are several times too large.
