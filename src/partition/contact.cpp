@@ -125,10 +125,15 @@ struct Feet {
 
 // What stands or lies on one patch.
 struct Contacts {
-  // Of what lies on it, and of what is as near to a lamp as it is long.
-  std::vector<Segment> rims;
+  // Of what lies on it, and of what is as near to a lamp as it is long: the
+  // latter are spared.
+  CutLines rims;
   std::vector<Feet> feet;  // of all else, the longest first
   std::vector<Polygon> covers;
+
+  [[nodiscard]] size_t MostParts() const {
+    return kMostContactParts * (1 + rims.spared.size());
+  }
 };
 
 class ContactCutter {
@@ -194,14 +199,15 @@ class ContactCutter {
           continue;
         }
         if (size > kFramedFrom * length) {
-          Append(FrameAround(ends, plane), &contacts->rims);
+          Append(FrameAround(ends, plane), &contacts->rims.segments);
         }
         for (Segment& segment : chain) {
           segment.least_run = kShortRunAtLampM;
         }
-        Append(chain, &contacts->rims);
+        Append(chain, &contacts->rims.segments);
+        contacts->rims.spared.push_back({box.Center(), length / 2});
       } else if (is_cover[i]) {
-        Append(chain, &contacts->rims);
+        Append(chain, &contacts->rims.segments);
       } else {
         contacts->feet.push_back({length, std::move(chain)});
       }
@@ -220,11 +226,12 @@ class ContactCutter {
                                        size_t feet,
                                        const Polygon& polygon,
                                        const Plane& plane) {
-    std::vector<Segment> segments = contacts.rims;
+    CutLines lines = contacts.rims;
     for (size_t i = 0; i < feet; ++i) {
-      Append(contacts.feet[i].segments, &segments);
+      Append(contacts.feet[i].segments, &lines.segments);
     }
-    return CutAlongSegments(polygon, plane.normal, segments, kMostContactParts);
+    return CutAlongSegments(
+        polygon, plane.normal, lines, contacts.MostParts());
   }
 
   // Along all feet or, where that takes more parts than there may be, along the
@@ -235,16 +242,17 @@ class ContactCutter {
                                                    const Polygon& polygon,
                                                    const Plane& plane) {
     const auto& feet = contacts.feet;
+    const size_t most = contacts.MostParts();
     std::vector<Polygon> parts =
         CutAlong(contacts, feet.size(), polygon, plane);
-    if (parts.size() < kMostContactParts || feet.empty()) {
+    if (parts.size() < most || feet.empty()) {
       return parts;
     }
     size_t fits = 0;
     for (size_t too_many = feet.size(); fits + 1 < too_many;) {
       const size_t middle = (fits + too_many) / 2;
       parts = CutAlong(contacts, middle, polygon, plane);
-      (parts.size() < kMostContactParts ? fits : too_many) = middle;
+      (parts.size() < most ? fits : too_many) = middle;
     }
     while (fits > 0 && feet[fits - 1].length <= kAlike * feet[fits].length) {
       --fits;
@@ -321,7 +329,7 @@ class ContactCutter {
     const Plane plane = PlaneOf(polygon);
     const Contacts contacts = ContactsOf(own, polygon, plane);
     Patch patch = patches_[own];
-    if (contacts.rims.empty() && contacts.feet.empty() &&
+    if (contacts.rims.segments.empty() && contacts.feet.empty() &&
         contacts.covers.empty()) {
       kept->push_back(patch);
       return;

@@ -20,7 +20,8 @@ namespace enfilade {
 // not what is as near to a lamp as it is long: there light is brightest.
 inline constexpr double kLeastContactM = 0.3;
 
-// Patches are not cut into more parts than this.
+// Patches are not cut into more parts than this, and than this again for each
+// foot beside a lamp: a ceiling has as many downlights as it has.
 inline constexpr size_t kMostContactParts = 64;
 
 struct ContactCounts {

@@ -1,7 +1,11 @@
 #include "partition/segment_cut.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -54,59 +58,121 @@ double RunOf(const Segment& segment, const Polygon& polygon, Vec3 normal) {
   return std::max(0.0, end - begin) * Length(segment.b - segment.a);
 }
 
-struct Part {
-  Polygon polygon;
-  std::vector<Segment> segments;  // that may run through it
+// A segment that runs through the inside of a part.
+struct Run {
+  double length = 0;  // m
+  Segment segment;
 };
 
-// The two sides of a part; nothing if no segment cuts it.
-std::optional<std::pair<Part, Part>> Halve(Part* part, Vec3 normal) {
-  std::vector<std::pair<double, size_t>> runs;
-  std::vector<Segment> inside;
-  for (const Segment& segment : part->segments) {
-    const double run = RunOf(segment, part->polygon, normal);
-    if (run >= segment.least_run) {
-      runs.emplace_back(-run, inside.size());
-      inside.push_back(segment);
+struct Part {
+  Polygon polygon;
+  std::vector<Run> runs;
+  std::vector<Spared> spared;  // in its inside
+};
+
+bool IsInside(Point3 p, const Polygon& polygon, Vec3 normal) {
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Point3 corner = polygon[i];
+    const Point3 next = polygon[(i + 1) % polygon.size()];
+    if (Length(next - corner) > kRoundingM &&
+        PlaneThrough(corner, next, normal).Distance(p) < 0) {
+      return false;
     }
   }
-  std::sort(runs.begin(), runs.end());
-  for (const auto& [run, i] : runs) {
-    const Plane line = PlaneThrough(inside[i].a, inside[i].b, normal);
-    if (Classify(part->polygon, line, kRoundingM) != PlaneSide::kCut) {
+  return true;
+}
+
+// A part of a whole. Keeps what is inside it alone, so that those which wait
+// for their turn hold no more together than the whole.
+Part MakePart(Polygon polygon, const Part& whole, Vec3 normal) {
+  Part part;
+  for (const Run& run : whole.runs) {
+    const double length = RunOf(run.segment, polygon, normal);
+    if (length >= run.segment.least_run) {
+      part.runs.push_back({length, run.segment});
+    }
+  }
+  std::copy_if(whole.spared.begin(),
+               whole.spared.end(),
+               std::back_inserter(part.spared),
+               [&](const Spared& spared) {
+                 return IsInside(spared.middle, polygon, normal);
+               });
+  part.polygon = std::move(polygon);
+  return part;
+}
+
+// How many a line goes through.
+size_t Through(const std::vector<Spared>& spared, const Plane& line) {
+  return static_cast<size_t>(
+      std::count_if(spared.begin(), spared.end(), [&](const Spared& s) {
+        return std::abs(line.Distance(s.middle)) < s.radius;
+      }));
+}
+
+// A run of a part, and the sides of its line.
+struct Cut {
+  size_t run = 0;
+  SplitPolygons sides;
+};
+
+// Where a part is cut next; nothing if no segment cuts it.
+std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
+  std::vector<size_t> longest_first(part.runs.size());
+  std::iota(longest_first.begin(), longest_first.end(), size_t{0});
+  std::stable_sort(
+      longest_first.begin(), longest_first.end(), [&](size_t i, size_t k) {
+        return part.runs[i].length > part.runs[k].length;
+      });
+  std::optional<Cut> best;
+  size_t fewest = SIZE_MAX;
+  for (const size_t i : longest_first) {
+    const Segment& segment = part.runs[i].segment;
+    const Plane line = PlaneThrough(segment.a, segment.b, normal);
+    const size_t through = Through(part.spared, line);
+    if (through >= fewest ||
+        Classify(part.polygon, line, kRoundingM) != PlaneSide::kCut) {
       continue;
     }
-    SplitPolygons sides = Split(part->polygon, line, kRoundingM);
+    SplitPolygons sides = Split(part.polygon, line, kRoundingM);
     if (IsNarrow(sides.front) || IsNarrow(sides.back)) {
       continue;
     }
-    inside.erase(inside.begin() + static_cast<std::ptrdiff_t>(i));
-    return std::pair(Part{std::move(sides.front), inside},
-                     Part{std::move(sides.back), inside});
+    best = {i, std::move(sides)};
+    fewest = through;
+    if (fewest == 0) {
+      break;
+    }
   }
-  return std::nullopt;
+  return best;
 }
 
 }  // namespace
 
 std::vector<Polygon> CutAlongSegments(const Polygon& polygon,
                                       Vec3 normal,
-                                      const std::vector<Segment>& segments,
+                                      const CutLines& lines,
                                       size_t most_parts) {
-  std::vector<Part> open{{polygon, segments}};
+  Part whole;
+  for (const Segment& segment : lines.segments) {
+    whole.runs.push_back({0, segment});
+  }
+  whole.spared = lines.spared;
+  std::vector<Part> open{MakePart(polygon, whole, normal)};
   std::vector<Polygon> done;
   while (!open.empty()) {
     Part part = std::move(open.back());
     open.pop_back();
-    auto halves = open.size() + done.size() + 2 <= most_parts
-                      ? Halve(&part, normal)
-                      : std::nullopt;
-    if (halves) {
-      open.push_back(std::move(halves->second));
-      open.push_back(std::move(halves->first));
-    } else {
+    auto cut = open.size() + done.size() + 2 <= most_parts
+                   ? BestCut(part, normal)
+                   : std::nullopt;
+    if (!cut) {
       done.push_back(std::move(part.polygon));
+      continue;
     }
+    part.runs.erase(part.runs.begin() + static_cast<std::ptrdiff_t>(cut->run));
+    open.push_back(MakePart(std::move(cut->sides.back), part, normal));
+    open.push_back(MakePart(std::move(cut->sides.front), part, normal));
   }
   return done;
 }

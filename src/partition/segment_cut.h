@@ -20,13 +20,27 @@ struct Segment {
   double least_run = kShortRunM;
 };
 
+// What lines should not go through that can go elsewhere: the foot of a lamp,
+// which a line would leave in splinters that are not cut any more.
+struct Spared {
+  Point3 middle;
+  double radius = 0;
+};
+
+// Where a polygon is to be cut.
+struct CutLines {
+  std::vector<Segment> segments;
+  std::vector<Spared> spared;
+};
+
 // Cuts a polygon of this normal until no segment runs through the inside of a
-// part: along the line of the one that runs furthest, then each part by itself
-// (a binary space partition of the plane). Stops at `most_parts`. The parts are
-// convex, face as the polygon does, and cover it without overlap.
+// part: along the line of the one that goes through the fewest of what is to be
+// spared, and of those runs furthest, then each part by itself (a binary space
+// partition of the plane). Stops at `most_parts`. The parts are convex, face as
+// the polygon does, and cover it without overlap.
 std::vector<Polygon> CutAlongSegments(const Polygon& polygon,
                                       Vec3 normal,
-                                      const std::vector<Segment>& segments,
+                                      const CutLines& lines,
                                       size_t most_parts);
 
 }  // namespace enfilade

@@ -201,42 +201,83 @@ TEST(Contact, CutsAroundARoundFoot) {
   EXPECT_NEAR(inside, 0.5 * kSides * 0.04 * std::sin(2 * kPi / kSides), 1e-9);
 }
 
+constexpr int kBulbSides = 8;
+constexpr double kBulbRadius = 0.012;
+
+// The sides of a bulb that comes out of the floor.
+std::vector<Patch> BulbAt(Point3 middle) {
+  const auto corner = [&](int i) {
+    const double angle = 2 * kPi * i / kBulbSides;
+    return middle + kEast * (kBulbRadius * std::cos(angle)) +
+           kNorth * (kBulbRadius * std::sin(angle));
+  };
+  std::vector<Patch> bulb;
+  for (int i = 0; i < kBulbSides; ++i) {
+    Patch side = Rectangle(
+        FaceId(1U), corner(i), corner(i + 1) - corner(i), kUp * kBulbRadius);
+    side.emits = true;
+    bulb.push_back(side);
+  }
+  return bulb;
+}
+
+// The area of the patches whose middle lies within a bulb's rim.
+double AreaWithin(const std::vector<Patch>& patches, Point3 bulb) {
+  double area = 0;
+  for (const Patch& p : patches) {
+    const bool triangle = p.shape == PatchShape::kTriangle;
+    const Point3 middle = p.origin + (p.u + p.v) / (triangle ? 3 : 2);
+    area += Length(middle - bulb) < kBulbRadius ? PatchArea(p) : 0;
+  }
+  return area;
+}
+
+double FootOfBulb() {
+  return 0.5 * kBulbSides * kBulbRadius * kBulbRadius *
+         std::sin(2 * kPi / kBulbSides);
+}
+
 // A bulb half sunk into a wall: light ends at its rim, which is made of sides
 // of a few millimetres. Its foot is parts of its own, and all parts but those
 // near it are as large as may be.
 TEST(Contact, CutsTheFootOfABulbOutOfAWall) {
-  constexpr int kSides = 8;
-  constexpr double kRadius = 0.012;
-  const auto corner = [](int i) {
-    const double angle = 2 * kPi * i / kSides;
-    return Point3{
-        2 + kRadius * std::cos(angle), 1.5 + kRadius * std::sin(angle), 0};
-  };
-  std::vector<Patch> bulb;
-  for (int i = 0; i < kSides; ++i) {
-    Patch side = Rectangle(
-        FaceId(1U), corner(i), corner(i + 1) - corner(i), kUp * kRadius);
-    side.emits = true;
-    bulb.push_back(side);
-  }
-  auto patches = FloorWith(bulb);
+  auto patches = FloorWith(BulbAt({2, 1.5, 0}));
   EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
   const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
   EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
   EXPECT_LE(floor.size(), 40U);
-  double inside = 0;
-  double largest = 0;
-  for (const Patch& p : floor) {
-    const bool triangle = p.shape == PatchShape::kTriangle;
-    const Point3 middle = p.origin + (p.u + p.v) / (triangle ? 3 : 2);
-    const double from_bulb = std::hypot(middle.x - 2, middle.y - 1.5);
-    inside += from_bulb < kRadius ? PatchArea(p) : 0;
-    largest = std::max(largest, PatchArea(p));
+  EXPECT_NEAR(AreaWithin(floor, {2, 1.5, 0}), FootOfBulb(), 1e-9);
+  const auto largest = std::max_element(
+      floor.begin(), floor.end(), [](const Patch& a, const Patch& b) {
+        return PatchArea(a) < PatchArea(b);
+      });
+  EXPECT_GT(PatchArea(*largest), 5);
+}
+
+// However many there are: a ceiling full of downlights.
+TEST(Contact, CutsTheFootOfEveryBulbOutOfAWall) {
+  std::vector<Point3> middles;
+  for (int i = 0; i < 8; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      // Not in rows, whose frames could share their lines.
+      middles.push_back(
+          {0.3 + 0.45 * i + 0.02 * k, 0.3 + 0.45 * k + 0.013 * i, 0});
+    }
   }
-  const double foot =
-      0.5 * kSides * kRadius * kRadius * std::sin(2 * kPi / kSides);
-  EXPECT_NEAR(inside, foot, 1e-9);
-  EXPECT_GT(largest, 5);
+  std::vector<Patch> bulbs;
+  for (const Point3 middle : middles) {
+    for (const Patch& side : BulbAt(middle)) {
+      bulbs.push_back(side);
+    }
+  }
+  auto patches = FloorWith(bulbs);
+  EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
+  const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
+  EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
+  EXPECT_LE(floor.size(), 40 * middles.size());
+  for (const Point3 middle : middles) {
+    EXPECT_NEAR(AreaWithin(floor, middle), FootOfBulb(), 1e-9);
+  }
 }
 
 TEST(Contact, LeavesWhatStandsBehindOrApart) {

@@ -55,7 +55,7 @@ TEST(SegmentCut, NothingIsCutByNothing) {
 
 TEST(SegmentCut, ARectangleInsideLeavesFourPartsAround) {
   const auto parts =
-      CutAlongSegments(kFloor, kUp, RimOf(1.5, 1, 1, 0.7), kMany);
+      CutAlongSegments(kFloor, kUp, {RimOf(1.5, 1, 1, 0.7), {}}, kMany);
   EXPECT_EQ(parts.size(), 5U);
   EXPECT_NEAR(AreaOf(parts), 12, 1e-12);
   EXPECT_EQ(std::count_if(parts.begin(),
@@ -70,7 +70,7 @@ TEST(SegmentCut, ACutIsMadeOnceHoweverOftenItIsAskedFor) {
   std::vector<Segment> rim = RimOf(1, 1, 1, 0.5);
   const std::vector<Segment> again = rim;
   rim.insert(rim.end(), again.begin(), again.end());
-  EXPECT_EQ(CutAlongSegments(kFloor, kUp, rim, kMany).size(), 5U);
+  EXPECT_EQ(CutAlongSegments(kFloor, kUp, {rim, {}}, kMany).size(), 5U);
 }
 
 TEST(SegmentCut, WhatDoesNotRunInsideDoesNotCut) {
@@ -81,7 +81,7 @@ TEST(SegmentCut, WhatDoesNotRunInsideDoesNotCut) {
       {{3.99, 2, 0}, {5, 2, 0}},       // runs in by a centimetre
       {{-1, 1.5, 0}, {-0.1, 1.5, 0}},  // its line would cut
   };
-  EXPECT_EQ(CutAlongSegments(kFloor, kUp, outside, kMany).size(), 1U);
+  EXPECT_EQ(CutAlongSegments(kFloor, kUp, {outside, {}}, kMany).size(), 1U);
 }
 
 TEST(SegmentCut, StopsAtTheMostParts) {
@@ -89,10 +89,29 @@ TEST(SegmentCut, StopsAtTheMostParts) {
   for (int i = 1; i < 40; ++i) {
     many.push_back({{0.1 * i, 0, 0}, {0.1 * i, 3, 0}});
   }
-  EXPECT_EQ(CutAlongSegments(kFloor, kUp, many, kMany).size(), 40U);
-  const auto some = CutAlongSegments(kFloor, kUp, many, 7);
+  EXPECT_EQ(CutAlongSegments(kFloor, kUp, {many, {}}, kMany).size(), 40U);
+  const auto some = CutAlongSegments(kFloor, kUp, {many, {}}, 7);
   EXPECT_EQ(some.size(), 7U);
   EXPECT_NEAR(AreaOf(some), 12, 1e-9);
+}
+
+// A line that goes through what is to be spared waits until others have parted
+// the two, however far it runs.
+TEST(SegmentCut, LinesGoAroundWhatIsToBeSpared) {
+  std::vector<Segment> segments = RimOf(1, 1, 0.4, 0.4);
+  segments.push_back({{0, 1.2, 0}, {4, 1.2, 0}});
+  const Spared inside{{1.2, 1.2, 0}, 0.1};
+  const auto whole_parts = [&](const std::vector<Spared>& spared) {
+    const auto parts = CutAlongSegments(kFloor, kUp, {segments, spared}, kMany);
+    return std::count_if(parts.begin(), parts.end(), [&](const Polygon& p) {
+      return DepthIn(p, inside.middle) > 0.19;
+    });
+  };
+  EXPECT_EQ(whole_parts({}), 0);
+  EXPECT_EQ(whole_parts({inside}), 0);  // cut at last: the line runs there
+  segments.back() = {{2, 1.2, 0}, {4, 1.2, 0}};
+  EXPECT_EQ(whole_parts({}), 0);
+  EXPECT_EQ(whole_parts({inside}), 1);
 }
 
 // The rule: the parts are the polygon, and no segment runs through the inside
@@ -114,7 +133,7 @@ TEST(SegmentCut, NoSegmentRunsThroughAPart) {
       segments.push_back(
           {{draw(-1, 4), draw(-1, 3), 0}, {draw(-1, 4), draw(-1, 3), 0}});
     }
-    const auto parts = CutAlongSegments(polygon, kUp, segments, kMany);
+    const auto parts = CutAlongSegments(polygon, kUp, {segments, {}}, kMany);
     parts_seen += parts.size();
     EXPECT_NEAR(AreaOf(parts), PolygonArea(polygon), 1e-9);
     for (const Polygon& part : parts) {
