@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -41,6 +42,13 @@ class PagedVector {
     while (size_ < items) {
       PushBack({});
     }
+  }
+
+  [[nodiscard]] size_t PageCount() const { return pages_.size(); }
+
+  // kPageItems of them; of the last page fewer.
+  [[nodiscard]] std::span<const T> Page(size_t page) const {
+    return pages_[page];
   }
 
   [[nodiscard]] uint64_t SizeBytes() const {

@@ -11,12 +11,33 @@
 namespace enfilade {
 namespace {
 
+// How many patches and parents there are; in the keys that follow it, the
+// parents.
 BlockKey StructureKey(CellId cell) {
   return {BlockKind::kCellTree, cell.value, 0, 0};
 }
 
 BlockKey PagesKey(CellId cell) {
   return {BlockKind::kCellTree, cell.value, 1, 0};
+}
+
+// Of a stored tree.
+struct StoredCounts {
+  uint64_t patches = 0;
+  uint64_t parents = 0;
+};
+
+std::optional<StoredCounts> StoredCountsOf(const BlockStorage& store,
+                                           CellId cell) {
+  const auto bytes = store.Get(StructureKey(cell));
+  if (!bytes) {
+    return std::nullopt;
+  }
+  ByteReader in(*bytes);
+  StoredCounts counts;
+  counts.patches = in.GetVarint();
+  counts.parents = in.GetVarint();
+  return counts;
 }
 
 // Number of levels below the root on a path.
@@ -110,6 +131,7 @@ void CellTree::GrowCoefficients() {
 void CellTree::AppendChildren(uint32_t parent, PatchShape patch_shape) {
   const Element from = elements_[parent];
   elements_[parent].first_child = static_cast<uint32_t>(elements_.Size());
+  parents_.PushBack(parent);
   for (size_t c = 0; c < kChildren; ++c) {
     elements_.PushBack({from.patch, 0, ChildOf(from.frame, patch_shape, c)});
   }
@@ -175,19 +197,17 @@ void CellTree::UpdateDetail() {
 }
 
 void CellTree::Save(BlockStorage& store, CellId cell) const {
-  // Children come in the order in which their parents were split, so the list
-  // of parents in that order is the structure.
-  std::vector<uint32_t> parents((elements_.Size() - patch_count_) / kChildren);
-  for (size_t i = 0; i < elements_.Size(); ++i) {
-    if (elements_[i].first_child != 0) {
-      parents[(elements_[i].first_child - patch_count_) / kChildren] =
-          static_cast<uint32_t>(i);
-    }
+  BlockKey key = StructureKey(cell);
+  ByteWriter counts;
+  counts.PutVarint(patch_count_);
+  counts.PutVarint(parents_.Size());
+  store.Put(key, counts.View());
+  for (size_t page = 0; page < parents_.PageCount(); ++page) {
+    ByteWriter parents;
+    parents.PutArray(parents_.Page(page));
+    ++key.c;
+    store.Put(key, parents.View());
   }
-  ByteWriter structure;
-  structure.PutVarint(patch_count_);
-  structure.PutArray(std::span<const uint32_t>(parents));
-  store.Put(StructureKey(cell), structure.View());
   SavePages(store, PagesKey(cell), sent_);
 }
 
@@ -196,25 +216,32 @@ std::optional<CellTree> CellTree::LoadElements(
     CellId cell,
     TreeShape shape,
     std::span<const PatchGeometry> patches) {
-  const auto structure = store.Get(StructureKey(cell));
-  if (!structure) {
+  const auto counts = StoredCountsOf(store, cell);
+  if (!counts) {
     return std::nullopt;
   }
-  ByteReader in(*structure);
-  const uint64_t patch_count = in.GetVarint();
-  const auto parents = in.GetArray<uint32_t>();
-  if (patch_count != patches.size()) {
+  if (counts->patches != patches.size()) {
     throw DamagedStoreError("an element tree does not match its cell");
   }
   CellTree tree(shape);
   tree.AppendRoots(patches);
-  for (const uint32_t parent : parents) {
-    if (parent >= tree.elements_.Size() ||
-        tree.elements_[parent].first_child != 0) {
-      throw DamagedStoreError("an element tree is not a tree");
+  BlockKey key = StructureKey(cell);
+  while (tree.parents_.Size() < counts->parents) {
+    ++key.c;
+    const Bytes page = store.GetOrThrow(key);
+    const auto parents = ByteReader(page).GetArray<uint32_t>();
+    if (parents.empty() ||
+        parents.size() > counts->parents - tree.parents_.Size()) {
+      throw DamagedStoreError("an element tree is of two states");
     }
-    tree.AppendChildren(parent,
-                        tree.patch_shapes_[tree.elements_[parent].patch]);
+    for (const uint32_t parent : parents) {
+      if (parent >= tree.elements_.Size() ||
+          tree.elements_[parent].first_child != 0) {
+        throw DamagedStoreError("an element tree is not a tree");
+      }
+      tree.AppendChildren(parent,
+                          tree.patch_shapes_[tree.elements_[parent].patch]);
+    }
   }
   return tree;
 }
@@ -236,13 +263,8 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
 }
 
 size_t CellTree::StoredSize(const BlockStorage& store, CellId cell) {
-  const auto structure = store.Get(StructureKey(cell));
-  if (!structure) {
-    return 0;
-  }
-  ByteReader in(*structure);
-  const uint64_t patch_count = in.GetVarint();
-  return patch_count + kChildren * in.GetArray<uint32_t>().size();
+  const auto counts = StoredCountsOf(store, cell);
+  return counts ? counts->patches + kChildren * counts->parents : 0;
 }
 
 uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
@@ -251,7 +273,7 @@ uint64_t CellTree::BytesFor(size_t elements, TreeShape shape) {
 }
 
 uint64_t CellTree::ElementBytesFor(size_t elements) {
-  return elements * sizeof(Element);
+  return elements * sizeof(Element) + elements / kChildren * sizeof(uint32_t);
 }
 
 uint64_t CellTree::Digest(const CoefficientArray& gathered) const {
@@ -269,8 +291,8 @@ uint64_t CellTree::Digest(const CoefficientArray& gathered) const {
 }
 
 uint64_t CellTree::SizeBytes() const {
-  return elements_.SizeBytes() + sent_.SizeBytes() + detail_.SizeBytes() +
-         patch_shapes_.capacity();
+  return elements_.SizeBytes() + parents_.SizeBytes() + sent_.SizeBytes() +
+         detail_.SizeBytes() + patch_shapes_.capacity();
 }
 
 bool CellTree::IsValid() const {

@@ -91,7 +91,7 @@ class CellTree {
   static uint64_t BytesFor(size_t elements, TreeShape shape);
   static uint64_t ElementBytesFor(size_t elements);
 
-  // Writes the structure and, page by page, the coefficients.
+  // Writes the structure and the coefficients, both page by page.
   void Save(BlockStorage& store, CellId cell) const;
 
   // Hash of what is the solution: structure and what is gathered, which is of
@@ -149,6 +149,9 @@ class CellTree {
   TreeShape shape_;
   size_t patch_count_ = 0;
   PagedVector<Element> elements_;
+  // Those that were split, in that order, which is the order of their children:
+  // the structure.
+  PagedVector<uint32_t> parents_;
   std::vector<PatchShape> patch_shapes_;
   CoefficientArray sent_;
   PagedVector<float> detail_;

@@ -38,12 +38,14 @@ void ExpectSame(const CoefficientArray& a, const CoefficientArray& b) {
   }
 }
 
-// A tree of more than two stored pages, with all coefficients.
+// A tree of more than one stored page of its structure and many of its
+// coefficients.
 class StoredTree : public ::testing::Test {
  protected:
   StoredTree() : tree_(shape_, patches_), received_(shape_) {
     Random random(7);
-    while (tree_.Size() < 2 * CoefficientArray::kPageElements + 100) {
+    while (tree_.Size() <
+           kChildren * (PagedVector<uint32_t>::kPageItems + 100)) {
       ElementPath path = kRootPath;
       for (int level = 0; level < 6; ++level) {
         path = ChildPath(path, random.NextBelow(kChildren));
@@ -158,6 +160,19 @@ TEST_F(StoredTree, LetsItsDeltaGrowToElementsMadeSince) {
     EXPECT_TRUE(std::ranges::equal(
         delta[ElementId(tree_.At(child).first_child + 1)], expected));
   }
+}
+
+// Its structure is in pages: none is missing, or of an earlier state.
+TEST_F(StoredTree, LacksNoElements) {
+  tree_.Save(store_, kCell);
+  const BlockKey first{BlockKind::kCellTree, kCell.value, 0, 1};
+  const BlockKey second{BlockKind::kCellTree, kCell.value, 0, 2};
+  store_.Put(second, store_.GetOrThrow(first));
+  EXPECT_THROW(CellTree::LoadElements(store_, kCell, shape_, patches_),
+               DamagedStoreError);
+  store_.Erase(second);
+  EXPECT_THROW(CellTree::LoadElements(store_, kCell, shape_, patches_),
+               DamagedStoreError);
 }
 
 TEST_F(StoredTree, LacksNoCoefficients) {
