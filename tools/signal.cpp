@@ -3,6 +3,8 @@
 #include "base/error.h"
 
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 
 namespace enfilade {
 namespace {
@@ -13,10 +15,27 @@ std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free,
               "the flag is set inside a signal handler");
 
-extern "C" void RequestStop(int /*signal*/) {
-  stop_requested.store(true);
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+// What asks a process to stop may ask its group as well: signals that come so
+// soon after the first are the same request, ns.
+constexpr int64_t kSameRequestNs = 1'000'000'000;
+
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<int64_t> requested_at_ns{0};
+static_assert(std::atomic<int64_t>::is_always_lock_free);
+
+int64_t NowNs() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);  // may be called in a handler
+  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+extern "C" void RequestStop(int signal) {
+  if (!stop_requested.exchange(true)) {
+    requested_at_ns.store(NowNs());
+  } else if (NowNs() - requested_at_ns.load() > kSameRequestNs) {
+    std::signal(signal, SIG_DFL);
+    static_cast<void>(std::raise(signal));
+  }
 }
 
 void Handle(int signal, void (*handler)(int)) {

@@ -1,5 +1,6 @@
 // Stopping on request: SIGINT and SIGTERM set a flag that long work looks at,
-// so that what was done is committed; the second signal kills at once.
+// so that what was done is committed; another one, a second later, kills at
+// once.
 
 #pragma once
 

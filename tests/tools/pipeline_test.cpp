@@ -270,5 +270,24 @@ TEST_F(SolvedRoom, InterruptedSolveExits130AndResumesToTheSameBits) {
   EXPECT_EQ(Blocks("a"), Blocks("whole"));
 }
 
+// Whoever asks a process to stop may ask its group as well: that is one
+// request, and no reason to lose what was done since the last commit.
+TEST_F(SolvedRoom, SignalsThatComeTogetherAreOneRequest) {
+  RunningProgram program({"solve",
+                          folder_ / "room.obj",
+                          "-o",
+                          folder_ / "a.enf",
+                          "--error",
+                          "0.001"});
+  while (!std::filesystem::exists(folder_ / "a.enf")) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  program.Signal(SIGTERM);
+  program.Signal(SIGINT);
+  const ProgramResult result = program.Wait();
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_TRUE(Contains(result.err, "enfilade resume")) << result.err;
+}
+
 }  // namespace
 }  // namespace enfilade
