@@ -30,6 +30,8 @@ constexpr double kFramedFrom = 6;
 constexpr double kFrameMargin = 0.4;
 // Lengths up to this ratio are alike.
 constexpr double kAlike = 1.05;
+// What stands beside a lamp and is no longer than this may be its luminaire.
+constexpr double kMostLuminaireM = 2;
 // Beside lamps, rims are followed by runs as short as this.
 constexpr double kShortRunAtLampM = 2e-3;
 
@@ -125,8 +127,7 @@ struct Feet {
 
 // What stands or lies on one patch.
 struct Contacts {
-  // Of what lies on it, and of what is as near to a lamp as it is long: the
-  // latter are spared.
+  // Of what lies on it, and of what stands beside a lamp: these are spared.
   CutLines rims;
   std::vector<Feet> feet;  // of all else, the longest first
   std::vector<Polygon> covers;
@@ -164,8 +165,8 @@ class ContactCutter {
 
  private:
   // Adds those that reach far together with all that they hang together with,
-  // or are as near to a lamp as they are long. These are framed where the
-  // polygon is far larger.
+  // or are as near to a lamp as they are long (or as those that reach far).
+  // These are framed where the polygon is far larger.
   void AddThoseThatMatter(const std::vector<Segment>& of_feet,
                           const std::vector<Segment>& of_covers,
                           const Polygon& polygon,
@@ -194,18 +195,22 @@ class ContactCutter {
       }
       const Box3 box = BoundsOf(ends);
       const double length = Length(box.Extent());
-      if (length < kLeastContactM) {
-        if (!MeetsLamp(Grown(box, length))) {
-          continue;
+      const bool is_small = length < kLeastContactM;
+      if ((is_small || (length <= kMostLuminaireM && !is_cover[i])) &&
+          MeetsLamp(Grown(box, std::min(length, kLeastContactM)))) {
+        if (is_small && size > kFramedFrom * length) {
+          Append(FrameAround(ends, plane), &chain);
         }
-        if (size > kFramedFrom * length) {
-          Append(FrameAround(ends, plane), &contacts->rims.segments);
-        }
+        const auto foot =
+            static_cast<uint32_t>(contacts->rims.spared.size() + 1);
         for (Segment& segment : chain) {
-          segment.least_run = kShortRunAtLampM;
+          segment.least_run = is_small ? kShortRunAtLampM : segment.least_run;
+          segment.foot = foot;
         }
         Append(chain, &contacts->rims.segments);
-        contacts->rims.spared.push_back({box.Center(), length / 2});
+        contacts->rims.spared.push_back({box.Center(), length / 2, foot});
+      } else if (is_small) {
+        continue;
       } else if (is_cover[i]) {
         Append(chain, &contacts->rims.segments);
       } else {
@@ -230,8 +235,7 @@ class ContactCutter {
     for (size_t i = 0; i < feet; ++i) {
       Append(contacts.feet[i].segments, &lines.segments);
     }
-    return CutAlongSegments(
-        polygon, plane.normal, lines, contacts.MostParts());
+    return CutAlongSegments(polygon, plane.normal, lines, contacts.MostParts());
   }
 
   // Along all feet or, where that takes more parts than there may be, along the

@@ -102,11 +102,13 @@ Part MakePart(Polygon polygon, const Part& whole, Vec3 normal) {
   return part;
 }
 
-// How many a line goes through.
-size_t Through(const std::vector<Spared>& spared, const Plane& line) {
+// How many a line of a foot goes through.
+size_t Through(const std::vector<Spared>& spared,
+               const Plane& line,
+               uint32_t foot) {
   return static_cast<size_t>(
       std::count_if(spared.begin(), spared.end(), [&](const Spared& s) {
-        return std::abs(line.Distance(s.middle)) < s.radius;
+        return s.foot != foot && std::abs(line.Distance(s.middle)) < s.radius;
       }));
 }
 
@@ -129,7 +131,7 @@ std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
   for (const size_t i : longest_first) {
     const Segment& segment = part.runs[i].segment;
     const Plane line = PlaneThrough(segment.a, segment.b, normal);
-    const size_t through = Through(part.spared, line);
+    const size_t through = Through(part.spared, line, segment.foot);
     if (through >= fewest ||
         Classify(part.polygon, line, kRoundingM) != PlaneSide::kCut) {
       continue;

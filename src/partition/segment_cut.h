@@ -6,6 +6,7 @@
 #include "partition/polygon.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace enfilade {
@@ -18,13 +19,16 @@ struct Segment {
   Point3 a, b;
   // Parts that it runs no further through are not cut by it, m.
   double least_run = kShortRunM;
+  uint32_t foot =
+      0;  // whose it is, of those that are to be spared; 0: nobody's
 };
 
-// What lines should not go through that can go elsewhere: the foot of a lamp,
-// which a line would leave in splinters that are not cut any more.
+// What lines of others should not go through if they can go elsewhere: the foot
+// of a lamp, which they would leave in splinters that are not cut any more.
 struct Spared {
   Point3 middle;
   double radius = 0;
+  uint32_t foot = 0;  // that of its own lines
 };
 
 // Where a polygon is to be cut.

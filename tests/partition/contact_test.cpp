@@ -280,6 +280,45 @@ TEST(Contact, CutsTheFootOfEveryBulbOutOfAWall) {
   }
 }
 
+// A luminaire may be larger: a tube in a white box without a top. Without their
+// lamps so many boxes are left to refinement, as are the feet of chairs.
+TEST(Contact, CutsOutTheFootOfEveryLuminaire) {
+  constexpr double kSize = 0.3;
+  constexpr double kStep = 0.4;
+  const auto parts_inside = [&](bool has_lamps) {
+    std::vector<Patch> boxes;
+    for (int i = 0; i < 9; ++i) {
+      for (int k = 0; k < 7; ++k) {
+        const Point3 low{0.1 + kStep * i, 0.1 + kStep * k, 0};
+        for (const Patch& wall : Walls(low, {kSize, kSize, 0.1})) {
+          boxes.push_back(wall);
+        }
+        boxes.push_back(Rectangle(FaceId(5U),
+                                  low + Vec3{0.05, 0.14, 0.05},
+                                  kEast * 0.2,
+                                  kNorth * 0.02));
+        boxes.back().emits = has_lamps;
+      }
+    }
+    auto patches = FloorWith(boxes);
+    CutAlongContacts(patches);
+    const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
+    EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
+    return std::count_if(floor.begin(), floor.end(), [&](const Patch& p) {
+      const Point3 low = p.origin;
+      const Point3 high = p.origin + p.u + p.v;
+      const double x = std::min(low.x, high.x) - 0.1;
+      const double y = std::min(low.y, high.y) - 0.1;
+      const double in_x = x - kStep * std::round(x / kStep);
+      const double in_y = y - kStep * std::round(y / kStep);
+      return std::abs(in_x) < 1e-9 && std::abs(in_y) < 1e-9 &&
+             std::abs(PatchArea(p) - kSize * kSize) < 1e-9;
+    });
+  };
+  EXPECT_EQ(parts_inside(true), 63);
+  EXPECT_EQ(parts_inside(false), 0);
+}
+
 TEST(Contact, LeavesWhatStandsBehindOrApart) {
   // Below the floor; a centimetre above it; beside it.
   for (const Point3 low :

@@ -100,7 +100,7 @@ TEST(SegmentCut, StopsAtTheMostParts) {
 TEST(SegmentCut, LinesGoAroundWhatIsToBeSpared) {
   std::vector<Segment> segments = RimOf(1, 1, 0.4, 0.4);
   segments.push_back({{0, 1.2, 0}, {4, 1.2, 0}});
-  const Spared inside{{1.2, 1.2, 0}, 0.1};
+  const Spared inside{{1.2, 1.2, 0}, 0.1, 1};
   const auto whole_parts = [&](const std::vector<Spared>& spared) {
     const auto parts = CutAlongSegments(kFloor, kUp, {segments, spared}, kMany);
     return std::count_if(parts.begin(), parts.end(), [&](const Polygon& p) {
