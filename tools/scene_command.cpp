@@ -221,6 +221,19 @@ void AddBulbsScene(CLI::App& scenes) {
   AddExample(*command, "--slices 6 bulbs.obj");
 }
 
+void AddDownlightsScene(CLI::App& scenes) {
+  CLI::App* command = nullptr;
+  const auto downlights =
+      AddScene(scenes,
+               command,
+               "downlights",
+               "A room lit by bulbs in small white tubes below its ceiling",
+               &WriteDownlights);
+  command->add_option("--count", downlights->count, "number of downlights")
+      ->capture_default_str();
+  AddExample(*command, "--count 48 downlights.obj");
+}
+
 void AddPieceOptions(CLI::App& command, FloorplanOptions& plan) {
   CLI::Option* const pieces =
       command
@@ -300,6 +313,7 @@ void AddSceneCommand(CLI::App& app) {
   AddTwoPatchScenes(*scenes);
   AddReflectanceScenes(*scenes);
   AddBulbsScene(*scenes);
+  AddDownlightsScene(*scenes);
   AddFloorplanScene(*scenes);
 }
 

@@ -142,4 +142,55 @@ void WriteBulbs(const BulbsOptions& options, ObjWriter& out) {
   AddBulb(out, {3, 3, 2.2}, 0.03, options.slices);
 }
 
+namespace {
+
+// The sides of an upright tube, both of which reflect.
+void AddTube(ObjWriter& out, Point3 low, double radius, double height) {
+  constexpr int kSides = 8;
+  const auto at = [&](int i, double z) {
+    const double phi = 2 * kPi * (i % kSides) / kSides;
+    return low + Vec3{radius * std::cos(phi), radius * std::sin(phi), z};
+  };
+  for (int i = 0; i < kSides; ++i) {
+    out.AddPolygon({at(i, 0), at(i, height), at(i + 1, height), at(i + 1, 0)});
+  }
+}
+
+}  // namespace
+
+void WriteDownlights(const DownlightsOptions& options, ObjWriter& out) {
+  if (options.count < 1 || options.count > 400) {
+    throw UsageError(
+        fmt::format("--count {}: must be from 1 to 400", options.count));
+  }
+  constexpr Rect kPlan = {0, 6, 0, 5};
+  constexpr double kCeiling = 2.8;
+  constexpr double kTubeHeight = 0.1;
+  Begin(out, {"floor", Grey(0.3), {}});
+  AddRect(out, {Axis::kZ, 0, true}, kPlan);
+  Begin(out, {"ceiling", Grey(0.8), {}});
+  AddRect(out, {Axis::kZ, kCeiling, false}, kPlan);
+  Begin(out, {"wall", Grey(0.6), {}});
+  AddLining(out, Axis::kZ, 0, kCeiling, kPlan);
+  Begin(out, {"table", {0.4, 0.3, 0.2}, {}});
+  AddBox(out, Placement(Point3{}, 0), {{2, 2, 0.72}, {3.5, 3, 0.75}});
+  std::vector<Point3> places;
+  const auto columns =
+      static_cast<uint32_t>(std::ceil(std::sqrt(options.count)));
+  const uint32_t rows = (options.count + columns - 1) / columns;
+  for (uint32_t i = 0; i < options.count; ++i) {
+    places.push_back({kPlan.Width() * (i % columns + 0.5) / columns,
+                      kPlan.Height() * (i / columns + 0.5) / rows,
+                      kCeiling - kTubeHeight});
+  }
+  Begin(out, {"tube", Grey(0.8), {}});
+  for (const Point3 place : places) {
+    AddTube(out, place, 0.05, kTubeHeight);
+  }
+  Begin(out, {"lamp", {}, Grey(3000)});
+  for (const Point3 place : places) {
+    AddBulb(out, place + Vec3{0, 0, kTubeHeight / 2}, 0.02, 2);
+  }
+}
+
 }  // namespace enfilade

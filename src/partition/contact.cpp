@@ -198,17 +198,12 @@ class ContactCutter {
       const bool is_small = length < kLeastContactM;
       if ((is_small || (length <= kMostLuminaireM && !is_cover[i])) &&
           MeetsLamp(Grown(box, std::min(length, kLeastContactM)))) {
-        if (is_small && size > kFramedFrom * length) {
-          Append(FrameAround(ends, plane), &chain);
-        }
-        const auto foot =
-            static_cast<uint32_t>(contacts->rims.spared.size() + 1);
-        for (Segment& segment : chain) {
-          segment.least_run = is_small ? kShortRunAtLampM : segment.least_run;
-          segment.foot = foot;
-        }
-        Append(chain, &contacts->rims.segments);
-        contacts->rims.spared.push_back({box.Center(), length / 2, foot});
+        const bool is_framed = is_small && size > kFramedFrom * length;
+        AddFootOfLamp(
+            std::move(chain),
+            is_framed ? FrameAround(ends, plane) : std::vector<Segment>(),
+            {box.Center(), length / 2},
+            &contacts->rims);
       } else if (is_small) {
         continue;
       } else if (is_cover[i]) {
@@ -221,6 +216,25 @@ class ContactCutter {
         contacts->feet.begin(),
         contacts->feet.end(),
         [](const Feet& a, const Feet& b) { return a.length > b.length; });
+  }
+
+  static void AddFootOfLamp(std::vector<Segment> chain,
+                            std::vector<Segment> frame,
+                            Spared spared,
+                            CutLines* rims) {
+    spared.foot = static_cast<uint32_t>(rims->spared.size() + 1);
+    if (2 * spared.radius < kLeastContactM) {
+      for (Segment& segment : chain) {
+        segment.least_run = kShortRunAtLampM;
+      }
+    }
+    for (std::vector<Segment>* segments : {&frame, &chain}) {
+      for (Segment& segment : *segments) {
+        segment.foot = spared.foot;
+      }
+      Append(*segments, &rims->segments);
+    }
+    rims->spared.push_back(spared);
   }
 
   static void Append(std::span<const Segment> more, std::vector<Segment>* all) {

@@ -66,6 +66,34 @@ TEST(SmallScenes, BulbsAreClosedAndLookOutwards) {
   }
 }
 
+// The tubes hang from the ceiling, apart; the lamps are closed and inside them.
+TEST(SmallScenes, DownlightsHangFromTheCeiling) {
+  for (const uint32_t n : {1U, 7U, 48U}) {
+    const ReadScene scene = Generate(WriteDownlights, {n});
+    EXPECT_EQ(scene.polygons.size(), 12 + 16 * n);
+    EXPECT_TRUE(AllFacesAreSound(scene));
+    const auto tubes = Object(scene, "tube");
+    const auto lamps = Object(scene, "lamp");
+    ASSERT_EQ(tubes.size(), 8 * n);
+    ASSERT_EQ(lamps.size(), 8 * n);
+    for (size_t i = 0; i < n; ++i) {
+      Box3 tube;
+      Box3 lamp;
+      Vec3 sum{};
+      for (size_t k = 8 * i; k < 8 * i + 8; ++k) {
+        tube.Include(BoundsOf(tubes[k].vertices));
+        lamp.Include(BoundsOf(lamps[k].vertices));
+        sum = sum + AreaVector(lamps[k].vertices);
+      }
+      EXPECT_NEAR(tube.high.z, 2.8, 1e-6);
+      EXPECT_NEAR(Length(tube.Extent() - Vec3{0.1, 0.1, 0.1}), 0, 1e-5);
+      EXPECT_NEAR(Length(tube.Center() - lamp.Center()), 0, 1e-5);
+      EXPECT_NEAR(Length(lamp.Extent() - Vec3{0.04, 0.04, 0.04}), 0, 1e-5);
+      EXPECT_NEAR(Length(sum), 0, 1e-9);
+    }
+  }
+}
+
 // Each of the two squares lies in front of the other.
 TEST(SmallScenes, TheTwoSquaresFaceEachOther) {
   for (const ReadScene& scene :
@@ -106,6 +134,7 @@ TEST(SmallScenes, ParametersOutOfRangeAreUsageErrors) {
   EXPECT_THROW(Generate(WriteBlocker, {2.0}), UsageError);
   EXPECT_THROW(Generate(WriteBox, {0.0}), UsageError);
   EXPECT_THROW(Generate(WriteBulbs, {1}), UsageError);
+  EXPECT_THROW(Generate(WriteDownlights, {0}), UsageError);
   EXPECT_THROW(Generate(WriteTube, {1.0}), UsageError);
   EXPECT_THROW(Generate(WriteTube, {std::nan("")}), UsageError);
   EXPECT_THROW(Generate(WriteChairs, {0}), UsageError);

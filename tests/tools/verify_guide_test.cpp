@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint64_t kGuideBytes = 8 << 20;
 // The light on the floor, about; W/m2.
-constexpr double kMean = 0.05;
+constexpr double kMeanRadiosity = 0.05;
 
 // A dim room, in which a lamp shines at the wall behind it: nearly all light
 // comes from a bright spot of that wall.
@@ -50,7 +50,8 @@ class SpotRoom {
 
 PathGuide LearnedGuide(const SpotRoom& room, MemoryBudget& budget) {
   PathGuide guide;
-  guide.Learn(room.View(), SpotRoom::Parts(), kMean, budget, kGuideBytes, 7);
+  guide.Learn(
+      room.View(), SpotRoom::Parts(), kMeanRadiosity, budget, kGuideBytes, 7);
   return guide;
 }
 
@@ -123,7 +124,8 @@ TEST(PathGuideTest, WithoutBrightPartsTheCosineRules) {
   const SpotRoom room;
   MemoryBudget budget(kModest);
   PathGuide guide;
-  EXPECT_EQ(guide.Learn(room.View(), {}, kMean, budget, kGuideBytes, 7), 0U);
+  EXPECT_EQ(
+      guide.Learn(room.View(), {}, kMeanRadiosity, budget, kGuideBytes, 7), 0U);
   const auto& [x, normal] = kVertices[0];
   const PathGuide::Aims aims = guide.At(CellId(0U), x, normal);
   EXPECT_EQ(aims.Share(), 0);
@@ -136,8 +138,10 @@ TEST(PathGuideTest, WithoutMemoryNothingIsGuided) {
   const SpotRoom room;
   MemoryBudget budget(kModest);
   PathGuide guide;
-  EXPECT_EQ(guide.Learn(room.View(), SpotRoom::Parts(), kMean, budget, 1000, 7),
-            0U);
+  EXPECT_EQ(
+      guide.Learn(
+          room.View(), SpotRoom::Parts(), kMeanRadiosity, budget, 1000, 7),
+      0U);
   const auto& [x, normal] = kVertices[0];
   EXPECT_EQ(guide.At(CellId(0U), x, normal).Share(), 0);
 }
@@ -149,7 +153,7 @@ TEST(PathGuideTest, LearningKeepsTheMeanAndLowersTheNoise) {
   MemoryBudget budget(kModest);
   PathTracer plain(room.View(), budget);
   PathTracer guided(room.View(), budget);
-  guided.LearnBrightParts(SpotRoom::Parts(), kMean, budget, 7);
+  guided.LearnBrightParts(SpotRoom::Parts(), kMeanRadiosity, budget, 7);
   constexpr int kCount = 1024;
   const auto& [x, normal] = kVertices[0];
   const std::vector<Receiver> receivers(kCount, {x, normal, CellId(0U)});
