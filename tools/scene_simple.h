@@ -60,10 +60,10 @@ struct BulbsOptions {
 
 void WriteBulbs(const BulbsOptions& options, ObjWriter& out);
 
-// A closed room 6 x 5 x 2.8 with a table top, lit by n downlights in rows: white
-// tubes of eight sides, radius 0.05 and 0.1 high, that hang from the ceiling
-// and are open below, with a black octahedron of radius 0.02 and exitance 3000
-// in the middle of each. 12 + 16 n polygons. Not of the paper.
+// A closed room 6 x 5 x 2.8 with a table top, lit by n downlights in rows:
+// white tubes of eight sides, radius 0.05 and 0.1 high, that hang from the
+// ceiling and are open below, with a black octahedron of radius 0.02 and
+// exitance 3000 in the middle of each. 12 + 16 n polygons. Not of the paper.
 struct DownlightsOptions {
   uint32_t count = 12;  // n, 1 to 400
 };
