@@ -165,8 +165,8 @@ class ContactCutter {
 
  private:
   // Adds those that reach far together with all that they hang together with,
-  // or are as near to a lamp as they are long (or as those that reach far).
-  // These are framed where the polygon is far larger.
+  // or that have a lamp beside them: as near as they are long, or as what
+  // counts as long. Small ones are framed where the polygon is far larger.
   void AddThoseThatMatter(const std::vector<Segment>& of_feet,
                           const std::vector<Segment>& of_covers,
                           const Polygon& polygon,
@@ -218,6 +218,7 @@ class ContactCutter {
         [](const Feet& a, const Feet& b) { return a.length > b.length; });
   }
 
+  // What stands beside a lamp, and the frame that it is cut out by.
   static void AddFootOfLamp(std::vector<Segment> chain,
                             std::vector<Segment> frame,
                             Spared spared,

@@ -19,8 +19,7 @@ struct Segment {
   Point3 a, b;
   // Parts that it runs no further through are not cut by it, m.
   double least_run = kShortRunM;
-  uint32_t foot =
-      0;  // whose it is, of those that are to be spared; 0: nobody's
+  uint32_t foot = 0;  // of those to be spared, whose it is; 0: nobody's
 };
 
 // What lines of others should not go through if they can go elsewhere: the foot
