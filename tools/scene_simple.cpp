@@ -179,8 +179,10 @@ void WriteDownlights(const DownlightsOptions& options, ObjWriter& out) {
       static_cast<uint32_t>(std::ceil(std::sqrt(options.count)));
   const uint32_t rows = (options.count + columns - 1) / columns;
   for (uint32_t i = 0; i < options.count; ++i) {
-    places.push_back({kPlan.Width() * (i % columns + 0.5) / columns,
-                      kPlan.Height() * (i / columns + 0.5) / rows,
+    const uint32_t column = i % columns;
+    const uint32_t row = i / columns;
+    places.push_back({kPlan.Width() * (column + 0.5) / columns,
+                      kPlan.Height() * (row + 0.5) / rows,
                       kCeiling - kTubeHeight});
   }
   Begin(out, {"tube", Grey(0.8), {}});

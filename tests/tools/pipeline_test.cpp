@@ -282,8 +282,9 @@ TEST_F(SolvedRoom, SignalsThatComeTogetherAreOneRequest) {
   while (!std::filesystem::exists(folder_ / "a.enf")) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  program.Signal(SIGTERM);
   program.Signal(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));  // handled
+  program.Signal(SIGTERM);
   const ProgramResult result = program.Wait();
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_TRUE(Contains(result.err, "enfilade resume")) << result.err;
