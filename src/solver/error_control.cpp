@@ -32,6 +32,11 @@ constexpr double kLeastLeft = 0.15;
 // From this share of the squared error on, what care alone mends is worth a
 // round.
 constexpr double kMuchCaredFor = 0.3;
+// A round of few links costs less than the rays that look at it, and one link
+// more or less is felt: tau is lowered by short steps, so that the error does
+// not come out far smaller than requested.
+constexpr uint64_t kFewLinks = 1'000;
+constexpr uint64_t kRatherFewLinks = 20'000;
 // What cells reflect that were lit too late for others may be this share of the
 // error of all reflected light: in soups, light goes on to seep into walls.
 constexpr double kLateShare = 0.01;
@@ -86,6 +91,15 @@ double Predicted(const SolveState& state) {
   const bool claims_enough =
       state.rounds.size() == 1 && predicted <= state.error;
   return predicted * (claims_enough ? kFirstPrediction : 1);
+}
+
+// The least that the next tau may be, over that of the last round.
+double LeastStep(const RoundRecord& last, const SolveState& state) {
+  if (last.links < kFewLinks) {
+    return 1.0 / 2;
+  }
+  return last.links < kRatherFewLinks || IsRelit(last, state) ? 1.0 / 4
+                                                              : 1.0 / 12;
 }
 
 // Which power of the error tau is, by the last two rounds if rays saw both.
@@ -208,7 +222,7 @@ double NextTau(const SolveState& state) {
       std::max(kErrorMargin * state.error / std::max(estimated, 1e-30),
                std::sqrt(kLeastLeft)) /
       LeftByCare(last);
-  const double least = IsRelit(last, state) ? 1.0 / 4 : 1.0 / 12;
+  const double least = LeastStep(last, state);
   // The first tau was a guess, and may have been too small; but where cells
   // were lit late there were too few links to tell.
   const double first_most = IsRelit(last, state) ? 1 : 3;

@@ -20,12 +20,13 @@ SolveState StateOf(double error) {
   return state;
 }
 
-RoundRecord Round(double predicted, double estimated, uint64_t links) {
+// Links in millions: few are a case of their own.
+RoundRecord Round(double predicted, double estimated, uint64_t millions) {
   RoundRecord record;
   record.tau = 1;
   record.predicted_error = predicted;
   record.estimated_error = estimated;
-  record.links = links;
+  record.links = millions * 1'000'000;
   return record;
 }
 
@@ -226,6 +227,20 @@ TEST(ErrorControl, TauFallsUntilTheErrorIsMet) {
   EXPECT_LT(NextTau(state), larger);
   state.error = 0.5;  // not met for another reason: the step is small, but one
   EXPECT_LT(NextTau(state), state.tau);
+}
+
+// A round of few links is cheap, and an error far below the one asked for is
+// not what was asked for.
+TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
+  const auto step = [](uint64_t links) {
+    SolveState state = StateOf(0.01);
+    state.rounds = {Round(0.5, 0.675, 1)};
+    state.rounds[0].links = links;
+    return NextTau(state) / state.tau;
+  };
+  EXPECT_DOUBLE_EQ(step(100), 1.0 / 2);
+  EXPECT_DOUBLE_EQ(step(10'000), 1.0 / 4);
+  EXPECT_LT(step(10'000'000), 1.0 / 8);
 }
 
 TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
