@@ -10,6 +10,7 @@
 #include "tools/command.h"
 #include "tools/command_options.h"
 #include "tools/study.h"
+#include "tools/study_curves.h"
 #include "tools/study_report.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -114,8 +115,8 @@ void AddStudyCommand(CLI::App& app) {
   command
       ->add_option("--methods",
                    options->options.methods,
-                   "Only these: haar, m2, matrix, progressive, substructuring, "
-                   "or what else the experiment has")
+                   "Only these: haar, f2, f3, m2, m3, matrix, progressive, "
+                   "substructuring, or what else the experiment has")
       ->delimiter(',')
       ->type_name("METHOD,...");
   command
@@ -123,6 +124,13 @@ void AddStudyCommand(CLI::App& app) {
                    options->options.most_seconds,
                    "Longest time of one run; what takes longer is stopped")
       ->check(CLI::PositiveNumber.description(""))
+      ->type_name("S")
+      ->capture_default_str();
+  command
+      ->add_option("--verify",
+                   options->options.verify_seconds,
+                   "Seconds that verify has for each run; 0: none")
+      ->check(CLI::NonNegativeNumber.description(""))
       ->type_name("S")
       ->capture_default_str();
   SetExample(*command, "enfilade study blocker --out study");

@@ -36,7 +36,7 @@ class Study {
   void RewriteFile();
   void RunOne(double value, const StudySetting& setting);
   void MakeScene(double value);
-  fs::path MakeReference(double value, const StudySetting& reference);
+  fs::path MakeReference(double value);
   [[nodiscard]] bool IsAsked(const std::string& method) const;
   [[nodiscard]] bool Has(const std::string& key) const;
   [[nodiscard]] fs::path StoreOf(double value, const StudySetting& s) const;
@@ -45,7 +45,11 @@ class Study {
   [[nodiscard]] Json LineOf(double value,
                             const StudySetting& setting,
                             const ChildResult& solved) const;
-  void AddErrors(const fs::path& store, const fs::path& reference, Json* line);
+  void AddVerified(const fs::path& store, Json* line);
+  void AddCompared(const fs::path& store,
+                   const fs::path& reference,
+                   Json* line);
+  Json ReportOf(std::vector<std::string> words);
   void Append(const Json& line);
 
   [[nodiscard]] fs::path Work(const std::string& name) const {
@@ -76,11 +80,8 @@ std::vector<Json> Study::Run() {
         RunOne(value, setting);
       }
     }
-    for (const StudySetting* reference :
-         {&experiment_.wavelet_reference, &experiment_.element_reference}) {
-      std::error_code ignored;
-      fs::remove(StoreOf(value, *reference), ignored);
-    }
+    std::error_code ignored;
+    fs::remove(StoreOf(value, experiment_.reference), ignored);
   }
   return lines_;
 }
@@ -101,13 +102,11 @@ void Study::RewriteFile() {
 
 void Study::RunOne(double value, const StudySetting& setting) {
   MakeScene(value);
-  const fs::path reference =
-      MakeReference(value,
-                    IsWavelet(setting.method) ? experiment_.element_reference
-                                              : experiment_.wavelet_reference);
+  const fs::path reference = MakeReference(value);
   const ChildResult solved = Solve(StoreOf(value, setting), setting);
   Json line = LineOf(value, setting, solved);
-  AddErrors(StoreOf(value, setting), reference, &line);
+  AddVerified(StoreOf(value, setting), &line);
+  AddCompared(StoreOf(value, setting), reference, &line);
   Append(line);
   fs::remove(StoreOf(value, setting));
 }
@@ -126,13 +125,13 @@ void Study::MakeScene(double value) {
 // The reference's store, solved unless it is there: coarser if that takes too
 // long, because what was stopped has not all its light. It is renamed when it
 // is complete, so that one that is there is.
-fs::path Study::MakeReference(double value, const StudySetting& reference) {
-  fs::path store = StoreOf(value, reference);
+fs::path Study::MakeReference(double value) {
+  fs::path store = StoreOf(value, experiment_.reference);
   if (fs::exists(store)) {
     return store;
   }
   constexpr int kMostTries = 4;
-  StudySetting making = reference;
+  StudySetting making = experiment_.reference;
   bool done = false;
   for (int tries = 0; tries < kMostTries && !done; ++tries) {
     const fs::path part = store.string() + ".part";
@@ -224,27 +223,54 @@ Json Study::LineOf(double value,
   return line;
 }
 
-void Study::AddErrors(const fs::path& store,
-                      const fs::path& reference,
-                      Json* line) {
-  (*line)["reference"] = reference.stem().string();
+// The report of a verb; null where there is none.
+Json Study::ReportOf(std::vector<std::string> words) {
+  const fs::path report = Work("report.json");
   std::error_code ignored;
-  fs::remove(Work("compare.json"), ignored);
-  Call({"compare",
-        store.string(),
-        reference.string(),
-        "--samples",
-        fmt::format("{}", experiment_.samples),
-        "--report",
-        Work("compare.json").string()});
-  const Json compared = ReadJson(Work("compare.json"));
-  fs::remove(Work("info.json"), ignored);
-  Call({"info", reference.string(), "--report", Work("info.json").string()});
-  const Json info = ReadJson(Work("info.json"));
+  fs::remove(report, ignored);
+  words.insert(words.end(), {"--report", report.string()});
+  Call(words);
+  Json found = ReadJson(report);
+  return found.is_object() ? found : Json::object();
+}
+
+// The error by paths of light, which know no solver.
+void Study::AddVerified(const fs::path& store, Json* line) {
+  if (!(options_.verify_seconds > 0)) {
+    return;
+  }
+  const Json found = ReportOf({"verify",
+                               store.string(),
+                               "--seconds",
+                               fmt::format("{}", options_.verify_seconds),
+                               "--memory",
+                               options_.memory,
+                               "--threads",
+                               options_.threads});
+  for (const auto& [key, from] :
+       {std::pair{"verified_error", "error"},
+        std::pair{"verified_low", "error_low"},
+        std::pair{"verified_high", "error_high"},
+        std::pair{"verified_deviation", "mean_deviation"}}) {
+    (*line)[key] = found.value(from, Json(nullptr));
+  }
+}
+
+// How far it is from a finer solution by wavelets.
+void Study::AddCompared(const fs::path& store,
+                        const fs::path& reference,
+                        Json* line) {
+  (*line)["reference"] = reference.stem().string();
   (*line)["reference_estimated_error"] =
-      info.is_object() ? info.at("estimated_error") : Json(nullptr);
+      ReportOf({"info", reference.string()})
+          .value("estimated_error", Json(nullptr));
+  const Json compared = ReportOf({"compare",
+                                  store.string(),
+                                  reference.string(),
+                                  "--samples",
+                                  fmt::format("{}", experiment_.samples)});
   for (const char* key : {"rms_error", "l1_error", "mean_deviation"}) {
-    (*line)[key] = compared.is_object() ? compared.at(key) : Json(nullptr);
+    (*line)[key] = compared.value(key, Json(nullptr));
   }
 }
 
@@ -261,18 +287,6 @@ void Study::Append(const Json& line) {
 }
 
 }  // namespace
-
-std::vector<Json> LoadStudy(const fs::path& file) {
-  std::vector<Json> lines;
-  std::ifstream in(file);
-  for (std::string text; std::getline(in, text);) {
-    Json line = Json::parse(text, nullptr, false);
-    if (line.is_object() && line.contains("key")) {
-      lines.push_back(std::move(line));
-    }
-  }
-  return lines;
-}
 
 std::vector<Json> RunStudy(const Experiment& experiment,
                            const StudyOptions& options) {

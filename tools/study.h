@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/report.h"
+#include "tools/study_lines.h"
 #include "tools/study_plan.h"
 
 namespace enfilade {
@@ -16,9 +16,10 @@ struct StudyOptions {
   std::filesystem::path folder = "study";
   std::vector<double> values;        // of the parameter; empty: a few
   std::vector<std::string> methods;  // empty: all
-  bool all_values = false;    // the parameter as often as the paper varied it
-  double most_seconds = 60;   // of one run; then it is stopped, and counts
-  std::string memory = "1G";  // cap of a run
+  bool all_values = false;     // the parameter as often as the paper varied it
+  double most_seconds = 60;    // of one run; then it is stopped, and counts
+  double verify_seconds = 10;  // that verify has for a run; 0: none
+  std::string memory = "1G";   // cap of a run
   std::string threads = "1";
 };
 
@@ -26,9 +27,5 @@ struct StudyOptions {
 // line: docs/study.md.
 std::vector<Json> RunStudy(const Experiment& experiment,
                            const StudyOptions& options);
-
-// The lines of a study's file; a last line that was torn is left out. Empty if
-// there is no file.
-std::vector<Json> LoadStudy(const std::filesystem::path& file);
 
 }  // namespace enfilade

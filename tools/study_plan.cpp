@@ -112,7 +112,6 @@ std::vector<Experiment> MakeChoiceExperiments() {
        {0.7},
        {0.7, 1.4},
        Visibilities(4e-3, 0.05),
-       {},
        {}},
       {"visibility-complex",
        "ways to find visibility, among chairs",
@@ -121,7 +120,6 @@ std::vector<Experiment> MakeChoiceExperiments() {
        {4},
        {4, 9},
        Visibilities(1e-3, 0.1),
-       {},
        {}},
       {"singular",
        "what to do where two squares touch",
@@ -130,7 +128,6 @@ std::vector<Experiment> MakeChoiceExperiments() {
        {0},
        {0, 0.1},
        SingularRules(),
-       {},
        {}},
       {"singular-box",
        "what to do where the walls of a box touch",
@@ -139,7 +136,6 @@ std::vector<Experiment> MakeChoiceExperiments() {
        {0.9},
        {0.5, 0.9},
        SingularRules(),
-       {},
        {}},
       {"oracles",
        "what says that a link is good enough, in a box",
@@ -148,25 +144,22 @@ std::vector<Experiment> MakeChoiceExperiments() {
        {0.5},
        {0.5, 0.9},
        Oracles(),
-       {},
        {}}};
   for (Experiment& e : list) {
-    // Another method for comparison would be less sure than these are.
-    e.element_reference = Wavelet("m2",
-                                  e.scene == "chairs"    ? 0.04
-                                  : e.scene == "blocker" ? 0.015
-                                                         : 0.01);
-    e.wavelet_reference = e.element_reference;
+    e.reference = Wavelet("m2",
+                          e.scene == "chairs"    ? 0.04
+                          : e.scene == "blocker" ? 0.015
+                                                 : 0.01);
     e.samples = 1024;
   }
   return list;
 }
 
-// Both wavelet bases at three errors, and the other methods at two sizes.
+// The bases of the study at three errors, and the other methods at two sizes.
 std::vector<StudySetting> SettingsOf(double finest_error,
                                      double most_elements) {
   std::vector<StudySetting> settings;
-  for (const char* basis : {"haar", "m2"}) {
+  for (const char* basis : {"haar", "f2", "f3", "m2", "m3"}) {
     for (const double coarser : {4.0, 2.0, 1.0}) {
       settings.push_back(Wavelet(basis, coarser * finest_error));
     }
@@ -188,7 +181,6 @@ std::vector<Experiment> MakeExperiments() {
        {0.25, 1},
        {0.1, 0.25, 0.5, 1, 2},
        {},
-       {},
        {}},
       {"perpendicular",
        "two squares at a right angle, by their separation",
@@ -196,7 +188,6 @@ std::vector<Experiment> MakeExperiments() {
        "--separation",
        {0, 0.5},
        {0, 0.1, 0.25, 0.5, 1},
-       {},
        {},
        {}},
       {"blocker",
@@ -206,7 +197,6 @@ std::vector<Experiment> MakeExperiments() {
        {0.7, 1.4},
        {0.2, 0.4, 0.7, 1, 1.333, 1.6},
        {},
-       {},
        {}},
       {"box",
        "a box, by the reflectance of its walls",
@@ -214,7 +204,6 @@ std::vector<Experiment> MakeExperiments() {
        "--reflectance",
        {0.3, 0.9},
        {0.3, 0.5, 0.7, 0.9},
-       {},
        {},
        {}},
       {"tube",
@@ -224,7 +213,6 @@ std::vector<Experiment> MakeExperiments() {
        {0.3, 0.9},
        {0.3, 0.5, 0.7, 0.9},
        {},
-       {},
        {}},
       {"lights",
        "a room with 12 chairs, by the number of lights",
@@ -233,25 +221,22 @@ std::vector<Experiment> MakeExperiments() {
        {1, 4},
        {1, 4, 9, 16},
        {},
-       {},
        {}},
       {"chairs",
        "a room, by the number of chairs",
        "chairs",
        "--count",
-       {4, 9, 16},
+       {4, 16, 36},
        {4, 6, 9, 12, 16, 20, 25, 30, 36},
-       {},
        {},
        {}}};
   for (Experiment& e : list) {
     const bool furnished = e.scene == "chairs" || e.scene == "lights";
     e.settings = SettingsOf(furnished ? 0.1 : 0.05, furnished ? 2500 : 2000);
-    e.wavelet_reference = Wavelet("m2", furnished ? 0.05 : 0.02);
-    if (e.scene == "tube") {
-      e.wavelet_reference = Wavelet("m2", 0.1);  // finer ones take minutes
-    }
-    e.element_reference = Reference("substructuring", furnished ? 4000 : 6000);
+    // Finer ones take minutes in the tube and among chairs.
+    const bool slow = furnished || e.scene == "tube";
+    e.reference = Wavelet("m2", slow ? 0.04 : 0.01);
+    e.equal_seconds = slow ? 10 : 1;
   }
   for (Experiment& e : MakeChoiceExperiments()) {
     list.push_back(std::move(e));

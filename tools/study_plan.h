@@ -23,14 +23,12 @@ struct Experiment {
   std::string option;  // of that scene, for the parameter
   std::vector<double> few_values;
   std::vector<double> all_values;
-  // What is compared, and what it is compared with: the errors of wavelet runs
-  // are against `element_reference`, those of the others against
-  // `wavelet_reference`.
+  // What is compared with each other, by verify, and with a finer solution.
   std::vector<StudySetting> settings;
-  StudySetting wavelet_reference;
-  StudySetting element_reference;
+  StudySetting reference;
   // Points on each patch at which solutions are compared, at least.
-  int samples = 16;
+  int samples = 64;
+  double equal_seconds = 1;  // the curve at equal time is of this one
 
   [[nodiscard]] const std::vector<double>& Values(bool all) const {
     return all ? all_values : few_values;

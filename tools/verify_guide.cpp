@@ -10,16 +10,16 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostSpots = 256;
-constexpr size_t kTests = 8;    // rays from a cell to a spot
-constexpr uint64_t kGroup = 4;  // cells of one batch of rays
+constexpr size_t kTestsOfSpot = 8;  // rays from a cell to a spot
+constexpr uint64_t kGroup = 4;      // cells of one batch of rays
 // Rays, hits and their owners, of a cell of a group.
-constexpr uint64_t kSearchBytes =
-    (kMostSpots * kTests + CellSurveyor::kMostPoints) * 192;
+constexpr uint64_t kSpotSearchBytes =
+    (kMostSpots * kTestsOfSpot + CellSurveyor::kMostPoints) * 192;
 
 // Of a spot in a cell that was met, where no ray came to it.
-constexpr double kHiddenShare = 0.25 / kTests;
+constexpr double kHiddenSpotShare = 0.25 / kTestsOfSpot;
 // So many radii away, a spot is seen whatever the rays of the cell say.
-constexpr double kNearRadii = 4;
+constexpr double kSpotRadii = 4;
 // Nearer than this, the cosine finds it.
 constexpr double kLeastRadii = 1.5;
 // Nor where the brightest fill so much of the hemisphere, weighed by cosines.
@@ -208,7 +208,7 @@ PathGuide::Aims PathGuide::At(std::optional<CellId> cell,
     if (above <= 0) {
       continue;
     }
-    const double near_share = kNearRadii * kNearRadii * r2 / (d * d);
+    const double near_share = kSpotRadii * kSpotRadii * r2 / (d * d);
     const double share = std::min(1.0, std::max(double{aim.share}, near_share));
     const double sent = share * bright * above * r2 / (d * d);
     aims.cones_[aims.count_] = {to_spot / d, ConeHeight(spot.radius, d), sent};
@@ -246,7 +246,7 @@ uint64_t PathGuide::Learn(const BuildingView& view,
   spots_ = Spots(std::move(parts));
   const size_t cells = view.partition->cells.size();
   const uint64_t search_bytes =
-      kGroup * kSearchBytes + CellSurveyor::Bytes(view);
+      kGroup * kSpotSearchBytes + CellSurveyor::Bytes(view);
   constexpr uint64_t kSpotBytes = kMostSpots * sizeof(BrightPart);
   const uint64_t fixed_bytes = search_bytes + kSpotBytes;
   if (spots_.empty() ||
@@ -273,7 +273,7 @@ uint64_t PathGuide::LearnCells(const BuildingView& view, uint64_t key) {
        first += kGroup) {
     for (const CellSurvey& survey : surveyor.Survey(first, kGroup, key)) {
       std::vector<Aim> aims = SpotsOfCells(survey);
-      rays += survey.points.size() + kTests * aims.size();
+      rays += survey.points.size() + kTestsOfSpot * aims.size();
       Test(view, survey, aims);
       KeepTheStrongest(aims);
       if (!lists_.HasRoomFor(aims.size())) {
@@ -306,10 +306,10 @@ void PathGuide::Test(const BuildingView& view,
   const double offset = RayOffset(view.scene->bounds);
   Random random(MixKey(survey.key, 2));
   std::vector<TraceRay> rays;
-  rays.reserve(kTests * aims.size());
+  rays.reserve(kTestsOfSpot * aims.size());
   for (const Aim& aim : aims) {
     const BrightPart& spot = spots_[aim.spot];
-    for (size_t i = 0; i < kTests; ++i) {
+    for (size_t i = 0; i < kTestsOfSpot; ++i) {
       const Receiver& r = survey.points[random.NextBelow(
           static_cast<uint32_t>(survey.points.size()))];
       const Point3 x = r.position + r.normal * offset;
@@ -322,12 +322,12 @@ void PathGuide::Test(const BuildingView& view,
   for (size_t k = 0; k < aims.size(); ++k) {
     const BrightPart& spot = spots_[aims[k].spot];
     double share = 0;
-    for (size_t i = k * kTests; i < (k + 1) * kTests; ++i) {
+    for (size_t i = k * kTestsOfSpot; i < (k + 1) * kTestsOfSpot; ++i) {
       const Point3 y = rays[i].origin + rays[i].direction * hits[i].distance;
       const bool came = hits[i].hit && Length(y - spot.position) <= spot.radius;
-      share += came ? 1.0 / kTests : 0.0;
+      share += came ? 1.0 / kTestsOfSpot : 0.0;
     }
-    aims[k].share = static_cast<float>(std::max(share, kHiddenShare));
+    aims[k].share = static_cast<float>(std::max(share, kHiddenSpotShare));
   }
 }
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
-#include "tools/study_report.h"
+#include "tools/study_fit.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -31,6 +31,31 @@ TEST(FitPower, NeedsTwoPlacesAndPositiveValues) {
   EXPECT_FALSE(FitPower(std::array<Point, 1>{{{1, 1}}}));
   EXPECT_FALSE(FitPower(std::array<Point, 2>{{{2, 1}, {2, 3}}}));
   EXPECT_FALSE(FitPower(std::array<Point, 2>{{{0, 1}, {2, 3}}}));
+}
+
+// Runs whose error is 1 / sqrt(cost).
+TEST(ErrorWithin, LiesBetweenRunsOnTheirPower) {
+  const std::vector<Point> runs = {{16, 0.25}, {1, 1}, {4, 0.5}};
+  EXPECT_NEAR(ErrorWithin(4, runs).value(), 0.5, 1e-12);
+  EXPECT_NEAR(ErrorWithin(9, runs).value(), 1.0 / 3, 1e-12);
+}
+
+TEST(ErrorWithin, EndsWithTheRuns) {
+  const std::vector<Point> runs = {{1, 1}, {4, 0.5}};
+  EXPECT_FALSE(ErrorWithin(0.9, runs)) << "all cost more";
+  EXPECT_EQ(ErrorWithin(100, runs).value(), 0.5) << "more is not known";
+  EXPECT_FALSE(ErrorWithin(1, {}));
+}
+
+TEST(ErrorWithin, AWorseRunThatCostsMoreIsNotTaken) {
+  const std::vector<Point> runs = {{1, 0.5}, {2, 0.7}, {4, 0.25}};
+  EXPECT_NEAR(ErrorWithin(2, runs).value(), std::sqrt(0.125), 1e-12);
+  EXPECT_EQ(ErrorWithin(2, {{1, 0.5}, {2, 0.7}}).value(), 0.5);
+}
+
+TEST(ErrorWithin, RunsWithoutAnErrorDoNotCount) {
+  EXPECT_FALSE(ErrorWithin(9, {{1, NAN}, {2, 0}}));
+  EXPECT_EQ(ErrorWithin(9, {{1, NAN}, {2, 0.5}}).value(), 0.5);
 }
 
 TEST(StudyPlan, CountsBytesAsThePaperDid) {
@@ -56,6 +81,8 @@ ProgramResult RunSmallStudy(const TemporaryFolder& folder) {
                      "1",
                      "--methods",
                      "progressive",
+                     "--verify",
+                     "2",
                      "--out",
                      folder / "study"});
 }
@@ -77,16 +104,28 @@ TEST(Study, WritesALinePerRunAndATable) {
                             "estimated_error",
                             "reference",
                             "rms_error",
-                            "mean_deviation"}) {
+                            "mean_deviation",
+                            "verified_error",
+                            "verified_low",
+                            "verified_high",
+                            "verified_deviation"}) {
       EXPECT_TRUE(line.contains(key)) << key;
     }
+    // The two errors share no code: each by itself is near the other.
+    EXPECT_NEAR(line.at("rms_error").get<double>() /
+                    line.at("verified_error").get<double>(),
+                1,
+                0.25);
     EXPECT_GT(line.at("rms_error").get<double>(), 0);
     EXPECT_LT(line.at("rms_error").get<double>(), 0.2);
   }
   // The finer run of a method is the better one.
   EXPECT_LT(lines[1].at("rms_error"), lines[0].at("rms_error"));
-  EXPECT_NE(ReadFile(folder / "study/parallel.md").find("error by elements"),
-            std::string::npos);
+  const std::string tables = ReadFile(folder / "study/parallel.md");
+  EXPECT_NE(tables.find("error by elements"), std::string::npos);
+  EXPECT_NE(tables.find("error within"), std::string::npos);
+  EXPECT_TRUE(
+      std::filesystem::exists(folder / "study/parallel_progressive_equal.dat"));
 }
 
 TEST(Study, GoesOnWhereItWasKilled) {
@@ -108,13 +147,20 @@ TEST(Study, GoesOnWhereItWasKilled) {
 
 TEST(Study, ComparesOneChoiceOfTheHierarchicalMethod) {
   const TemporaryFolder folder;
-  const ProgramResult run = RunProgram(
-      {"study", "singular", "--methods", "cc-m3", "--out", folder / "study"});
+  const ProgramResult run = RunProgram({"study",
+                                        "singular",
+                                        "--methods",
+                                        "cc-m3",
+                                        "--verify",
+                                        "0",
+                                        "--out",
+                                        folder / "study"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto lines = LoadStudy(folder / "study/singular.jsonl");
   ASSERT_EQ(lines.size(), 3U);  // three epsilons
   for (const Json& line : lines) {
     EXPECT_EQ(line.at("exit_code"), 0);
+    EXPECT_FALSE(line.contains("verified_error"));
     EXPECT_LT(line.at("rms_error").get<double>(), 0.05);
   }
   EXPECT_LT(lines[2].at("rms_error"), lines[0].at("rms_error"));
