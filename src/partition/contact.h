@@ -16,14 +16,6 @@
 
 namespace enfilade {
 
-// The legs of chairs are left to refinement: a floor would be in splinters. But
-// not what is as near to a lamp as it is long: there light is brightest.
-inline constexpr double kLeastContactM = 0.3;
-
-// Patches are not cut into more parts than this, and than this again for each
-// foot beside a lamp: a ceiling has as many downlights as it has.
-inline constexpr size_t kMostContactParts = 64;
-
 struct ContactCounts {
   uint64_t cut = 0;       // patches
   double covered_m2 = 0;  // of parts that lie behind other patches
