@@ -24,11 +24,22 @@ constexpr size_t kMostRounds = 16;  // for one request
 // many costs more.
 constexpr uint64_t kResidualRaysPerLink = 4;
 constexpr uint64_t kLeastResidualRays = 8 << 20;
-// To say that it is small: one ray per this many links, but at least these; and
-// to say where it is, if it is large.
+// To say that it is small: one ray per this many links, but at least these.
 constexpr uint64_t kLinksPerAcceptingRay = 4;
+constexpr uint64_t kLeastAcceptingRays = 2 << 20;
+// To say where it is, if it is large: one ray per this many links. As many as
+// above for a quarter of a million links, and few for a round that costs less
+// than they do.
 constexpr uint64_t kLinksPerLocatingRay = 2;
-constexpr uint64_t kLeastDecidingRays = 2 << 20;
+constexpr uint64_t kLocatingRaysOfFewLinks = 8;  // per link
+constexpr uint64_t kLeastLocatingRays = 1 << 19;
+
+DecidingRays RaysToDecide(uint64_t links) {
+  const uint64_t for_few = std::clamp(
+      kLocatingRaysOfFewLinks * links, kLeastLocatingRays, kLeastAcceptingRays);
+  return {std::max(kLeastAcceptingRays, links / kLinksPerAcceptingRay),
+          std::max(for_few, links / kLinksPerLocatingRay)};
+}
 
 std::string ResidualText(size_t round, const ResidualEstimate& so_far) {
   std::string text = fmt::format("round {} residual", round);
@@ -92,9 +103,7 @@ void Engine::CheckResidual() {
   options.decide_at = state_.error;
   options.most_rays =
       std::max(kLeastResidualRays, kResidualRaysPerLink * links);
-  options.least_rays = {
-      std::max(kLeastDecidingRays, links / kLinksPerAcceptingRay),
-      std::max(kLeastDecidingRays, links / kLinksPerLocatingRay)};
+  options.least_rays = RaysToDecide(links);
   options.unseen =
       shape_.NodeStride() == 1 ? kUnseenErrorOfConstants : kUnseenError;
   options.stop = options_.stop;
