@@ -26,19 +26,18 @@ constexpr uint64_t kResidualRaysPerLink = 4;
 constexpr uint64_t kLeastResidualRays = 8 << 20;
 // To say that it is small: one ray per this many links, but at least these.
 constexpr uint64_t kLinksPerAcceptingRay = 4;
-constexpr uint64_t kLeastAcceptingRays = 2 << 20;
-// To say where it is, if it is large: one ray per this many links. As many as
-// above for a quarter of a million links, and few for a round that costs less
-// than they do.
+constexpr uint64_t kLeastDecidingRays = 2 << 20;
+// To say where it is, if it is large: one ray per this many links, but at least
+// as many; and fewer of a round that costs less than they do.
 constexpr uint64_t kLinksPerLocatingRay = 2;
-constexpr uint64_t kLocatingRaysOfFewLinks = 8;  // per link
-constexpr uint64_t kLeastLocatingRays = 1 << 19;
+constexpr uint64_t kFewToLocate = 20'000;
+constexpr uint64_t kLocatingRaysOfFewLinks = 1 << 19;
 
 DecidingRays RaysToDecide(uint64_t links) {
-  const uint64_t for_few = std::clamp(
-      kLocatingRaysOfFewLinks * links, kLeastLocatingRays, kLeastAcceptingRays);
-  return {std::max(kLeastAcceptingRays, links / kLinksPerAcceptingRay),
-          std::max(for_few, links / kLinksPerLocatingRay)};
+  return {std::max(kLeastDecidingRays, links / kLinksPerAcceptingRay),
+          links < kFewToLocate
+              ? kLocatingRaysOfFewLinks
+              : std::max(kLeastDecidingRays, links / kLinksPerLocatingRay)};
 }
 
 std::string ResidualText(size_t round, const ResidualEstimate& so_far) {

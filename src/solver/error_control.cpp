@@ -26,9 +26,16 @@ constexpr double kCheckedFrom = 5;
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
 constexpr double kErrorMargin = 0.92;
+// A round that misses by no more than this had aimed at the error and was not
+// lucky: with other random numbers, and care, the next one errs less by itself.
+constexpr double kNearMiss = 1.25;
+constexpr double kLeftByChance = 0.94;
 // A round aims to keep at least this share of the squared error; tau is not
 // lowered beyond that.
 constexpr double kLeastLeft = 0.15;
+// The most that tau may be after it, over what it was; and after others.
+constexpr double kMostStepOfNearMiss = 0.85;
+constexpr double kMostStep = 0.7;
 // From this share of the squared error on, what care alone mends is worth a
 // round.
 constexpr double kMuchCaredFor = 0.3;
@@ -93,6 +100,14 @@ double Predicted(const SolveState& state) {
   return predicted * (claims_enough ? kFirstPrediction : 1);
 }
 
+// Of a round with few links, one more is felt: it may have to fall far to make
+// a difference.
+bool IsNearMiss(const RoundRecord& last, const SolveState& state) {
+  return state.rounds.size() > 1 && last.links >= kFewLinks &&
+         last.residual_error > 0 &&
+         last.residual_error <= kNearMiss * state.error;
+}
+
 // The least that the next tau may be, over that of the last round.
 double LeastStep(const RoundRecord& last, const SolveState& state) {
   if (last.links < kFewLinks) {
@@ -102,10 +117,29 @@ double LeastStep(const RoundRecord& last, const SolveState& state) {
                                                               : 1.0 / 12;
 }
 
-// Which power of the error tau is, by the last two rounds if rays saw both.
+// The most, likewise.
+double MostStep(const RoundRecord& last, const SolveState& state) {
+  if (state.rounds.size() == 1) {
+    // The first tau was a guess, and may have been too small; but where cells
+    // were lit late there were too few links to tell.
+    return IsRelit(last, state) ? 1 : 3;
+  }
+  if (last.cared_for > kMuchCaredFor) {
+    return 1;
+  }
+  return IsNearMiss(last, state) ? kMostStepOfNearMiss : kMostStep;
+}
+
+// The share of the error that is left to the next round at the same tau.
+double LeftAtSameTau(const RoundRecord& last, const SolveState& state) {
+  return LeftByCare(last) * (IsNearMiss(last, state) ? kLeftByChance : 1);
+}
+
+// Which power of the error tau is, by the last two rounds if rays saw both. The
+// first does not count: links that are made in the dark err more than by tau.
 double TauPerError(const SolveState& state) {
   const size_t rounds = state.rounds.size();
-  if (rounds < 2) {
+  if (rounds < 3) {
     return kTauPerError;
   }
   const RoundRecord& before = state.rounds[rounds - 2];
@@ -216,20 +250,15 @@ double NextTau(const SolveState& state) {
   const double seen =
       last.residual_error > 0 ? last.residual_error : last.estimated_error;
   const double estimated = by_prediction ? Predicted(state) : seen;
-  // The share of the error that the next round should leave, over the share
-  // that care leaves by itself: the rest is for tau.
+  // The share of the error that the next round should leave, over what it
+  // leaves by itself: the rest is for tau.
   const double wanted =
       std::max(kErrorMargin * state.error / std::max(estimated, 1e-30),
                std::sqrt(kLeastLeft)) /
-      LeftByCare(last);
-  const double least = LeastStep(last, state);
-  // The first tau was a guess, and may have been too small; but where cells
-  // were lit late there were too few links to tell.
-  const double first_most = IsRelit(last, state) ? 1 : 3;
-  const double later_most = last.cared_for > kMuchCaredFor ? 1 : 0.7;
-  const double most = rounds == 1 ? first_most : later_most;
-  return state.tau *
-         std::clamp(std::pow(wanted, TauPerError(state)), least, most);
+      LeftAtSameTau(last, state);
+  return state.tau * std::clamp(std::pow(wanted, TauPerError(state)),
+                                LeastStep(last, state),
+                                MostStep(last, state));
 }
 
 double ToleratedResidual(const SolveState& state, const CellRow& row) {

@@ -156,15 +156,29 @@ TEST(ErrorControl, TheNextTauIsNotChosenByTheChange) {
 TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
   const auto step = [](double before) {
     SolveState state = StateOf(0.1);
-    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
-    state.rounds[0].tau = 8;
-    state.rounds[0].residual_error = before;
-    state.rounds[1].residual_error = 0.16;
+    state.rounds = {
+        Round(0.4, 0.4, 5), Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    state.rounds[1].tau = 8;
+    state.rounds[1].residual_error = before;
+    state.rounds[2].residual_error = 0.16;
     return NextTau(state);
   };
   EXPECT_LT(step(0.16 * 2), step(0.16 * 2.4))
       << "the third root, and the 2.4th";
   EXPECT_EQ(step(0.16 * 1.01), step(0.16 * 1.5)) << "both beyond the 3.2th";
+}
+
+// Its links were made in the dark.
+TEST(ErrorControl, TheRateOfTheFirstRoundDoesNotCount) {
+  const auto step = [](double first) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    state.rounds[0].tau = 8;
+    state.rounds[0].residual_error = first;
+    state.rounds[1].residual_error = 0.16;
+    return NextTau(state);
+  };
+  EXPECT_EQ(step(0.16 * 2), step(0.16 * 2.4));
 }
 
 // What care will mend, tau need not; and where that is much, tau may stay.
@@ -241,6 +255,20 @@ TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
   EXPECT_DOUBLE_EQ(step(100), 1.0 / 2);
   EXPECT_DOUBLE_EQ(step(10'000), 1.0 / 4);
   EXPECT_LT(step(10'000'000), 1.0 / 8);
+}
+
+// A round that was not lucky; the next one need not be much finer.
+TEST(ErrorControl, ANearMissIsFollowedByAShortStep) {
+  const auto step = [](double error) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    TakeResidual(Sure(error), &state);
+    return NextTau(state) / state.tau;
+  };
+  EXPECT_DOUBLE_EQ(step(0.101), 0.85) << "at most";
+  EXPECT_GT(step(0.108), 0.7);
+  EXPECT_LT(step(0.108), step(0.104));
+  EXPECT_LT(step(0.126), 0.9 * step(0.124)) << "it had not aimed at 0.1";
 }
 
 TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
