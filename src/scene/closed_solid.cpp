@@ -30,17 +30,18 @@ class SolidFinder {
         polygons_(polygons),
         beside_(beside),
         sets_(polygons.size()),
-        turned_(polygons.size()) {}
+        turned_(polygons.size()),
+        found_{std::vector<std::optional<ClosedSolid>>(polygons.size()),
+               std::vector<uint32_t>(polygons.size())} {}
 
-  std::vector<std::optional<ClosedSolid>> Run() {
-    std::vector<std::optional<ClosedSolid>> solids(polygons_.size());
+  PolygonSolids Run() {
     FindEdges();
     for (const auto& [set, members] : WatertightSets()) {
       if (members.size() >= 4 && members.size() <= kMostPolygons) {
-        Describe(members, &solids);
+        Describe(members);
       }
     }
-    return solids;
+    return std::move(found_);
   }
 
  private:
@@ -90,8 +91,7 @@ class SolidFinder {
 
   // Finds on which side of each of the polygons the inside is, if it is found
   // for all.
-  void Describe(const std::vector<size_t>& members,
-                std::vector<std::optional<ClosedSolid>>* solids) {
+  void Describe(const std::vector<size_t>& members) {
     if (!Orient(members)) {
       return;
     }
@@ -109,8 +109,10 @@ class SolidFinder {
       }
       found.push_back({solid.bounds, *front_is_inside});
     }
+    ++count_;
     for (size_t k = 0; k < members.size(); ++k) {
-      (*solids)[members[k]] = found[k];
+      found_.solids[members[k]] = found[k];
+      found_.numbers[members[k]] = count_;
     }
   }
 
@@ -230,14 +232,15 @@ class SolidFinder {
   std::map<std::pair<uint32_t, uint32_t>, std::vector<EdgeUse>> edges_;
   DisjointSets sets_;         // of polygons that share edges
   std::vector<bool> turned_;  // by polygon, against the first of its set
+  PolygonSolids found_;
+  uint32_t count_ = 0;  // of solids
 };
 
 }  // namespace
 
-std::vector<std::optional<ClosedSolid>> FindClosedSolids(
-    std::span<const Point3> vertices,
-    std::span<const VertexLoop> polygons,
-    double beside) {
+PolygonSolids FindClosedSolids(std::span<const Point3> vertices,
+                               std::span<const VertexLoop> polygons,
+                               double beside) {
   return SolidFinder(vertices, polygons, beside).Run();
 }
 

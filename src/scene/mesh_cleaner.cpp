@@ -136,10 +136,15 @@ class Batch {
   }
 
   void Deliver() {
-    const auto regions = FindRegions(
-        welder_.Vertices(), polygons_, tolerance_, options_.oriented);
-    const auto solids = FindClosedSolids(
+    // What is inside of a solid behind one of them is not behind a sheet that
+    // lies in its plane: they are not joined.
+    const PolygonSolids solids = FindClosedSolids(
         welder_.Vertices(), polygons_, kBesideWelds * tolerance_.weld);
+    const auto regions = FindRegions(welder_.Vertices(),
+                                     polygons_,
+                                     solids.numbers,
+                                     tolerance_,
+                                     options_.oriented);
     std::vector<VertexLoop> members;
     for (const std::vector<uint32_t>& region : regions) {
       members.clear();
@@ -155,7 +160,7 @@ class Batch {
       }
       for (const std::vector<Point3>& piece : cut.pieces) {
         ++counts_.faces;
-        options_.emit(piece, solids[region.front()]);
+        options_.emit(piece, solids.solids[region.front()]);
       }
     }
   }

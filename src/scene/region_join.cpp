@@ -57,10 +57,12 @@ class RegionFinder {
  public:
   RegionFinder(std::span<const Point3> vertices,
                std::vector<VertexLoop>& polygons,
+               std::span<const uint32_t> kinds,
                const RegionTolerance& tolerance,
                bool oriented)
       : vertices_(vertices),
         polygons_(polygons),
+        kinds_(kinds),
         tolerance_(tolerance),
         oriented_(oriented) {
     for (const VertexLoop& loop : polygons_) {
@@ -113,7 +115,8 @@ class RegionFinder {
 
   void AddPair(const PolygonSide& a, const PolygonSide& b) {
     const bool agrees = a.forward != b.forward;
-    if (a.polygon != b.polygon && (agrees || !oriented_)) {
+    if (a.polygon != b.polygon && kinds_[a.polygon] == kinds_[b.polygon] &&
+        (agrees || !oriented_)) {
       neighbours_[a.polygon].push_back({b.polygon, agrees});
       neighbours_[b.polygon].push_back({a.polygon, agrees});
     }
@@ -171,6 +174,7 @@ class RegionFinder {
 
   std::span<const Point3> vertices_;
   std::vector<VertexLoop>& polygons_;
+  std::span<const uint32_t> kinds_;
   RegionTolerance tolerance_;
   bool oriented_;
   std::vector<Vec3> areas_;
@@ -334,9 +338,10 @@ size_t TotalCost(const std::vector<std::vector<Point3>>& pieces,
 std::vector<std::vector<uint32_t>> FindRegions(
     std::span<const Point3> vertices,
     std::vector<VertexLoop>& polygons,
+    std::span<const uint32_t> kinds,
     const RegionTolerance& tolerance,
     bool oriented) {
-  return RegionFinder(vertices, polygons, tolerance, oriented).Run();
+  return RegionFinder(vertices, polygons, kinds, tolerance, oriented).Run();
 }
 
 RegionPieces CutRegionOf(std::span<const Point3> vertices,

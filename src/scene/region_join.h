@@ -18,12 +18,14 @@ struct RegionTolerance {
   double plane = 1e-4;  // metres off the plane that still count as in it
 };
 
-// Groups the polygons that are joined through shared edges and lie in one
-// plane; every polygon is in exactly one group. Unless `oriented`, polygons
-// may be turned round (in place) to agree with their group.
+// Groups the polygons of the same kind (a number for each) that are joined
+// through shared edges and lie in one plane; every polygon is in exactly one
+// group. Unless `oriented`, polygons may be turned round (in place) to agree
+// with the first of their group, which is not.
 std::vector<std::vector<uint32_t>> FindRegions(
     std::span<const Point3> vertices,
     std::vector<VertexLoop>& polygons,
+    std::span<const uint32_t> kinds,
     const RegionTolerance& tolerance,
     bool oriented);
 

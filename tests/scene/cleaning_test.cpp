@@ -9,6 +9,7 @@ using Polygons = std::vector<std::vector<Point3>>;
 
 struct Cleaned {
   Polygons faces;
+  std::vector<std::optional<ClosedSolid>> solids;  // of the faces
   CleaningCounts counts;
 
   [[nodiscard]] double Area() const {
@@ -30,8 +31,9 @@ Cleaned Clean(const Polygons& polygons, bool oriented = false) {
   CleaningOptions options;
   options.oriented = oriented;
   options.emit = [&](std::span<const Point3> face,
-                     const std::optional<ClosedSolid>& /*solid*/) {
+                     const std::optional<ClosedSolid>& solid) {
     cleaned.faces.emplace_back(face.begin(), face.end());
+    cleaned.solids.push_back(solid);
   };
   cleaner.Flush(options);
   cleaned.counts = cleaner.Counts();
@@ -75,6 +77,54 @@ TEST(Cleaning, CornersAreNotFlattened) {
   const Cleaned cleaned =
       Clean({{kA, kB, kC, kD}, {kA, kB, {1, 0, 1}, {0, 0, 1}}});
   EXPECT_EQ(cleaned.faces.size(), 2U);
+}
+
+// The six sides of a box, their fronts outside.
+Polygons BoxSides(Point3 low, Point3 high) {
+  const auto at = [&](bool x, bool y, bool z) {
+    return Point3{x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z};
+  };
+  return {{at(0, 0, 0), at(0, 1, 0), at(1, 1, 0), at(1, 0, 0)},
+          {at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)},
+          {at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1)},
+          {at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), at(1, 1, 0)},
+          {at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), at(0, 1, 0)},
+          {at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1)}};
+}
+
+// A table top that goes on from the top of a chest, smaller or larger: both of
+// its sides are free, and only those of the chest have an inside.
+TEST(Cleaning, ASheetInThePlaneOfASolidIsNoPartOfIt) {
+  for (const double wide : {0.5, 4.0}) {
+    Polygons polygons = BoxSides({0, 0, 0}, {1, 1, 1});
+    polygons.push_back(
+        {{1, 0, 1}, {1 + wide, 0, 1}, {1 + wide, 1, 1}, {1, 1, 1}});
+    const Cleaned cleaned = Clean(polygons);
+    ASSERT_EQ(cleaned.faces.size(), 7U);
+    for (size_t i = 0; i < cleaned.faces.size(); ++i) {
+      EXPECT_EQ(cleaned.solids[i].has_value(),
+                BoundsOf(cleaned.faces[i]).high.x <= 1)
+          << i;
+    }
+  }
+}
+
+// Steps of a stair that meet corner to corner: the top of one and the bottom of
+// the next are one plane, and their insides are on different sides of it.
+TEST(Cleaning, SolidsThatGoOnInOnePlaneStayApart) {
+  Polygons polygons = BoxSides({0, 0, 0}, {1, 1, 1});
+  for (const auto& side : BoxSides({1, 0, 1}, {2, 1, 2})) {
+    polygons.push_back(side);
+  }
+  const Cleaned cleaned = Clean(polygons);
+  ASSERT_EQ(cleaned.faces.size(), 12U);
+  for (size_t i = 0; i < cleaned.faces.size(); ++i) {
+    ASSERT_TRUE(cleaned.solids[i]) << i;
+    const Box3& inside = cleaned.solids[i]->bounds;
+    const Vec3 normal = AreaVector(cleaned.faces[i]);
+    const double along = Dot(inside.Center() - cleaned.faces[i][0], normal);
+    EXPECT_EQ(cleaned.solids[i]->front_is_inside, along > 0) << i;
+  }
 }
 
 TEST(Cleaning, FourSheetsAtOneEdgeStayFour) {

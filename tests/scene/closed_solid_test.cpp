@@ -55,7 +55,7 @@ struct Mesh {
   }
 
   [[nodiscard]] std::vector<std::optional<ClosedSolid>> Solids() const {
-    return FindClosedSolids(vertices, polygons, kBeside);
+    return FindClosedSolids(vertices, polygons, kBeside).solids;
   }
 
   [[nodiscard]] size_t CountInSolids() const {
