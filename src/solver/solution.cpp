@@ -130,6 +130,7 @@ struct Solution::Impl {
   std::unique_ptr<ShownCell> shown;  // the last one
 };
 
+// Where the polynomials swing below 0, 0 is nearer to the truth.
 Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const {
@@ -148,6 +149,9 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
     }
     const uint32_t first = cell.tree->At(e).first_child;
     if (first == 0) {
+      for (double& value : sum) {
+        value = std::max(value, 0.0);
+      }
       return sum;
     }
     e = ElementId(first + ChildAt(shape, &p));

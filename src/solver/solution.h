@@ -60,8 +60,8 @@ class Solution {
   // What reading the largest cell takes of the budget.
   [[nodiscard]] uint64_t MostCellBytes() const;
 
-  // One value per point, in the order of the points; reads every cell's tree
-  // at most once per call. Thread-safe.
+  // One value per point, in the order of the points, none below 0; reads every
+  // cell's tree at most once per call. Thread-safe.
   [[nodiscard]] std::vector<Rgb> Irradiance(
       std::span<const PatchPoint> points) const;
   [[nodiscard]] std::vector<Rgb> Radiosity(
