@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <set>
 #include <span>
 #include <tuple>
 #include <unordered_map>
@@ -48,6 +50,21 @@ struct Piece {
   uint8_t layer = 0;
 };
 
+// How many steps put what lies `height` before a plane at least half of one
+// before what was put `layer` steps before that plane.
+uint8_t LayerAbove(uint8_t layer, double height) {
+  const double steps = std::ceil(layer + 0.5 - height / kApartM);
+  return static_cast<uint8_t>(std::clamp(steps, 0.0, double{kMostLayers}));
+}
+
+uint8_t MostLayer(const std::vector<Piece>& pieces) {
+  uint8_t most = 0;
+  for (const Piece& piece : pieces) {
+    most = std::max(most, piece.layer);
+  }
+  return most;
+}
+
 uint8_t LayerBefore(uint8_t layer) {
   return layer < kMostLayers ? static_cast<uint8_t>(layer + 1) : kMostLayers;
 }
@@ -86,6 +103,7 @@ class OverlapSeparator {
       Settle(std::span(pairs_).subspan(first, last - first));
       first = last;
     }
+    RaiseWhatLiesAbove();
     Replace();
     return counts_;
   }
@@ -104,11 +122,11 @@ class OverlapSeparator {
     for (const Patch& p : patches_) {
       boxes.push_back(Grown(BoundsOf(PolygonOf(p)), kCoincidentM));
     }
-    const BoxTree tree(boxes);
+    tree_.emplace(boxes);
     for (uint32_t i = 0; i < patches_.size(); ++i) {
       const Polygon own = PolygonOf(patches_[i]);
       const Plane plane = PlaneOf(own);
-      tree.ForOverlaps(boxes[i], [&](uint32_t k) {
+      tree_->ForOverlaps(boxes[i], [&](uint32_t k) {
         const double area = k < i ? CoincidentArea(own, plane, patches_[k]) : 0;
         if (area > 0) {
           pairs_.push_back({i, k, area});
@@ -263,6 +281,75 @@ class OverlapSeparator {
                                : std::vector<Piece>{{PolygonOf(patches_[i])}};
   }
 
+  // A carpet a millimetre above a floor with layers in it: they must not come
+  // through. What lies that little before a patch that was put before others
+  // is put before it again.
+  void RaiseWhatLiesAbove() {
+    std::set<uint32_t> open;
+    for (const auto& [i, pieces] : pieces_) {
+      if (MostLayer(pieces) > 0) {
+        open.insert(i);
+      }
+    }
+    while (!open.empty()) {
+      const uint32_t i = *open.begin();
+      open.erase(open.begin());
+      RaiseWhatLiesAbove(i, &open);
+    }
+  }
+
+  // Adds to `raised` what was.
+  void RaiseWhatLiesAbove(uint32_t own, std::set<uint32_t>* raised) {
+    const std::vector<Piece> pieces = PiecesOf(own);
+    const Polygon polygon = PolygonOf(patches_[own]);
+    const Plane plane = PlaneOf(polygon);
+    const double reach = MostLayer(pieces) * kApartM + kCoincidentM;
+    std::vector<uint32_t> near;
+    tree_->ForOverlaps(Grown(BoundsOf(polygon), reach), [&](uint32_t k) {
+      if (k != own &&
+          Dot(PatchNormal(patches_[k]), plane.normal) >= kLeastFacing) {
+        near.push_back(k);
+      }
+    });
+    for (const uint32_t k : near) {
+      double height = reach;
+      for (const Point3 corner : PolygonOf(patches_[k])) {
+        height = std::min(height, plane.Distance(corner));
+      }
+      const bool is_above = height > kCoincidentM ||
+                            (height >= -kCoincidentM && rank_[k] > rank_[own]);
+      if (is_above && Raise(k, pieces, std::max(height, 0.0), plane.normal)) {
+        raised->insert(k);
+      }
+    }
+  }
+
+  // Puts the pieces of a patch that lies `height` before others before those of
+  // them that were moved. False if all are.
+  bool Raise(uint32_t i,
+             const std::vector<Piece>& others,
+             double height,
+             Vec3 normal) {
+    std::vector<Piece> pieces = PiecesOf(i);
+    const uint8_t before = MostLayer(pieces);
+    bool raised = false;
+    for (Piece& piece : pieces) {
+      for (const Piece& other : others) {
+        const uint8_t layer = LayerAbove(other.layer, height);
+        if (other.layer > 0 && layer > piece.layer &&
+            OverlapArea(other.polygon, piece.polygon, normal) > 0) {
+          piece.layer = layer;
+          raised = true;
+        }
+      }
+    }
+    if (raised) {
+      counts_.moved += before == 0 ? 1 : 0;
+      pieces_[i] = std::move(pieces);
+    }
+    return raised;
+  }
+
   void Replace() {
     // Its two sides are no longer in one place: each blocks rays for itself.
     std::unordered_set<uint32_t> touched_faces;
@@ -290,6 +377,7 @@ class OverlapSeparator {
   }
 
   std::vector<Patch>& patches_;
+  std::optional<BoxTree> tree_;
   std::vector<Pair> pairs_;
   std::vector<uint32_t> rank_;  // by patch, from back to front
   // Of the patches that were touched: what is left of them, and where.

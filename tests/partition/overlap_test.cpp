@@ -162,6 +162,48 @@ TEST(Overlap, TheSmallerIsSeen) {
   }
 }
 
+// Tiles in a floor, each in the last, and a carpet above them all, however near
+// and however many: nothing comes through it.
+TEST(Overlap, WhatLiesJustAboveStaysAbove) {
+  for (const int tiles : {1, 2, 3, 5}) {
+    for (const double gap : {3e-4, 5e-4, 1e-3, 2e-3}) {
+      std::vector<Patch> patches = {
+          Rectangle(1, {0, 0, 0}, {9, 0, 0}, {0, 9, 0})};
+      for (int i = 0; i < tiles; ++i) {
+        const double size = 8 - i;
+        patches.push_back(Rectangle(static_cast<uint32_t>(2 + i),
+                                    {0.5, 0.5, 0},
+                                    {size, 0, 0},
+                                    {0, size, 0}));
+      }
+      patches.push_back(Rectangle(99, {1, 1, gap}, {7.6, 0, 0}, {0, 7.6, 0}));
+      const size_t count = patches.size();
+      SeparateOverlaps(patches);
+      ASSERT_EQ(patches.size(), count);
+      const double carpet = Height(patches.back());
+      EXPECT_GE(carpet, gap);
+      EXPECT_LE(carpet, gap + (tiles + 1) * kApartM);
+      for (int i = 1; i <= tiles; ++i) {
+        EXPECT_GE(carpet - Height(patches[static_cast<size_t>(i)]),
+                  kApartM / 2 - 1e-12)
+            << tiles << " tiles, " << gap;
+      }
+    }
+  }
+}
+
+// Where there is room, it stays where it is.
+TEST(Overlap, WhatLiesFarEnoughAboveIsUntouched) {
+  const Patch floor = Rectangle(1, {0, 0, 0}, {9, 0, 0}, {0, 9, 0});
+  const Patch tile = Rectangle(2, {1, 1, 0}, {1, 0, 0}, {0, 1, 0});
+  const Patch above = Rectangle(3, {1, 1, 8e-4}, {1, 0, 0}, {0, 1, 0});
+  const Patch beside = Rectangle(4, {4, 4, 3e-4}, {1, 0, 0}, {0, 1, 0});
+  std::vector<Patch> patches = {floor, tile, above, beside};
+  EXPECT_EQ(SeparateOverlaps(patches).moved, 1U);
+  EXPECT_EQ(Height(patches[2]), 8e-4);
+  EXPECT_EQ(Height(patches[3]), 3e-4);
+}
+
 TEST(Overlap, OnlyWhatLiesInAnotherIsMoved) {
   // A board that sticks out over the edge of a wall by half.
   std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
