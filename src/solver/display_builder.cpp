@@ -173,7 +173,7 @@ void DisplayMeshBuilder::TakeValues() {
   }
 }
 
-// The leaf's irradiance at its vertices and centre; as in Solution, not below 0.
+// The leaf's irradiance at its vertices and centre: none below 0.
 void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   const uint32_t element = mesh_.leaves_[leaf].element;
   const PatchShape shape = forest_.ShapeOf(element);
