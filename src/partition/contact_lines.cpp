@@ -1,6 +1,7 @@
 #include "partition/contact_lines.h"
 
 #include "base/disjoint_sets.h"
+#include "scene/box_tree.h"
 
 #include <algorithm>
 #include <array>
