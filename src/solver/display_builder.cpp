@@ -173,7 +173,7 @@ void DisplayMeshBuilder::TakeValues() {
   }
 }
 
-// The leaf's irradiance at its vertices and centre: none below 0.
+// The leaf's irradiance at its vertices and centre.
 void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   const uint32_t element = mesh_.leaves_[leaf].element;
   const PatchShape shape = forest_.ShapeOf(element);
@@ -207,7 +207,7 @@ void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
         at_p += functions[q] *
                 static_cast<double>(sum[c * shape_.NodeStride() + q]);
       }
-      value[c] = static_cast<float>(std::max(at_p, 0.0));
+      value[c] = static_cast<float>(at_p);
     }
     return value;
   };
