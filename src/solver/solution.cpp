@@ -130,7 +130,6 @@ struct Solution::Impl {
   std::unique_ptr<ShownCell> shown;  // the last one
 };
 
-// Where the polynomials swing below 0, 0 is nearer to the truth.
 Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const {
@@ -149,9 +148,6 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
     }
     const uint32_t first = cell.tree->At(e).first_child;
     if (first == 0) {
-      for (double& value : sum) {
-        value = std::max(value, 0.0);
-      }
       return sum;
     }
     e = ElementId(first + ChildAt(shape, &p));
@@ -210,6 +206,7 @@ Rgb Solution::Impl::RadiosityOf(const PatchLike& patch,
   return b;
 }
 
+// Where the polynomials swing below 0, 0 is nearer to the truth.
 std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const {
   const std::vector<size_t> order = OrderByCell(points);
@@ -227,7 +224,10 @@ std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
       const size_t to = std::min(from + kPointsPerTask, end);
       for (size_t i = from; i < to; ++i) {
         const PatchPoint& p = points[order[i]];
-        const Rgb value = IrradianceAt(cell, p.patch, {p.a, p.b});
+        Rgb value = IrradianceAt(cell, p.patch, {p.a, p.b});
+        for (double& channel : value) {
+          channel = std::max(channel, 0.0);
+        }
         values[order[i]] =
             radiosity ? RadiosityOf(cell.geometry.at(p.patch.Index()), value)
                       : value;

@@ -81,7 +81,7 @@ TEST(Cleaning, CornersAreNotFlattened) {
 
 // The six sides of a box, their fronts outside.
 Polygons BoxSides(Point3 low, Point3 high) {
-  const auto at = [&](bool x, bool y, bool z) {
+  const auto at = [&](int x, int y, int z) {
     return Point3{x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z};
   };
   return {{at(0, 0, 0), at(0, 1, 0), at(1, 1, 0), at(1, 0, 0)},

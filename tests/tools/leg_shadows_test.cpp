@@ -124,11 +124,11 @@ class LegShadows : public ::testing::TestWithParam<std::string> {
     std::vector<Receiver> receivers;
     std::vector<PatchPoint> on_floor;
     Random random(MixKey(7, 1));
-    constexpr double reach = (0.5 + kBandLegs) * kLegM;
+    constexpr double kReach = (0.5 + kBandLegs) * kLegM;
     for (const Point3 leg : legs) {
       for (size_t i = 0; i < kPointsPerLeg;) {
-        const Point3 at = leg + Vec3{(2 * random.Next() - 1) * reach,
-                                     (2 * random.Next() - 1) * reach,
+        const Point3 at = leg + Vec3{(2 * random.Next() - 1) * kReach,
+                                     (2 * random.Next() - 1) * kReach,
                                      0};
         if (Length(at - leg) < kLegM / std::numbers::sqrt2) {
           continue;  // may be under it

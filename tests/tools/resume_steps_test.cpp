@@ -81,6 +81,8 @@ class ResumedFloor : public ::testing::Test {
 class ResumeSteps : public ResumedFloor,
                     public ::testing::WithParamInterface<int> {};
 
+// Not while rays measure the residual, which begin anew after a stop: where
+// that takes longer than the time between two reports, it would never end.
 TEST_P(ResumeSteps, ComeToTheSameBits) {
   const auto whole = Import();
   SolveTo(0.5, *whole);
@@ -90,8 +92,9 @@ TEST_P(ResumeSteps, ComeToTheSameBits) {
   SolveOptions options = Options();
   options.commit_seconds = 0;
   options.stop = &stop;
-  options.progress = [&](double, const std::string&) {
-    stop = ++steps % GetParam() == 0;
+  options.progress = [&](double, const std::string& phase) {
+    const bool is_step = phase.find("residual") == std::string::npos;
+    stop = is_step && ++steps % GetParam() == 0;
   };
   int runs = 1;
   for (bool done = false; !done; ++runs) {
