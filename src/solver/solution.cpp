@@ -41,6 +41,14 @@ std::vector<size_t> OrderByCell(std::span<const PatchPoint> points) {
   return order;
 }
 
+// Where the polynomials swing below 0, 0 is nearer to the truth.
+Rgb NotBelowZero(Rgb value) {
+  for (double& channel : value) {
+    channel = std::max(channel, 0.0);
+  }
+  return value;
+}
+
 }  // namespace
 
 struct Solution::Impl {
@@ -206,7 +214,6 @@ Rgb Solution::Impl::RadiosityOf(const PatchLike& patch,
   return b;
 }
 
-// Where the polynomials swing below 0, 0 is nearer to the truth.
 std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const {
   const std::vector<size_t> order = OrderByCell(points);
@@ -224,10 +231,7 @@ std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
       const size_t to = std::min(from + kPointsPerTask, end);
       for (size_t i = from; i < to; ++i) {
         const PatchPoint& p = points[order[i]];
-        Rgb value = IrradianceAt(cell, p.patch, {p.a, p.b});
-        for (double& channel : value) {
-          channel = std::max(channel, 0.0);
-        }
+        const Rgb value = NotBelowZero(IrradianceAt(cell, p.patch, {p.a, p.b}));
         values[order[i]] =
             radiosity ? RadiosityOf(cell.geometry.at(p.patch.Index()), value)
                       : value;

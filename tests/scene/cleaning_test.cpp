@@ -82,7 +82,8 @@ TEST(Cleaning, CornersAreNotFlattened) {
 // The six sides of a box, their fronts outside.
 Polygons BoxSides(Point3 low, Point3 high) {
   const auto at = [&](int x, int y, int z) {
-    return Point3{x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z};
+    return Point3{
+        x > 0 ? high.x : low.x, y > 0 ? high.y : low.y, z > 0 ? high.z : low.z};
   };
   return {{at(0, 0, 0), at(0, 1, 0), at(1, 1, 0), at(1, 0, 0)},
           {at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)},
