@@ -90,10 +90,10 @@ KernelLanes InLanes(const KernelColumns& columns) {
   return lanes;
 }
 
-// QuadratureKernel of what is visible, where the ends are far apart.
-KernelLanes FarKernel(const TransferEnd& r,
-                      const TransferEnd& s,
-                      int32_t visible) {
+// QuadratureKernel of what is visible.
+KernelLanes SeenQuadrature(const TransferEnd& r,
+                           const TransferEnd& s,
+                           int32_t visible) {
   // By receiver node, its bit for the first source node.
   constexpr LaneBits kFirstBits = {1, 1 << 4, 1 << 8, 1 << 12};
   static_assert(kTransferNodes == 4);
@@ -149,11 +149,17 @@ std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
   return groups;
 }
 
-KernelLanes StoredKernel(const LinkBlock& block, const Link& link) {
-  const KernelShape* shape = &block.shapes[link.index];
-  return InLanes(link.kind == LinkKind::kFine
-                     ? DecodeFineKernel(link.value, shape[0], shape[1])
-                     : DecodeKernel(link.value, shape[0]));
+void ScaleKernel(uint16_t sum, KernelLanes* kernel) {
+  Lanes totals = {};
+  for (const Lanes& column : *kernel) {
+    totals += column;
+  }
+  std::array<float, kTransferNodes> stored{};
+  StoreLanes(totals, stored.data());
+  const float scale = ScaleTo(sum, stored);
+  for (Lanes& column : *kernel) {
+    column *= scale;
+  }
 }
 
 // What a source sends: its elements, and its groups.
@@ -206,15 +212,16 @@ void GatherRange(const LinkBlock& block,
     }
     if (link.kind == LinkKind::kGroup) {
       GatherGroup(
-          r.to, r.nodes, block.group[link.index], sent.groups[link.source]);
+          r.to, r.nodes, block.group[link.more], sent.groups[link.source]);
       continue;
     }
     if (is_constant && link.kind != LinkKind::kWeak) {
       continue;  // a constant basis has none of them
     }
     const float* b = radiosity.At(link.source);
-    if (ShapesOf(link.kind) > 0) {
-      GatherKernel(r.to, StoredKernel(block, link), b);
+    if (link.kind == LinkKind::kShaped) {
+      GatherKernel(
+          r.to, InLanes(DecodeKernel(link.value, block.shapes[link.more])), b);
       continue;
     }
     const Element& s = source.tree->At(ElementId(link.source));
@@ -225,12 +232,15 @@ void GatherRange(const LinkBlock& block,
                  DecodeCoefficient(link.value),
                  b,
                  shape.basis->On(patch.shape).NodeCount());
-    } else {
-      GatherKernel(
-          r.to,
-          FarKernel(r.End(), MakeTransferEnd(patch, s.frame), link.value),
-          b);
+      continue;
     }
+    KernelLanes kernel = SeenQuadrature(r.End(),
+                                        MakeTransferEnd(patch, s.frame),
+                                        static_cast<int32_t>(link.more));
+    if (link.kind == LinkKind::kNear) {
+      ScaleKernel(link.value, &kernel);
+    }
+    GatherKernel(r.to, kernel, b);
   }
 }
 

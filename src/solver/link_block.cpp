@@ -20,7 +20,12 @@ int64_t UnZigZag(uint64_t v) {
 }
 
 bool HasValue(LinkKind kind) {
-  return kind != LinkKind::kGroup;
+  return kind == LinkKind::kWeak || kind == LinkKind::kNear ||
+         kind == LinkKind::kShaped;
+}
+
+bool HasVisibility(LinkKind kind) {
+  return kind == LinkKind::kFar || kind == LinkKind::kNear;
 }
 
 }  // namespace
@@ -36,7 +41,7 @@ void SortLinks(LinkBlock* block) {
   sorted.shapes.reserve(block->shapes.size());
   sorted.group.reserve(block->group.size());
   for (Link& link : block->links) {
-    link.index = sorted.TakeCoefficients(*block, link);
+    link.more = sorted.TakeCoefficients(*block, link);
   }
   block->shapes = std::move(sorted.shapes);
   block->group = std::move(sorted.group);
@@ -44,22 +49,20 @@ void SortLinks(LinkBlock* block) {
 
 void LinkBlock::AppendFrom(const LinkBlock& other, size_t i) {
   Link link = other.links[i];
-  link.index = TakeCoefficients(other, link);
+  link.more = TakeCoefficients(other, link);
   links.push_back(link);
 }
 
 uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
-  if (const size_t count = ShapesOf(link.kind); count > 0) {
-    const auto first =
-        other.shapes.begin() + static_cast<ptrdiff_t>(link.index);
-    shapes.insert(shapes.end(), first, first + static_cast<ptrdiff_t>(count));
-    return static_cast<uint32_t>(shapes.size() - count);
+  if (link.kind == LinkKind::kShaped) {
+    shapes.push_back(other.shapes[link.more]);
+    return static_cast<uint32_t>(shapes.size() - 1);
   }
   if (link.kind == LinkKind::kGroup) {
-    group.push_back(other.group[link.index]);
+    group.push_back(other.group[link.more]);
     return static_cast<uint32_t>(group.size() - 1);
   }
-  return 0;
+  return link.more;
 }
 
 Bytes EncodeLinks(const LinkBlock& block) {
@@ -80,6 +83,11 @@ Bytes EncodeLinks(const LinkBlock& block) {
   for (const Link& link : block.links) {
     if (HasValue(link.kind)) {
       out.Put(link.value);
+    }
+  }
+  for (const Link& link : block.links) {
+    if (HasVisibility(link.kind)) {
+      out.Put(static_cast<uint16_t>(link.more));
     }
   }
   for (const KernelShape& s : block.shapes) {
@@ -117,19 +125,23 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
     }
     link.receiver = static_cast<uint32_t>(receiver);
     link.source = static_cast<uint32_t>(source);
-    if (link.kind > LinkKind::kFine) {
+    if (link.kind > LinkKind::kShaped) {
       throw DamagedStoreError("a link block has a link of no known kind");
     }
-    if (ShapesOf(link.kind) > 0) {
-      link.index = shapes;
-      shapes += static_cast<uint32_t>(ShapesOf(link.kind));
+    if (link.kind == LinkKind::kShaped) {
+      link.more = shapes++;
     } else if (link.kind == LinkKind::kGroup) {
-      link.index = group++;
+      link.more = group++;
     }
   }
   for (Link& link : block.links) {
     if (HasValue(link.kind)) {
       link.value = in.Get<uint16_t>();
+    }
+  }
+  for (Link& link : block.links) {
+    if (HasVisibility(link.kind)) {
+      link.more = in.Get<uint16_t>();
     }
   }
   block.shapes.resize(shapes);

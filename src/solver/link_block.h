@@ -6,10 +6,10 @@
 //   kind    stored                       meaning
 //   weak    one coefficient    constant transfer of the mean radiosity
 //   far     16 bits V_gq       K_gq V_gq, K by plain quadrature
-//   near    their sum, and     K_gq V_gq, where quadrature is too crude to be
-//           4 bits each        rebuilt cheaply
-//   fine    their sum, and     the same, where 4 bits would be seen
-//           8 bits each
+//   near    16 bits V_gq,      the same, scaled to the sum of the true ones:
+//           their sum          quadrature is crude where ends are close
+//   shaped  their sum, and     K_gq V_gq, where what scaled quadrature leaves
+//           8 bits each        would be seen
 //   group   4 coefficients     F_g V_g of a group of patches, which sends its
 //                              mean radiosity (source_group.h)
 //
@@ -32,13 +32,8 @@ enum class LinkKind : uint8_t {
   kFar = 1,
   kNear = 2,
   kGroup = 3,
-  kFine = 4
+  kShaped = 4
 };
-
-// How many shapes a link has: the coefficients of fine ones take two.
-constexpr size_t ShapesOf(LinkKind kind) {
-  return kind == LinkKind::kFine ? 2 : kind == LinkKind::kNear ? 1 : 0;
-}
 
 using GroupCoefficients = std::array<uint16_t, kTransferNodes>;
 
@@ -47,11 +42,11 @@ struct Link {
   uint32_t receiver = 0;  // an element
   uint32_t source = 0;    // an element; group: a group
   LinkKind kind{};
-  // Weak: the coefficient; far: visibility bits; near and fine: the sum.
+  // Weak: the coefficient; near and shaped: the sum.
   uint16_t value = 0;
-  // Near and fine: the first of its shapes in the block; group: which of the
-  // block's coefficients.
-  uint32_t index = 0;
+  // Far and near: visibility bits; shaped: which of the block's shapes; group:
+  // which of the block's coefficients.
+  uint32_t more = 0;
 };
 
 // A chunk of links in memory, ascending by receiver, then source.
@@ -70,7 +65,7 @@ struct LinkBlock {
   void AppendFrom(const LinkBlock& other, size_t i);
 
   // Appends the coefficients of a link of another block, if it has any;
-  // returns where they are.
+  // returns what is `more` of it then.
   uint32_t TakeCoefficients(const LinkBlock& other, const Link& link);
 };
 

@@ -1,9 +1,8 @@
 // How the coefficients of links are written down.
 //
 //   EncodeCoefficient   one coefficient, 16 bits: a float without sign
-//   EncodeKernel        the 16 of a near link, 10 bytes: their sum as above,
-//                       and 4 bits each (docs/decisions/link-size.md)
-//   EncodeKernelFinely  the same, 18 bytes: 8 bits each
+//   EncodeKernel        the 16 of a shaped link, 18 bytes: their sum as above,
+//                       and 8 bits each (docs/decisions/link-size.md)
 
 #pragma once
 
@@ -25,27 +24,31 @@ inline float DecodeCoefficient(uint16_t code) {
   return std::bit_cast<float>(code == 0 ? 0U : bits);
 }
 
-// The square roots of coefficients, in fifteenths of the largest root: byte i
-// holds that of coefficient 2i in its low half, of 2i + 1 in its high half.
-// Fine ones are in 255ths, 8 bits each, and take two shapes: one for the upper
-// four bits, one for the lower.
-using KernelShape = std::array<uint8_t, kTransferNodes * kTransferNodes / 2>;
+// The square roots of coefficients, in 255ths of the largest root.
+using KernelShape = std::array<uint8_t, kTransferNodes * kTransferNodes>;
 
 struct EncodedKernel {
-  uint16_t sum = 0;  // EncodeCoefficient of the sum of all
+  uint16_t sum = 0;  // EncodeSum
   KernelShape shape{};
-  KernelShape rest{};  // fine: the lower halves
 };
+
+// EncodeCoefficient of the sum of all.
+uint16_t EncodeSum(const Kernel& kernel);
 
 // Keeps the sum, zeros, and nearly the sums of rows: what rounding adds to a
 // row with one coefficient it takes away with the next smaller one.
 EncodedKernel EncodeKernel(const Kernel& kernel);
-EncodedKernel EncodeKernelFinely(const Kernel& kernel);
 
-// Both are given by the source's nodes: K_gq at [q][g].
+// By the source's nodes: K_gq at [q][g].
 KernelColumns DecodeKernel(uint16_t sum, const KernelShape& shape);
-KernelColumns DecodeFineKernel(uint16_t sum,
-                               const KernelShape& shape,
-                               const KernelShape& rest);
+
+// What makes coefficients with these totals, by the receiver's nodes, those of
+// an encoded sum; zero if all of them are.
+inline float ScaleTo(uint16_t sum,
+                     const std::array<float, kTransferNodes>& totals) {
+  static_assert(kTransferNodes == 4);
+  const float total = (totals[0] + totals[1]) + (totals[2] + totals[3]);
+  return total > 0 ? DecodeCoefficient(sum) / total : 0.0F;
+}
 
 }  // namespace enfilade

@@ -85,8 +85,9 @@ void GatherAtNodes(const LinkBlock& block,
     }
     const NodeEnd s = MakeNodeEnd(basis.On(sp.shape), sp, se.frame);
     NodeKernel kernel = TransferKernel(r, s);
-    if (link.value != AllPairs(r.end, s.end)) {
-      MaskNodeKernel(link.value,
+    const auto visible = static_cast<uint16_t>(link.more);
+    if (visible != AllPairs(r.end, s.end)) {
+      MaskNodeKernel(visible,
                      basis.SamplesOn(rp.shape),
                      basis.SamplesOn(sp.shape),
                      &kernel);

@@ -48,7 +48,7 @@ struct RawLink {
   ElementPath source_path = kRootPath;
   LinkKind kind{};
   uint16_t value = 0;
-  uint32_t shape_index = 0;
+  uint32_t more = 0;  // as of a Link; shaped: which of the RawLinks' shapes
   // What a source of 1 W/m2 brings to the receiver's nodes, W/m2.
   std::array<float, kTransferNodes> gain{};
 };

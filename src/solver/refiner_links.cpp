@@ -11,8 +11,9 @@
 namespace enfilade {
 namespace {
 
-// What rounding of coefficients may add to a link's error, in tau.
-constexpr float kCodingShare = 0.25F;
+// What quadrature scaled to the true sum may add to a near link's error, in
+// tau.
+constexpr float kRebuiltShare = 0.03125F;
 
 // Adds gains at transfer nodes to those at the nodes of a basis.
 void AddGain(const TreeShape& shape,
@@ -39,19 +40,43 @@ GroupCoefficients EncodedGain(const std::array<float, kTransferNodes>& gain) {
   return coefficients;
 }
 
-// What rounding makes of the irradiance that a source with these nodes and this
-// detail brings, W/m2, root of the mean square over the receiver's nodes.
-float ErrorOfCode(const Kernel& kernel,
-                  const KernelColumns& rounded,
-                  const std::array<float, kTransferNodes>& radiosity,
-                  float detail) {
+// QuadratureKernel of what is visible, scaled to a sum.
+Kernel ScaledQuadrature(const TransferEnd& receiver,
+                        const TransferEnd& source,
+                        uint16_t visible,
+                        uint16_t sum) {
+  Kernel kernel = QuadratureKernel(receiver, source);
+  MaskKernel(visible, &kernel);
+  std::array<float, kTransferNodes> totals{};
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    totals[i / kTransferNodes] += kernel[i];
+  }
+  const float scale = ScaleTo(sum, totals);
+  for (float& k : kernel) {
+    k *= scale;
+  }
+  return kernel;
+}
+
+bool IsZero(const Kernel& kernel) {
+  return std::all_of(
+      kernel.begin(), kernel.end(), [](float k) { return k == 0; });
+}
+
+// By what the irradiance that a source with these nodes and this detail brings
+// differs for another kernel, W/m2, root of the mean square over the receiver's
+// nodes.
+float Difference(const Kernel& kernel,
+                 const Kernel& other,
+                 const std::array<float, kTransferNodes>& radiosity,
+                 float detail) {
   float square = 0;
   for (size_t g = 0; g < kTransferNodes; ++g) {
     float even = 0;
     float uneven = 0;
     for (size_t q = 0; q < kTransferNodes; ++q) {
       const size_t i = g * kTransferNodes + q;
-      const float off = rounded[q][g] - kernel[i];
+      const float off = other[i] - kernel[i];
       even += off * radiosity[q];
       uneven += off * off;
     }
@@ -90,15 +115,14 @@ void ApplyLinks(const RawLinks& raw,
             receiver.patches[link.receiver_patch].shape,
             link.gain,
             received->gain.At(out.receiver));
-    if (const size_t count = ShapesOf(link.kind); count > 0) {
-      out.index = static_cast<uint32_t>(block->shapes.size());
-      const auto first =
-          raw.shapes.begin() + static_cast<ptrdiff_t>(link.shape_index);
-      block->shapes.insert(
-          block->shapes.end(), first, first + static_cast<ptrdiff_t>(count));
+    if (link.kind == LinkKind::kShaped) {
+      out.more = static_cast<uint32_t>(block->shapes.size());
+      block->shapes.push_back(raw.shapes[link.more]);
     } else if (link.kind == LinkKind::kGroup) {
-      out.index = static_cast<uint32_t>(block->group.size());
+      out.more = static_cast<uint32_t>(block->group.size());
       block->group.push_back(EncodedGain(link.gain));
+    } else {
+      out.more = link.more;
     }
     block->links.push_back(out);
   }
@@ -155,7 +179,7 @@ void Refiner::Accept(const Receiver& r,
   }
   RawLink link = LinkBetween(r, s);
   link.kind = LinkKind::kFar;
-  link.value = visible;
+  link.more = visible;
   Kernel seen = judgement.kernel;
   MaskKernel(visible, &seen);
   for (size_t i = 0; i < seen.size(); ++i) {
@@ -167,6 +191,7 @@ void Refiner::Accept(const Receiver& r,
     link.gain.fill(mean);
     link.kind = LinkKind::kWeak;
     link.value = EncodeCoefficient(mean);
+    link.more = 0;
   } else if (judgement.near && !basis_->HasOwnNodes()) {
     Encode(r, s, seen, &link, task);
   }
@@ -178,21 +203,18 @@ void Refiner::Encode(const Receiver& r,
                      const Kernel& kernel,
                      RawLink* link,
                      Task* task) const {
-  EncodedKernel encoded = EncodeKernel(kernel);
-  const float error = ErrorOfCode(
-      kernel, DecodeKernel(encoded.sum, encoded.shape), s.radiosity, s.detail);
-  const bool is_fine =
-      r.weight * error > kCodingShare * static_cast<float>(options_.tau);
-  if (is_fine) {
-    encoded = EncodeKernelFinely(kernel);
-  }
-  link->kind = is_fine ? LinkKind::kFine : LinkKind::kNear;
-  link->value = encoded.sum;
-  auto& shapes = task->out->shapes;
-  link->shape_index = static_cast<uint32_t>(shapes.size());
-  shapes.push_back(encoded.shape);
-  if (is_fine) {
-    shapes.push_back(encoded.rest);
+  link->kind = LinkKind::kNear;
+  link->value = EncodeSum(kernel);
+  const Kernel rebuilt = ScaledQuadrature(
+      r.end, s.end, static_cast<uint16_t>(link->more), link->value);
+  const float error = Difference(kernel, rebuilt, s.radiosity, s.detail);
+  // Quadrature that finds nothing has no sum to be scaled.
+  if (IsZero(rebuilt) ||
+      r.weight * error > kRebuiltShare * static_cast<float>(options_.tau)) {
+    auto& shapes = task->out->shapes;
+    link->kind = LinkKind::kShaped;
+    link->more = static_cast<uint32_t>(shapes.size());
+    shapes.push_back(EncodeKernel(kernel).shape);
   }
 }
 

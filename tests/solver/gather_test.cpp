@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "tests/solver/test_cells.h"
@@ -139,32 +140,37 @@ TEST_F(GatheredLink, FarBringsWhatIsVisibleOfTheQuadrature) {
     Kernel kernel = QuadratureKernel(r, pair.End(kSource));
     MaskKernel(visible, &kernel);
     LinkBlock block;
-    block.links = {{kReceiver, kSource, LinkKind::kFar, visible, 0}};
+    block.links = {{kReceiver, kSource, LinkKind::kFar, 0, visible}};
     ExpectNear(pair.Gathered(block), pair.Expected(kernel), r.node_count);
   });
 }
 
-TEST_F(GatheredLink, NearBringsWhatItsCodeSays) {
+// The quadrature of what is visible, with the sum that is given.
+TEST_F(GatheredLink, NearBringsTheQuadratureScaledToItsSum) {
   ForEachCase([this](RandomPairOfPatches& pair) {
-    const EncodedKernel encoded = EncodeKernel(RandomKernel());
+    const auto visible = static_cast<uint16_t>(random_.NextBelow(1U << 16));
+    const uint16_t sum = EncodeCoefficient(static_cast<float>(random_.Next()));
+    const TransferEnd r = pair.End(kReceiver);
+    Kernel kernel = QuadratureKernel(r, pair.End(kSource));
+    MaskKernel(visible, &kernel);
+    const float total = std::accumulate(kernel.begin(), kernel.end(), 0.0F);
+    for (float& k : kernel) {
+      k *= total > 0 ? DecodeCoefficient(sum) / total : 0.0F;
+    }
     LinkBlock block;
-    block.links = {{kReceiver, kSource, LinkKind::kNear, encoded.sum, 0}};
-    block.shapes = {encoded.shape};
-    ExpectNear(pair.Gathered(block),
-               pair.Expected(ByRows(DecodeKernel(encoded.sum, encoded.shape))),
-               kTransferNodes);
+    block.links = {{kReceiver, kSource, LinkKind::kNear, sum, visible}};
+    ExpectNear(pair.Gathered(block), pair.Expected(kernel), r.node_count);
   });
 }
 
-TEST_F(GatheredLink, FineBringsWhatItsCodesSay) {
+TEST_F(GatheredLink, ShapedBringsWhatItsCodeSays) {
   ForEachCase([this](RandomPairOfPatches& pair) {
-    const EncodedKernel encoded = EncodeKernelFinely(RandomKernel());
+    const EncodedKernel encoded = EncodeKernel(RandomKernel());
     LinkBlock block;
-    block.links = {{kReceiver, kSource, LinkKind::kFine, encoded.sum, 0}};
-    block.shapes = {encoded.shape, encoded.rest};
+    block.links = {{kReceiver, kSource, LinkKind::kShaped, encoded.sum, 0}};
+    block.shapes = {encoded.shape};
     ExpectNear(pair.Gathered(block),
-               pair.Expected(ByRows(
-                   DecodeFineKernel(encoded.sum, encoded.shape, encoded.rest))),
+               pair.Expected(ByRows(DecodeKernel(encoded.sum, encoded.shape))),
                kTransferNodes);
   });
 }

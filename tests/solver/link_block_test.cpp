@@ -17,20 +17,22 @@ LinkBlock RandomBlock(size_t count, uint64_t seed) {
     link.receiver = random.NextBelow(500);
     link.source = random.NextBelow(700);
     link.kind = static_cast<LinkKind>(random.NextBelow(5));
-    if (const size_t taken = ShapesOf(link.kind); taken > 0) {
-      link.index = static_cast<uint32_t>(block.shapes.size());
+    if (link.kind != LinkKind::kGroup && link.kind != LinkKind::kFar) {
+      link.value = static_cast<uint16_t>(random.NextBelow(65536));
+    }
+    if (link.kind == LinkKind::kShaped) {
+      link.more = static_cast<uint32_t>(block.shapes.size());
       KernelShape n{};
       n[i % n.size()] = static_cast<uint8_t>(random.NextBelow(256));
-      link.value = static_cast<uint16_t>(random.NextBelow(65536));
-      block.shapes.insert(block.shapes.end(), taken, n);
+      block.shapes.push_back(n);
     } else if (link.kind == LinkKind::kGroup) {
       link.source = random.NextBelow(30);
-      link.index = static_cast<uint32_t>(block.group.size());
+      link.more = static_cast<uint32_t>(block.group.size());
       GroupCoefficients g{};
       g[i % g.size()] = static_cast<uint16_t>(random.NextBelow(65536));
       block.group.push_back(g);
-    } else {
-      link.value = static_cast<uint16_t>(random.NextBelow(65536));
+    } else if (link.kind != LinkKind::kWeak) {
+      link.more = random.NextBelow(65536);  // visibility
     }
     block.links.push_back(link);
   }
@@ -49,7 +51,7 @@ TEST(LinkBlock, SurvivesEncoding) {
     EXPECT_EQ(read.links[i].source, block.links[i].source);
     EXPECT_EQ(read.links[i].kind, block.links[i].kind);
     EXPECT_EQ(read.links[i].value, block.links[i].value);
-    EXPECT_EQ(read.links[i].index, block.links[i].index);
+    EXPECT_EQ(read.links[i].more, block.links[i].more);
   }
 }
 
@@ -59,8 +61,8 @@ TEST(LinkBlock, KeepsCoefficientsWithTheirLinks) {
   for (uint32_t i = 0; i < 40; ++i) {
     Link link;
     link.receiver = (i * 17) % 40;
-    link.kind = i % 2 == 0 ? LinkKind::kNear : LinkKind::kGroup;
-    link.index = i / 2;
+    link.kind = i % 2 == 0 ? LinkKind::kShaped : LinkKind::kGroup;
+    link.more = i / 2;
     const auto tag = static_cast<uint8_t>(link.receiver);
     if (i % 2 == 0) {
       block.shapes.push_back({tag});
@@ -76,8 +78,8 @@ TEST(LinkBlock, KeepsCoefficientsWithTheirLinks) {
   }
   for (const LinkBlock* b : {&block, &half}) {
     for (const Link& link : b->links) {
-      EXPECT_EQ(link.kind == LinkKind::kNear ? b->shapes[link.index][0]
-                                             : b->group[link.index][0],
+      EXPECT_EQ(link.kind == LinkKind::kShaped ? b->shapes[link.more][0]
+                                               : b->group[link.more][0],
                 link.receiver);
     }
   }

@@ -44,29 +44,19 @@ Kernel ByRows(const KernelColumns& columns) {
   return kernel;
 }
 
-// 4 or 8 bits each.
-class KernelCode : public ::testing::TestWithParam<int> {
+constexpr double kMostRoot = 255;
+
+class KernelCode : public ::testing::Test {
  protected:
   static Kernel Restored(const Kernel& kernel) {
-    if (GetParam() == 4) {
-      const EncodedKernel encoded = EncodeKernel(kernel);
-      return ByRows(DecodeKernel(encoded.sum, encoded.shape));
-    }
-    const EncodedKernel encoded = EncodeKernelFinely(kernel);
-    return ByRows(DecodeFineKernel(encoded.sum, encoded.shape, encoded.rest));
+    const EncodedKernel encoded = EncodeKernel(kernel);
+    return ByRows(DecodeKernel(encoded.sum, encoded.shape));
   }
-
-  static double MostRoot() { return std::exp2(GetParam()) - 1; }
 
   Random random_{7};
 };
 
-INSTANTIATE_TEST_SUITE_P(Bits,
-                         KernelCode,
-                         ::testing::Values(4, 8),
-                         ::testing::PrintToStringParamName());
-
-TEST_P(KernelCode, KeepsZeros) {
+TEST_F(KernelCode, KeepsZeros) {
   for (int n = 0; n < 1000; ++n) {
     const Kernel kernel = RandomKernel(&random_);
     const Kernel restored = Restored(kernel);
@@ -80,8 +70,8 @@ TEST_P(KernelCode, KeepsZeros) {
 // takes half of that in its own rounding and, since roots of smaller ones are
 // nearer to each other, no more than that from one before it. The scale that
 // keeps the sum is the mean of such errors, weighted by size.
-TEST_P(KernelCode, KeepsEachCoefficientToAShareOfTheLargest) {
-  const double apart = (2 * MostRoot() - 1) / (MostRoot() * MostRoot());
+TEST_F(KernelCode, KeepsEachCoefficientToAShareOfTheLargest) {
+  const double apart = (2 * kMostRoot - 1) / (kMostRoot * kMostRoot);
   for (int n = 0; n < 1000; ++n) {
     const Kernel kernel = RandomKernel(&random_);
     const Kernel restored = Restored(kernel);
@@ -93,7 +83,7 @@ TEST_P(KernelCode, KeepsEachCoefficientToAShareOfTheLargest) {
   }
 }
 
-TEST_P(KernelCode, KeepsTheSum) {
+TEST_F(KernelCode, KeepsTheSum) {
   for (int n = 0; n < 1000; ++n) {
     const Kernel kernel = RandomKernel(&random_);
     const Kernel restored = Restored(kernel);
@@ -107,8 +97,8 @@ TEST_P(KernelCode, KeepsTheSum) {
 // Four roundings of their own would each be off by the root of a twelfth of a
 // step, and their sum by twice that; with what one takes from the next there is
 // the rounding of the smallest, and the common scale.
-TEST_P(KernelCode, KeepsTheSumsOfRows) {
-  const double step = 2 * 0.84 / MostRoot();  // at the mean root, of 1 to 2
+TEST_F(KernelCode, KeepsTheSumsOfRows) {
+  const double step = 2 * 0.84 / kMostRoot;  // at the mean root, of 1 to 2
   double squared = 0;
   size_t rows = 0;
   for (int n = 0; n < 1000; ++n) {
@@ -131,7 +121,7 @@ TEST_P(KernelCode, KeepsTheSumsOfRows) {
 
 // Nothing is lost on one side: what many kernels bring together is right for a
 // source that is bright at any one of its nodes.
-TEST_P(KernelCode, IsNotOneSided) {
+TEST_F(KernelCode, IsNotOneSided) {
   std::array<double, kTransferNodes> exact{};
   std::array<double, kTransferNodes> restored{};
   for (int n = 0; n < 20000; ++n) {
@@ -147,7 +137,7 @@ TEST_P(KernelCode, IsNotOneSided) {
   }
 }
 
-TEST_P(KernelCode, KeepsNothingOfNothing) {
+TEST_F(KernelCode, KeepsNothingOfNothing) {
   EXPECT_EQ(Restored(Kernel{}), Kernel{});
 }
 

@@ -1,0 +1,134 @@
+// Links of elements that are close: what the store keeps of them suffices for
+// the light that they bring.
+
+#include "solver/element_tree.h"
+#include "solver/form_factor.h"
+#include "solver/link_codes.h"
+#include "solver/refiner.h"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "tests/solver/test_refinement.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+using test::BrightCell;
+using test::FurnishedRoom;
+using test::Scenery;
+
+constexpr double kTau = 0.01;
+
+// What the receiver's nodes get of a source of 1 W/m2.
+using Gain = std::array<float, kTransferNodes>;
+
+// A furnished room that is linked to itself.
+class LinkedRoom : public ::testing::Test {
+ protected:
+  LinkedRoom() {
+    const RefineOptions options = {.tau = kTau, .tau_weak = kTau / 2};
+    for (RawLinks& item :
+         test::RefineAll(options, cell_.Side(), cell_.Side(), scenery_.All())) {
+      items_.push_back(std::move(item));
+    }
+  }
+
+  template <typename Check>
+  size_t ForEach(LinkKind kind, const Check& check) const {
+    size_t count = 0;
+    for (const RawLinks& item : items_) {
+      for (const RawLink& link : item.links) {
+        if (link.kind == kind) {
+          check(link, item);
+          ++count;
+        }
+      }
+    }
+    return count;
+  }
+
+  [[nodiscard]] TransferEnd End(uint32_t patch, ElementPath path) const {
+    const PatchGeometry& geometry = cell_.Geometry()[patch];
+    return MakeTransferEnd(geometry, FrameOfPath(geometry.shape, path));
+  }
+
+  // Of the quadrature of what is visible, scaled to the sum.
+  [[nodiscard]] Gain Rebuilt(const RawLink& link) const {
+    Kernel kernel =
+        QuadratureKernel(End(link.receiver_patch, link.receiver_path),
+                         End(link.source_patch, link.source_path));
+    MaskKernel(static_cast<uint16_t>(link.more), &kernel);
+    const float total = std::accumulate(kernel.begin(), kernel.end(), 0.0F);
+    Gain gain{};
+    for (size_t i = 0; i < kernel.size(); ++i) {
+      gain[i / kTransferNodes] +=
+          kernel[i] / total * DecodeCoefficient(link.value);
+    }
+    return gain;
+  }
+
+  // By what they differ, as refinement weighs it, in tau.
+  [[nodiscard]] double Difference(const RawLink& link, const Gain& gain) const {
+    double square = 0;
+    for (size_t g = 0; g < kTransferNodes; ++g) {
+      const double off = static_cast<double>(gain[g] - link.gain[g]);
+      square += off * off / kTransferNodes;
+    }
+    const TransferEnd end = End(link.receiver_patch, link.receiver_path);
+    return test::kReflectance * std::sqrt(end.area * square) / kTau;
+  }
+
+  static double SumOf(const Gain& gain) {
+    return std::accumulate(gain.begin(), gain.end(), 0.0);
+  }
+
+  const Basis basis_{2};
+  const std::vector<Patch> room_ = FurnishedRoom();
+  const BrightCell cell_{0, basis_, room_};
+  const Scenery scenery_{room_};
+  std::vector<RawLinks> items_;
+};
+
+TEST_F(LinkedRoom, NearAndShapedLinksKeepTheirSum) {
+  const auto check = [](const RawLink& link, const RawLinks& /*item*/) {
+    const double sum = SumOf(link.gain);
+    EXPECT_NEAR(DecodeCoefficient(link.value), sum, 1e-3 * sum);
+  };
+  EXPECT_GT(ForEach(LinkKind::kNear, check), 100U);
+  EXPECT_GT(ForEach(LinkKind::kShaped, check), 100U);
+}
+
+// Sources are even here: what rows are off by is all.
+TEST_F(LinkedRoom, NearLinksAreRebuiltWhereThatIsNotSeen) {
+  ForEach(LinkKind::kNear, [&](const RawLink& link, const RawLinks& /*item*/) {
+    const Gain rebuilt = Rebuilt(link);
+    EXPECT_GT(SumOf(rebuilt), 0);
+    EXPECT_LE(Difference(link, rebuilt), 1.01 / 32);
+  });
+}
+
+// Of a row a code of roots in 255ths is off by half a step of its smallest
+// coefficient and of the common scale: far less than what is rebuilt may be.
+TEST_F(LinkedRoom, ShapedLinksBringWhatTheirCodesSay) {
+  ForEach(LinkKind::kShaped, [&](const RawLink& link, const RawLinks& item) {
+    const KernelColumns columns =
+        DecodeKernel(link.value, item.shapes.at(link.more));
+    Gain coded{};
+    for (const auto& column : columns) {
+      for (size_t g = 0; g < kTransferNodes; ++g) {
+        coded[g] += column[g];
+      }
+    }
+    for (size_t g = 0; g < kTransferNodes; ++g) {
+      EXPECT_NEAR(coded[g], link.gain[g], 0.005 * SumOf(link.gain));
+    }
+  });
+}
+
+}  // namespace
+}  // namespace enfilade
