@@ -15,10 +15,11 @@ namespace enfilade {
 
 using Polygon = std::vector<Point3>;
 
-// Within this distance a face counts as lying in a plane. It is also the width
-// of the cracks between faces that are taken for closed: the rounding of input
-// files, and less than a ray can be trusted to find.
-inline constexpr double kOnPlaneM = 2e-5;
+// Within this distance a face counts as lying in a plane: files that round to a
+// tenth of a millimetre bring two faces of one wall no farther apart. It is also
+// half the width of the cracks between faces that are taken for closed, less
+// than a ray can be trusted to find.
+inline constexpr double kOnPlaneM = 1e-4;
 inline constexpr double kCrackM = 2 * kOnPlaneM;
 
 // Within this distance a vertex that was computed (a corner of a region or an

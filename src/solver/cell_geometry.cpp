@@ -84,7 +84,7 @@ ShaftBlockers CellMaker::MakePortals(CellId cell) const {
       }
     }
   }
-  return ShaftBlockers(triangles, kCoplanarPortalM);
+  return ShaftBlockers(triangles, BlockerKind::kPortals);
 }
 
 CellGeometry CellMaker::MakeGeometry(CellId cell,

@@ -1,12 +1,18 @@
 #include "solver/shaft.h"
 
+#include "partition/polygon.h"
+
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace enfilade {
 namespace {
 
 constexpr size_t kBoxCorners = 8;
+// Cosine of the angle between a portal and an element that may stick out of its
+// cell over some length.
+constexpr float kNearlyParallel = 0.99F;
 
 // Interleaves the low ten bits of three numbers.
 uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
@@ -19,13 +25,17 @@ uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
   return spread(x) | spread(y) << 1 | spread(z) << 2;
 }
 
-Box BoxOf(const PatchGeometry& patch) {
+Box BoxAround(std::span<const Vec3f> points) {
   Box box;
-  const Corners corners = CornersOf(patch, {});
-  for (const Vec3f p : corners.View()) {
+  for (const Vec3f p : points) {
     box.Add(p);
   }
   return box;
+}
+
+Box BoxOf(const PatchGeometry& patch) {
+  const Corners corners = CornersOf(patch, {});
+  return BoxAround(corners.View());
 }
 
 // By the middles of their boxes.
@@ -78,6 +88,10 @@ bool AllOnSide(std::span<const Vec3f> points,
   });
 }
 
+size_t CornerCount(const PatchGeometry& patch) {
+  return patch.shape == PatchShape::kTriangle ? 3 : 4;
+}
+
 }  // namespace
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
@@ -125,8 +139,7 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
 
 Shaft AcrossPortals(Shaft shaft) {
   constexpr auto kApart = static_cast<float>(kApartM);
-  const size_t of_receiver =
-      shaft.receiver->shape == PatchShape::kTriangle ? 3 : 4;
+  const size_t of_receiver = CornerCount(*shaft.receiver);
   const auto put_back = [&](const PatchGeometry& end, auto points, Vec3f* on) {
     const Vec3f back = end.normal * (-kApart * static_cast<float>(end.layer));
     *on = *on + back;
@@ -154,13 +167,15 @@ Shaft AcrossPortals(Shaft shaft) {
 }
 
 ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
-                             float coplanar_m)
-    : ShaftBlockers(patches, coplanar_m, SpatialOrder(patches)) {}
+                             BlockerKind kind)
+    : ShaftBlockers(patches, kind, SpatialOrder(patches)) {}
 
 ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
-                             float coplanar_m,
+                             BlockerKind kind,
                              std::span<const size_t> order)
-    : coplanar_m_(coplanar_m), boxes_(BoxesOf(patches, order)) {
+    : kind_(kind),
+      coplanar_m_(CoplanarM(kind)),
+      boxes_(BoxesOf(patches, order)) {
   points_.reserve(4 * patches.size());
   normals_.reserve(patches.size());
   for (const size_t i : order) {
@@ -187,10 +202,32 @@ bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
           !is_behind(*shaft.source, shaft.on_source));
 }
 
+bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
+  constexpr auto kBeyond = static_cast<float>(kOnPlaneM) * 1.5F;
+  const std::span<const Vec3f> portal = CornersOfBlocker(i);
+  Box opening = BoxAround(portal);
+  opening.low = opening.low - Vec3f{kBeyond, kBeyond, kBeyond};
+  opening.high = opening.high + Vec3f{kBeyond, kBeyond, kBeyond};
+  const auto holds =
+      [&](std::span<const Vec3f> end, const PatchGeometry& patch, Vec3f on) {
+        return std::abs(Dot(patch.normal, normals_[i])) > kNearlyParallel &&
+               opening.Overlaps(BoxAround(end)) &&
+               !AllOnSide(portal, on, patch.normal, -1, -kBeyond);
+      };
+  const size_t of_receiver = CornerCount(*shaft.receiver);
+  const auto ends = std::span<const Vec3f>(shaft.ends).first(shaft.count);
+  return holds(ends.first(of_receiver), *shaft.receiver, shaft.on_receiver) ||
+         (shaft.source != nullptr &&
+          holds(ends.subspan(of_receiver), *shaft.source, shaft.on_source));
+}
+
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
   return boxes_.VisitAll(
       [&](const BoxOctet& boxes) { return boxes.Overlapping(shaft.box); },
-      [&](size_t i) { return !MayCut(i, shaft); });
+      [&](size_t i) {
+        return !MayCut(i, shaft) &&
+               !(kind_ == BlockerKind::kPortals && MayHold(i, shaft));
+      });
 }
 
 ShadowSum ShaftBlockers::SumOfShadows(const CastShadow& shadow,

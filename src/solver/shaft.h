@@ -41,24 +41,28 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
 // there, and the box holds both places.
 Shaft AcrossPortals(Shaft shaft);
 
+// What is looked for in shafts.
+enum class BlockerKind : uint8_t { kSurfaces, kPortals };
+
 // How far from a plane is still in it, m. What lies in the plane of an element
 // is not between it and anything else. For surfaces that is as near as rays
 // end before what they end on, so that both say the same. For portals it is
 // rounding alone: a wall may lie a tenth of a millimetre behind an opening and
-// gets all its light through it. A face two hundredths (kOnPlaneM of the
-// partition) behind an opening is no longer in its plane.
-inline constexpr float kCoplanarSurfaceM = 1e-4F;
-inline constexpr float kCoplanarPortalM = 1e-5F;
+// gets all its light through it.
+constexpr float CoplanarM(BlockerKind kind) {
+  return kind == BlockerKind::kSurfaces ? 1e-4F : 1e-5F;
+}
 
 // The blockers of one cell, in a tree of boxes.
 class ShaftBlockers {
  public:
   explicit ShaftBlockers(std::span<const PatchGeometry> patches,
-                         float coplanar_m = kCoplanarSurfaceM);
+                         BlockerKind kind = BlockerKind::kSurfaces);
 
   // True only if no blocker can cut a segment between the two elements:
   // every blocker lies outside the box of both, or has both on one side of
-  // its plane, or lies behind one of them, or in its plane.
+  // its plane, or lies behind one of them, or in its plane (unless it is a
+  // portal that one may stick out of).
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
   // The shadows of the blockers, added up until one of the two sums is at least
@@ -73,15 +77,22 @@ class ShaftBlockers {
 
  private:
   ShaftBlockers(std::span<const PatchGeometry> patches,
-                float coplanar_m,
+                BlockerKind kind,
                 std::span<const size_t> order);
 
   [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
+
+  // A portal that one of the ends touches and may lie in or stick out of, since
+  // faces belong to a cell that they are kOnPlaneM outside of: as where two
+  // surfaces are nearly in one plane. On which side of it the end is, says
+  // nothing then.
+  [[nodiscard]] bool MayHold(size_t i, const Shaft& shaft) const;
 
   [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {
     return std::span<const Vec3f>(points_).subspan(4 * i, 4);
   }
 
+  BlockerKind kind_;
   float coplanar_m_;
   BoxOctets boxes_;
   std::vector<Vec3f> points_;  // four corners each (a triangle repeats one)

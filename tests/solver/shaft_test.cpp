@@ -214,7 +214,7 @@ TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
     return GeometryOf({test::Rectangle({x, 0, 0}, {0, 1, 0}, {0, 0, 1}),
                        test::Rectangle({2, 0, 0}, {0, 0, 1}, {0, 1, 0})});
   };
-  const ShaftBlockers portals(opening, kCoplanarPortalM);
+  const ShaftBlockers portals(opening, BlockerKind::kPortals);
   const ShaftBlockers surfaces(opening);
   const auto let_through = [&](const ShaftBlockers& by, double x) {
     const auto ends = wall_at(x);
@@ -224,9 +224,37 @@ TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
   EXPECT_TRUE(let_through(portals, -1));
   EXPECT_TRUE(let_through(portals, -1e-4));
   EXPECT_TRUE(let_through(portals, -4e-5));
-  EXPECT_FALSE(let_through(portals, 0));  // in its plane, on the other side
+  EXPECT_TRUE(let_through(portals, 0));  // it cannot be told on which side
   EXPECT_FALSE(let_through(portals, 1e-3));
   EXPECT_FALSE(let_through(surfaces, -9e-5));
+}
+
+// Two halves of a floor that is a little folded: the opening in the plane of
+// the one closes a wedge over the other, and where they meet that is thinner
+// than any rounding. All light of the elements there comes through it.
+TEST(Shaft, AnOpeningOverAThinWedgeLetsLightThrough) {
+  const auto opening =
+      GeometryOf({test::Rectangle({0, 0, 0}, {10, 0, 0}, {0, 10, 0})});
+  const auto ends =
+      GeometryOf({test::Rectangle({0, 0, 0}, {10, 0, -1e-4}, {0, 10, 0}),
+                  test::Rectangle({0, 0, 3}, {0, 10, 0}, {10, 0, 0})});
+  const ShaftBlockers portals(opening, BlockerKind::kPortals);
+  for (float scale = 1; scale > 0.01F; scale /= 2) {
+    const Shaft shaft = ShaftBetween(ends[0], {0, 0, scale}, ends[1], {});
+    EXPECT_FALSE(portals.LeaveEmpty(shaft)) << scale;
+  }
+}
+
+// A wall in the plane of a door beside it gets nothing through the door.
+TEST(Shaft, AnOpeningBesideAWallLetsNothingThrough) {
+  const auto opening =
+      GeometryOf({test::Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+  const auto ends =
+      GeometryOf({test::Rectangle({0, 1.1, 0}, {0, 1, 0}, {0, 0, 1}),
+                  test::Rectangle({2, -1, 0}, {0, 0, 1}, {0, 3, 0})});
+  const ShaftBlockers portals(opening, BlockerKind::kPortals);
+  EXPECT_TRUE(portals.LeaveEmpty(ShaftBetween(ends[0], {}, ends[1], {})));
+  EXPECT_TRUE(portals.LeaveEmpty(ShaftBetween(ends[1], {}, ends[0], {})));
 }
 
 // What lay in another surface was put before it, and so may stand beyond an
@@ -234,7 +262,7 @@ TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
 TEST(Shaft, WhatWasPutBeforeAnOpeningIsLitThroughIt) {
   const auto opening =
       GeometryOf({test::Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1})});
-  const ShaftBlockers portals(opening, kCoplanarPortalM);
+  const ShaftBlockers portals(opening, BlockerKind::kPortals);
   Patch picture =
       test::Rectangle({-1e-4 + kApartM, 0, 0}, {0, 1, 0}, {0, 0, 1});
   const auto lamp =
