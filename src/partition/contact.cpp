@@ -16,6 +16,9 @@ namespace {
 
 // A part is covered if no more than this share of it is free.
 constexpr double kFreeShare = 0.02;
+// What lies nearer than this before a surface lies on it, m. Light reaches into
+// a gap of 2 mm, as between tiles.
+constexpr double kTouchM = 1e-3;
 constexpr uint64_t kContactBytesPerPatch = 400;
 
 // What stands or lies on one patch.
@@ -24,10 +27,14 @@ struct Contacts {
   std::vector<Polygon> covers;
 };
 
-bool IsJustBefore(const Polygon& polygon, const Plane& plane) {
+// Whether one lies on the other, at most kTouchM off it in the scene.
+bool IsJustBefore(const Patch& cover, const Patch& patch, const Plane& plane) {
+  const double most =
+      kTouchM + kApartM * static_cast<double>(cover.layer + patch.layer);
+  const Polygon polygon = PolygonOf(cover);
   return std::all_of(polygon.begin(), polygon.end(), [&](Point3 p) {
     const double height = plane.Distance(p);
-    return height > kCoincidentM && height <= kInPlaneM;
+    return height > kCoincidentM && height <= most;
   });
 }
 
@@ -105,7 +112,7 @@ class ContactCutter {
         if (const auto foot = FootOf(other, plane)) {
           touching.feet.push_back(*foot);
         }
-      } else if (IsJustBefore(other, plane)) {
+      } else if (IsJustBefore(patches_[k], patches_[own], plane)) {
         contacts.covers.push_back(other);
         AddRim(other, &touching.rims);
       }

@@ -349,6 +349,18 @@ TEST(Contact, EnclosesWhatIsCovered) {
       floor.begin(), floor.end(), [](const Patch& p) { return p.reflects; }));
 }
 
+// Light reaches into a joint of two millimetres, as between tiles.
+TEST(Contact, EnclosesWhatIsAsGoodAsTouched) {
+  const auto enclosed_below = [](double gap) {
+    auto patches = FloorWith(
+        {Rectangle(FaceId(1U), {1, 1, gap}, kNorth * 0.5, kEast * 1)});
+    CutAlongContacts(patches);
+    return EnclosedArea(PartsOf(patches, kFloorFace));
+  };
+  EXPECT_NEAR(enclosed_below(0.0009), 0.5, 1e-9);
+  EXPECT_EQ(enclosed_below(0.002), 0);
+}
+
 // But for a rim that no part is worth it.
 TEST(Contact, EnclosesAsAWholeWhatIsCoveredAsAWhole) {
   Patch door =
