@@ -19,6 +19,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace enfilade {
 namespace {
@@ -97,6 +98,20 @@ void CheckOptions(const ImportOptions& options, SceneFormat format) {
   if (options.unit && format != SceneFormat::kObj) {
     throw UsageError("--unit is for OBJ files; a gbXML file says its own");
   }
+}
+
+void CheckHasFaces(const std::filesystem::path& scene,
+                   const SceneInfo& info,
+                   const Box3& bounds) {
+  if (bounds.low.x <= bounds.high.x) {
+    return;
+  }
+  throw InputError(fmt::format(
+      "{}: no surface is left of {} polygons ({}); materials with a d below "
+      "one half are clear unless an override file says {{\"clear\": false}}",
+      scene.string(),
+      info.input_polygons,
+      fmt::join(info.notes, ", ")));
 }
 
 // Where a building can't be of that size, its unit is another one, and what is
@@ -260,6 +275,7 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   writer.Flush();
   materials.ThrowIfRefused();
   if (format == SceneFormat::kObj) {
+    CheckHasFaces(scene, info, writer.Bounds());
     CheckSize(scene, writer.Bounds(), options.unit.has_value());
   }
   for (std::string& note : materials.NotesOnUnusedRules()) {

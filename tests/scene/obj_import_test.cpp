@@ -78,6 +78,21 @@ TEST_F(ObjImport, ClearMaterialsAreIgnored) {
   EXPECT_EQ(scene.info.input_polygons, 3U);
 }
 
+TEST_F(ObjImport, ASceneOfClearMaterialsAloneIsRefused) {
+  const auto path =
+      temp_.Write("c.obj",
+                  "mtllib m.mtl\nusemtl glass\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
+                  "f 1 2 3\n");
+  try {
+    ImportFile(path);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("no surface is left of 1 polygon"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(ObjImport, ConcavePolygonsBecomeConvexFaces) {
   const Imported scene = Import(
       "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
