@@ -13,6 +13,8 @@ constexpr size_t kBoxCorners = 8;
 // Cosine of the angle between a portal and an element that may stick out of its
 // cell over some length.
 constexpr float kNearlyParallel = 0.99F;
+// As far as that may be, and rounding, m.
+constexpr auto kBeyond = static_cast<float>(kOnPlaneM) * 1.5F;
 
 // Interleaves the low ten bits of three numbers.
 uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
@@ -88,6 +90,12 @@ bool AllOnSide(std::span<const Vec3f> points,
   });
 }
 
+Box Grown(Box box, float margin) {
+  box.low = box.low - Vec3f{margin, margin, margin};
+  box.high = box.high + Vec3f{margin, margin, margin};
+  return box;
+}
+
 size_t CornerCount(const PatchGeometry& patch) {
   return patch.shape == PatchShape::kTriangle ? 3 : 4;
 }
@@ -149,6 +157,7 @@ Shaft AcrossPortals(Shaft shaft) {
     }
   };
   const auto ends = std::span(shaft.ends).first(shaft.count);
+  shaft.box = Grown(shaft.box, kBeyond);
   put_back(*shaft.receiver, ends.first(of_receiver), &shaft.on_receiver);
   if (shaft.source != nullptr) {
     put_back(*shaft.source, ends.subspan(of_receiver), &shaft.on_source);
@@ -203,11 +212,8 @@ bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
 }
 
 bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
-  constexpr auto kBeyond = static_cast<float>(kOnPlaneM) * 1.5F;
   const std::span<const Vec3f> portal = CornersOfBlocker(i);
-  Box opening = BoxAround(portal);
-  opening.low = opening.low - Vec3f{kBeyond, kBeyond, kBeyond};
-  opening.high = opening.high + Vec3f{kBeyond, kBeyond, kBeyond};
+  const Box opening = Grown(BoxAround(portal), kBeyond);
   const auto holds =
       [&](std::span<const Vec3f> end, const PatchGeometry& patch, Vec3f on) {
         return std::abs(Dot(patch.normal, normals_[i])) > kNearlyParallel &&

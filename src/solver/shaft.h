@@ -38,7 +38,7 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
 
 // The same as far as portals go. These are where a surface lies in the scene,
 // and it may have been put before them (Patch::layer): so the ends go back
-// there, and the box holds both places.
+// there, and the box holds both places, and what they may stick out of.
 Shaft AcrossPortals(Shaft shaft);
 
 // What is looked for in shafts.

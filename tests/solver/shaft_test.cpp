@@ -3,6 +3,7 @@
 
 #include "solver/shaft.h"
 
+#include "partition/polygon.h"
 #include "solver/blockers.h"
 #include "solver/element_tree.h"
 #include "solver/form_factor.h"
@@ -243,6 +244,27 @@ TEST(Shaft, AnOpeningOverAThinWedgeLetsLightThrough) {
     const Shaft shaft = ShaftBetween(ends[0], {0, 0, scale}, ends[1], {});
     EXPECT_FALSE(portals.LeaveEmpty(shaft)) << scale;
   }
+}
+
+// A floor counts as in the plane of an opening that it is a little before: its
+// cell is below, and all its light comes through that opening.
+TEST(Shaft, AnElementThatSticksOutOfAnOpeningIsLitThroughIt) {
+  const auto opening =
+      GeometryOf({test::Rectangle({0, 0, 0}, {10, 0, 0}, {0, 10, 0})});
+  const ShaftBlockers portals(opening, BlockerKind::kPortals);
+  Blockers between;
+  between.gates = {&portals};
+  const auto is_lit = [&](double height) {
+    const auto ends =
+        GeometryOf({test::Rectangle({2, 2, height}, {1, 0, 0}, {0, 1, 0}),
+                    test::Rectangle({0, 0, 3}, {0, 10, 0}, {10, 0, 0})});
+    return !between.Separate(ShaftBetween(ends[0], {}, ends[1], {})) &&
+           !between.Separate(ShaftBetween(ends[1], {}, ends[0], {}));
+  };
+  EXPECT_TRUE(is_lit(-kOnPlaneM));
+  EXPECT_TRUE(is_lit(0));
+  EXPECT_TRUE(is_lit(kOnPlaneM));
+  EXPECT_FALSE(is_lit(2 * kOnPlaneM));  // it is another's then
 }
 
 // A wall in the plane of a door beside it gets nothing through the door.
