@@ -111,13 +111,13 @@ TEST(Study, WritesALinePerRunAndATable) {
                             "verified_deviation"}) {
       EXPECT_TRUE(line.contains(key)) << key;
     }
-    // The two errors share no code: each by itself is near the other.
-    EXPECT_NEAR(line.at("rms_error").get<double>() /
-                    line.at("verified_error").get<double>(),
-                1,
-                0.25);
-    EXPECT_GT(line.at("rms_error").get<double>(), 0);
-    EXPECT_LT(line.at("rms_error").get<double>(), 0.2);
+    // The two errors share no code. How sure the one is depends on how much
+    // time the machine had for it.
+    const auto rms = line.at("rms_error").get<double>();
+    EXPECT_GT(rms, 0.75 * line.at("verified_low").get<double>());
+    EXPECT_LT(rms, 1.25 * line.at("verified_high").get<double>());
+    EXPECT_GT(rms, 0);
+    EXPECT_LT(rms, 0.2);
   }
   // The finer run of a method is the better one.
   EXPECT_LT(lines[1].at("rms_error"), lines[0].at("rms_error"));
