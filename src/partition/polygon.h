@@ -16,9 +16,9 @@ namespace enfilade {
 using Polygon = std::vector<Point3>;
 
 // Within this distance a face counts as lying in a plane: files that round to a
-// tenth of a millimetre bring two faces of one wall no farther apart. It is also
-// half the width of the cracks between faces that are taken for closed, less
-// than a ray can be trusted to find.
+// tenth of a millimetre bring two faces of one wall no farther apart. It is
+// also half the width of the cracks between faces that are taken for closed,
+// less than a ray can be trusted to find.
 inline constexpr double kOnPlaneM = 1e-4;
 inline constexpr double kCrackM = 2 * kOnPlaneM;
 
