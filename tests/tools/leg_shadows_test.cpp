@@ -33,9 +33,10 @@ constexpr size_t kLegs = 64;      // of 16 chairs
 // A shadow of its own, over the mean light of all bands: many legs stand in the
 // shadow of a seat.
 constexpr double kLeastContrast = 0.1;
-// What the solution has of the contrast by paths. In ten solves (M2,
-// five seeds, two versions) the faintest had 0.41 to 0.78, 0.53 in the mean
-// with a deviation of 0.11: two of these below; all others had 0.73 and more.
+// Fitted to what was seen, not derived. What the solution has of the contrast
+// by paths. In ten solves (M2, five seeds, two versions) the faintest had 0.41
+// to 0.78, 0.53 in the mean with a deviation of 0.11: two of these below; all
+// others had 0.73 and more.
 constexpr double kLeastShare = 0.3;
 constexpr double kShareOfMost = 0.65;
 

@@ -58,6 +58,8 @@ uint64_t RaysOfWedges(const Building& building, uint64_t rays) {
 
 // Duplex has surfaces a tenth of a millimetre or two before one another. Such
 // cracks are taken for closed, and rays begin beyond what stands before them.
+// The share is by what was seen (775 rays of 3 million, where other buildings
+// may have 300), not derived, and not each of them was looked at.
 uint64_t RaysOfCracks(const Building& building, uint64_t rays) {
   return building.info.source_path.find("duplex") == std::string::npos
              ? 0
