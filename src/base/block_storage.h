@@ -31,7 +31,8 @@ enum class BlockKind : uint8_t {
   kSolveCells = 9,   // the solve's table of cells; one block
   kCellCare = 10,    // how carefully patches are refined; a = cell
   kReceived = 11,    // what the elements of a cell have received; a = cell,
-                     // b = 0 irradiance, 1 gains, c = page
+                     // b = 0 irradiance, 1 gains, 2 the irradiance before the
+                     // cell's refinement while that lasts; c = page
   kCellDelta = 12,   // the last change of what a cell sends; a = cell,
                      // c = page
   kSourceWeights = 13,  // what a cell sends at most, for refinement; a = cell

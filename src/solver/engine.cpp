@@ -212,6 +212,7 @@ void Engine::TakeReads() {
 void Engine::Commit() {
   const Stopwatch watch(&state_.times.store_seconds);
   commits_.Begin();
+  KeepForReaders();
   pager_.Flush();
   if (!care_.empty()) {
     SaveCellCare(care_, CellId(state_.next_cell), *store_);

@@ -93,6 +93,7 @@ class Engine {
                  LinkBlock* block);
   void GatherPair(const Receiver& r, CellId source);
   void Settle(const Receiver& r);
+  void KeepForReaders();
   void Commit();
   // Commits if it is time to; throws InterruptedError if asked to stop.
   void CheckPoint();

@@ -22,6 +22,12 @@ constexpr double kDarkShare = 1e-6;
 // Cycles of the balance within a cell, at most.
 constexpr uint32_t kMostCycles = 40;
 
+// Nothing of a cell's turn has been done.
+bool IsAtStart(const PairCursor& cursor) {
+  return cursor.source == 0 && cursor.chunk == 0 && cursor.cycle == 0 &&
+         cursor.work == WorkPart{};
+}
+
 // Surfaces that all reflect so much and emit nothing.
 SurfaceTable AllGrey(const SurfaceTable& like, float reflectance) {
   SurfaceTable grey = like;
@@ -101,6 +107,19 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
   return covers.rays;
 }
 
+// A commit in the midst of a cell's refinement leaves readers the light that
+// the cell had before.
+void Engine::KeepForReaders() {
+  if (state_.phase != SolvePhase::kRefine || state_.round == 0 ||
+      IsAtStart(state_.cursor)) {
+    return;
+  }
+  const CellId cell(state_.next_cell);
+  const uint64_t before = store_->Stats().bytes_read;
+  ReceivedLight::KeepForReaders(*store_, cell);
+  pager_.Trace().AddReadOnce(store_->Stats().bytes_read - before);
+}
+
 void Engine::RefineCell(CellId cell) {
   Receiver r = Load(cell);
   const size_t patches = r.geometry->patches.size();
@@ -108,8 +127,7 @@ void Engine::RefineCell(CellId cell) {
       pager_.Reserve(patches * sizeof(PatchCare), "the care of a cell");
   care_ = ReadOnce([&] { return LoadCellCare(*store_, cell, patches); });
   CellRow& row = state_.cells[cell.Index()];
-  const bool begins = state_.cursor.source == 0 && state_.cursor.chunk == 0 &&
-                      state_.cursor.work == WorkPart{};
+  const bool begins = IsAtStart(state_.cursor);
   if (begins) {
     for (PatchCare& care : care_) {
       care.links = 0;
@@ -139,6 +157,7 @@ void Engine::RefineCell(CellId cell) {
   r.receivers_charge.Reset();
   workspace.Reset();
   Settle(r);
+  ReceivedLight::ForgetKept(*store_, cell);
   NextCell();
 }
 

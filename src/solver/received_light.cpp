@@ -15,6 +15,14 @@ BlockKey GainKey(CellId cell) {
   return {BlockKind::kReceived, cell.value, 1, 0};
 }
 
+BlockKey KeptKey(CellId cell) {
+  return {BlockKind::kReceived, cell.value, 2, 0};
+}
+
+uint64_t PagesFrom(const BlockStorage& store, const BlockKey& first) {
+  return store.Count(first.kind, first.a, first.b);
+}
+
 }  // namespace
 
 ReceivedLight ReceivedLight::Load(const BlockStorage& store,
@@ -34,7 +42,9 @@ CoefficientArray ReceivedLight::LoadGathered(const BlockStorage& store,
                                              size_t elements) {
   CoefficientArray gathered(shape.Stride());
   gathered.GrowTo(elements);
-  LoadPages(store, GatheredKey(cell), elements, &gathered);
+  if (LoadPages(store, KeptKey(cell), elements, &gathered) == 0) {
+    LoadPages(store, GatheredKey(cell), elements, &gathered);
+  }
   return gathered;
 }
 
@@ -42,6 +52,23 @@ void ReceivedLight::SaveGathered(BlockStorage& store,
                                  CellId cell,
                                  const CoefficientArray& gathered) {
   SavePages(store, GatheredKey(cell), gathered);
+}
+
+void ReceivedLight::KeepForReaders(BlockStorage& store, CellId cell) {
+  BlockKey from = GatheredKey(cell);
+  BlockKey to = KeptKey(cell);
+  if (PagesFrom(store, to) > 0) {
+    return;
+  }
+  for (const uint64_t pages = PagesFrom(store, from); from.c < pages;
+       ++from.c, ++to.c) {
+    store.Put(to, store.GetOrThrow(from));
+  }
+}
+
+void ReceivedLight::ForgetKept(BlockStorage& store, CellId cell) {
+  const BlockKey kept = KeptKey(cell);
+  store.EraseAll(kept.kind, kept.a, kept.b);
 }
 
 uint64_t ReceivedLight::BytesFor(size_t elements, const TreeShape& shape) {

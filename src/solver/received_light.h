@@ -39,7 +39,8 @@ struct ReceivedLight {
                             const TreeShape& shape,
                             size_t elements);
 
-  // For reading the solution: the same, without the gains.
+  // For reading the solution: what is kept for that (below), or the same
+  // without the gains.
   static CoefficientArray LoadGathered(const BlockStorage& store,
                                        CellId cell,
                                        const TreeShape& shape,
@@ -48,6 +49,12 @@ struct ReceivedLight {
   static void SaveGathered(BlockStorage& store,
                            CellId cell,
                            const CoefficientArray& gathered);
+
+  // While a cell is refined it has received only a part of its light: what the
+  // store has of it is kept for readers until they are told to forget it. Does
+  // nothing where some is kept.
+  static void KeepForReaders(BlockStorage& store, CellId cell);
+  static void ForgetKept(BlockStorage& store, CellId cell);
 
   // What that of so many elements takes.
   static uint64_t BytesFor(size_t elements, const TreeShape& shape);

@@ -175,6 +175,63 @@ TEST_F(ResumedFloor, IsNotSolvedWhileItIsRefinedAgain) {
   EXPECT_FALSE(LoadSolveSummary(*store).converged);
 }
 
+// The cells' light at the middles of their patches.
+std::vector<double> LightOfCells(const BlockStorage& store) {
+  MemoryBudget budget(kRoomy);
+  const Solution solution(store, budget);
+  std::vector<double> light(solution.CellCount());
+  for (size_t i = 0; i < light.size(); ++i) {
+    std::vector<PatchPoint> points;
+    const size_t patches = LoadCellPatches(store, CellId(i)).patches.size();
+    for (size_t k = 0; k < patches; ++k) {
+      points.push_back({CellId(i), PatchId(k), 0.4, 0.4});
+    }
+    for (const Rgb& irradiance : solution.Irradiance(points)) {
+      light[i] += MeanChannel(irradiance);
+    }
+  }
+  return light;
+}
+
+// A cell gathers its light anew in each round, pair by pair: who reads it in
+// between sees that of the round before.
+TEST_F(ResumedFloor, IsAsBrightAsBeforeWhereverARoundIsStopped) {
+  const auto store = Import();
+  std::atomic<bool> stop = false;
+  SolveOptions options = Options(0.1);
+  options.commit_seconds = 0;
+  options.stop = &stop;
+  bool is_refined = false;
+  options.progress = [&](double, const std::string& phase) {
+    is_refined = phase.starts_with("round 2 refine");
+    stop = is_refined;
+  };
+  std::vector<double> before;
+  options.round_ended = [&](const RoundSummary&) {
+    if (before.empty()) {
+      before = LightOfCells(*store);
+    }
+  };
+  int stops = 0;
+  for (bool done = false; !done;) {
+    stop = false;
+    MemoryBudget budget(kRoomy);
+    try {
+      Solve(*store, options, budget);
+      done = true;
+    } catch (const InterruptedError&) {
+      ++stops;
+      const std::vector<double> light = LightOfCells(*store);
+      for (size_t i = 0; i < light.size(); ++i) {
+        EXPECT_GE(light[i], before[i] / 2)
+            << "cell " << i << ", stop " << stops;
+      }
+    }
+  }
+  EXPECT_GT(stops, 5);
+  EXPECT_EQ(store->Count(BlockKind::kReceived, 0, 2), 0U);
+}
+
 TEST_F(ResumedFloor, IsLeftAsItIsWhereItMeetsTheError) {
   const auto store = Import();
   const SolveSummary first = SolveTo(0.5, *store);
