@@ -21,6 +21,8 @@ namespace {
 // Overlaps narrower than this, or smaller than that, are rounding.
 constexpr double kNarrowM = 1e-4;
 constexpr double kSmallM2 = 1e-7;
+// What lies farther than this before another hides it from rays, m.
+constexpr double kHiddenM = 1e-4;
 // Parts smaller than this share of a patch do not count.
 constexpr double kSmallShare = 0.02;
 // Box, tree, rank and face area of a patch, and its share of pairs and pieces.
@@ -30,9 +32,9 @@ bool LiesIn(const Polygon& polygon, const Plane& plane) {
   return Classify(polygon, plane, kCoincidentM) == PlaneSide::kOn;
 }
 
-// The area of `polygon` over `other` (both face along `normal`), a little less
-// at its rim; 0 where that is rounding.
-double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal) {
+// The part of `polygon` over `other` (both face along `normal`), a little less
+// at its rim; empty where that is rounding.
+Polygon OverlapOf(const Polygon& polygon, const Polygon& other, Vec3 normal) {
   Polygon rest = polygon;
   for (size_t i = 0; i < other.size() && !rest.empty(); ++i) {
     const Point3 a = other[i];
@@ -40,8 +42,13 @@ double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal) {
     const Plane side{in, Dot(in, a - Point3{}) + kNarrowM};
     rest = ClipToFront(rest, side, kRoundingM);
   }
-  const double area = rest.size() >= 3 ? PolygonArea(rest) : 0;
-  return area > kSmallM2 ? area : 0;
+  return rest.size() >= 3 && PolygonArea(rest) > kSmallM2 ? rest : Polygon{};
+}
+
+// Its area; 0 where that is rounding.
+double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal) {
+  const Polygon overlap = OverlapOf(polygon, other, normal);
+  return overlap.empty() ? 0 : PolygonArea(overlap);
 }
 
 // A part of a patch, and before how many others it is put.
@@ -114,6 +121,16 @@ class OverlapSeparator {
     uint32_t front = 0;
     uint32_t behind = 0;
     double area = 0;  // of the overlap, m2
+    // How far the front one lies before the other there, m.
+    double least_rise = 0;
+    double most_rise = 0;
+
+    void Swap() {
+      std::swap(front, behind);
+      std::swap(least_rise, most_rise);
+      least_rise = -least_rise;
+      most_rise = -most_rise;
+    }
   };
 
   void FindPairs() {
@@ -127,24 +144,36 @@ class OverlapSeparator {
       const Polygon own = PolygonOf(patches_[i]);
       const Plane plane = PlaneOf(own);
       tree_->ForOverlaps(boxes[i], [&](uint32_t k) {
-        const double area = k < i ? CoincidentArea(own, plane, patches_[k]) : 0;
-        if (area > 0) {
-          pairs_.push_back({i, k, area});
+        if (k < i) {
+          AddIfCoincident({i, k}, own, plane);
         }
       });
     }
   }
 
-  static double CoincidentArea(const Polygon& own,
-                               const Plane& plane,
-                               const Patch& patch) {
+  // `own` and `plane` are those of the pair's front.
+  void AddIfCoincident(Pair pair, const Polygon& own, const Plane& plane) {
+    const Patch& patch = patches_[pair.behind];
     if (Dot(PatchNormal(patch), plane.normal) < kLeastFacing) {
-      return 0;
+      return;
     }
     const Polygon other = PolygonOf(patch);
-    return LiesIn(other, plane) || LiesIn(own, PlaneOf(other))
-               ? OverlapArea(own, other, plane.normal)
-               : 0;
+    const Plane others = PlaneOf(other);
+    if (!LiesIn(other, plane) && !LiesIn(own, others)) {
+      return;
+    }
+    const Polygon overlap = OverlapOf(own, other, plane.normal);
+    if (overlap.empty()) {
+      return;
+    }
+    pair.area = PolygonArea(overlap);
+    pair.least_rise = pair.most_rise = others.Distance(overlap.front());
+    for (const Point3 p : overlap) {
+      const double rise = others.Distance(p);
+      pair.least_rise = std::min(pair.least_rise, rise);
+      pair.most_rise = std::max(pair.most_rise, rise);
+    }
+    pairs_.push_back(pair);
   }
 
   // From back to front: what is not inside of a solid before what is, what does
@@ -177,7 +206,7 @@ class OverlapSeparator {
   void SortPairs() {
     for (Pair& pair : pairs_) {
       if (rank_[pair.front] < rank_[pair.behind]) {
-        std::swap(pair.front, pair.behind);
+        pair.Swap();
       }
     }
     std::sort(pairs_.begin(), pairs_.end(), [&](const Pair& a, const Pair& b) {
@@ -190,7 +219,7 @@ class OverlapSeparator {
     const Patch& front = patches_[pair.front];
     const Patch& behind = patches_[pair.behind];
     if (front.emits != behind.emits ||
-        front.is_enclosed != behind.is_enclosed) {
+        front.is_enclosed != behind.is_enclosed || pair.most_rise > kHiddenM) {
       return false;
     }
     return (front.material == behind.material &&

@@ -30,6 +30,9 @@ constexpr double kErrorMargin = 0.92;
 // lucky: with other random numbers, and care, the next one errs less by itself.
 constexpr double kNearMiss = 1.25;
 constexpr double kLeftByChance = 0.94;
+// Nor does one of more links than this owe its error to chance, and another
+// round too many would be dear.
+constexpr uint64_t kTooManyForLuck = 16'000'000;
 // A round aims to keep at least this share of the squared error; tau is not
 // lowered beyond that.
 constexpr double kLeastLeft = 0.15;
@@ -132,7 +135,9 @@ double MostStep(const RoundRecord& last, const SolveState& state) {
 
 // The share of the error that is left to the next round at the same tau.
 double LeftAtSameTau(const RoundRecord& last, const SolveState& state) {
-  return LeftByCare(last) * (IsNearMiss(last, state) ? kLeftByChance : 1);
+  const bool was_unlucky =
+      IsNearMiss(last, state) && last.links <= kTooManyForLuck;
+  return LeftByCare(last) * (was_unlucky ? kLeftByChance : 1);
 }
 
 // Which power of the error tau is, by the last two rounds if rays saw both. The

@@ -1,5 +1,7 @@
 #include "solver/oracle.h"
 
+#include "partition/overlap.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -128,11 +130,16 @@ bool IsNear(const TransferEnd& r, const TransferEnd& s) {
 }
 
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
-  const float tolerance = PlaneTolerance(patch);
+  constexpr auto kClosed = static_cast<float>(kCoincidentM);
+  const float rounding = PlaneTolerance(patch);
   // Most are well in front: so is a corner then, whatever the rounding.
-  if (Dot(end.center - patch.origin, patch.normal) > 10 * tolerance) {
+  if (Dot(end.center - patch.origin, patch.normal) >
+      std::max(10 * rounding, 2 * kClosed)) {
     return false;
   }
+  const bool faces =
+      Dot(end.patch->normal, patch.normal) < -static_cast<float>(kLeastFacing);
+  const float tolerance = faces ? std::max(kClosed, rounding) : rounding;
   const Corners corners = CornersOf(*end.patch, end.frame);
   return std::all_of(
       corners.View().begin(), corners.View().end(), [&](Vec3f p) {

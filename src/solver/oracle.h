@@ -48,7 +48,10 @@ Judgement Judge(const TransferEnd& receiver,
 // receiver's horizon cuts the source.
 bool IsNear(const TransferEnd& receiver, const TransferEnd& source);
 
-// All of `end` lies behind (or in) the plane of the patch.
+// All of `end` lies behind (or in) the plane of the patch. Where the two face
+// each other, what is nearer than kCoincidentM lies in it: the gap is closed to
+// rays, and what the two sent each other in it would be told of twice, since
+// rays from either pass the other.
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch);
 
 // An upper bound of the mean form factor, not far above it when the ends are

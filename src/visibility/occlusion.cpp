@@ -43,7 +43,7 @@ constexpr uint64_t kBuildBytesPerBlocker = 200;
 // lets pass all segments that leave their surface steeper than 1 in 25. The
 // fraction covers the error of the distance that Embree computes in float.
 constexpr float kEndMeters = 1e-4F;
-constexpr float kEndFraction = 1e-5F;
+constexpr float kEndFraction = 2e-6F;
 
 // Rays traced, in counters that threads seldom share.
 struct alignas(64) RayCounter {

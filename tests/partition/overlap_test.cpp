@@ -129,6 +129,22 @@ TEST(Overlap, WhatIsThereTwiceIsKeptOnce) {
   EXPECT_EQ(patches[0].face, FaceId(1U));
 }
 
+// Walls whose corners are a little off: rays from the one behind would end at
+// the back of what was dropped, or at that of the other one.
+TEST(Overlap, OfWhatIsThereTwiceTheOneInFrontIsSeen) {
+  for (const double rise : {1.5e-4, -1.5e-4}) {
+    std::vector<Patch> patches = {
+        Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
+        Rectangle(2, {1, 1, rise}, {1, 0, 0}, {0, 1, 0})};
+    patches[1].material = patches[0].material;
+    SeparateOverlaps(patches);
+    const Patch* seen = Seen(Covering(patches, {1.5, 1.5, 0}, kUp), kUp);
+    ASSERT_NE(seen, nullptr);
+    EXPECT_EQ(seen->face, FaceId(rise > 0 ? 2U : 1U));
+    EXPECT_GE(Height(*seen), rise);
+  }
+}
+
 TEST(Overlap, WallsOfOneMaterialAreCutToFit) {
   std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
                                 Rectangle(2, {3, 0, 0}, {2, 0, 0}, {0, 3, 0})};

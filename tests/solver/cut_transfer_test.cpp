@@ -168,6 +168,24 @@ TEST_P(CutTransfersOfOrder, LightAPlateByThePartOfALampAboveItsHorizon) {
 
 INSTANTIATE_TEST_SUITE_P(Orders, CutTransfersOfOrder, ::testing::Values(1, 2));
 
+// A gap that is closed to rays: both sides are seen through each other, and
+// must not send each other light besides.
+TEST(CutTransfers, SurfacesThatNearlyTouchSendEachOtherNothing) {
+  const auto exchange = [](double gap, double tilt) {
+    const auto patches = test::GeometryOf(
+        {test::Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+         test::Rectangle(
+             {0.2, 0.2, gap}, {0, 0.3, tilt * 0.3}, {0.3, 0, tilt * 0.3})});
+    const TransferEnd r = MakeTransferEnd(patches[0], {});
+    const TransferEnd s = MakeTransferEnd(patches[1], {});
+    return !IsBehind(s, patches[0]) && !IsBehind(r, patches[1]);
+  };
+  EXPECT_FALSE(exchange(1e-4, 0));
+  EXPECT_FALSE(exchange(1e-4, 1e-4));
+  EXPECT_TRUE(exchange(4e-4, 0));
+  EXPECT_TRUE(exchange(1e-4, 0.1)) << "open at one side";
+}
+
 // Also from afar, where plain quadrature serves whole sources: a corner above
 // the horizon may have no node.
 TEST(CutTransfers, KnowWhatIsAboveTheHorizonFromAfar) {

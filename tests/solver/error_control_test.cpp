@@ -261,7 +261,7 @@ TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
 TEST(ErrorControl, ANearMissIsFollowedByAShortStep) {
   const auto step = [](double error) {
     SolveState state = StateOf(0.1);
-    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    state.rounds = {Round(0.3, 0.3, 5), Round(0.2, 0.2, 10)};
     TakeResidual(Sure(error), &state);
     return NextTau(state) / state.tau;
   };
@@ -269,6 +269,17 @@ TEST(ErrorControl, ANearMissIsFollowedByAShortStep) {
   EXPECT_GT(step(0.108), 0.7);
   EXPECT_LT(step(0.108), step(0.104));
   EXPECT_LT(step(0.126), 0.9 * step(0.124)) << "it had not aimed at 0.1";
+}
+
+TEST(ErrorControl, ARoundOfVeryManyLinksWasNotUnlucky) {
+  const auto step = [](uint64_t links) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.3, 0.3, 10), Round(0.2, 0.2, 20)};
+    state.rounds[1].links = links;
+    TakeResidual(Sure(0.108), &state);
+    return NextTau(state) / state.tau;
+  };
+  EXPECT_LT(step(40'000'000), 0.9 * step(10'000'000));
 }
 
 TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {

@@ -60,6 +60,19 @@ TEST(Occlusion, WallBlocksWhatCrossesItAndNothingElse) {
   EXPECT_FALSE(Blocked(*wall, {0.3, 0.7, 1}, {0.3, 0.7, 0.5}));
 }
 
+// Faces of a wall in which another ends, whose corners are a little off: what
+// lies behind must not be seen from afar and hidden from near by.
+TEST(Occlusion, ASurfaceJustBeforeAnotherHidesItFromAnyDistance) {
+  MemoryBudget budget(kRoomy);
+  const OcclusionDevice device(budget, {});
+  CellPatches cell;
+  cell.patches = {Rectangle({-1, -1, 2.5e-4}, {2, 0, 0}, {0, 2, 0})};
+  const auto cover = device.Build(cell);
+  for (const double distance : {0.1, 1.0, 10.0, 20.0, 50.0}) {
+    EXPECT_TRUE(Blocked(*cover, {0, 0, 0}, {0, 0, distance})) << distance;
+  }
+}
+
 TEST(Occlusion, TriangleBlocksOnlyItsHalfOfTheParallelogram) {
   MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
