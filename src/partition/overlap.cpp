@@ -26,7 +26,7 @@ constexpr double kHiddenM = 1e-4;
 // Parts smaller than this share of a patch do not count.
 constexpr double kSmallShare = 0.02;
 // Box, tree, rank and face area of a patch, and its share of pairs and pieces.
-constexpr uint64_t kOverlapBytesPerPatch = 300;
+constexpr uint64_t kOverlapBytesPerPatch = 320;
 
 bool LiesIn(const Polygon& polygon, const Plane& plane) {
   return Classify(polygon, plane, kCoincidentM) == PlaneSide::kOn;
