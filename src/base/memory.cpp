@@ -213,7 +213,7 @@ void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
     const uint64_t enough = CapForBudget(now + now / kMoreParts);
     throw DoesNotFitError(fmt::format(
         "no room for {}: {:.1f} MiB more than the memory cap "
-        "leaves; run again with --memory {}M",
+        "leaves; run again with --memory {}M or more",
         what,
         static_cast<double>(bytes - std::min(bytes, FreeBytes())) / (1 << 20),
         enough >> 20));
