@@ -100,12 +100,15 @@ void ReportSolve(const fs::path& path,
   WriteReportIfAsked(common, report);
   fmt::print("{}{}", SummaryText(report), NotesText(report));
   if (!summary.converged) {
-    throw Error(ExitCode::kNotDone,
-                fmt::format("the requested error {} was not reached; {:.4f} "
-                            "is estimated. The solution is kept in '{}'",
-                            settings.error,
-                            summary.estimated_error,
-                            path.string()));
+    throw Error(
+        ExitCode::kNotDone,
+        fmt::format(
+            "the requested error {} was not reached; {:.4f} "
+            "is estimated{}. The solution is kept in '{}'",
+            settings.error,
+            summary.estimated_error,
+            summary.exhausted ? ", and more links no longer lower it" : "",
+            path.string()));
   }
 }
 

@@ -47,6 +47,11 @@ constexpr double kMuchCaredFor = 0.3;
 // not come out far smaller than requested.
 constexpr uint64_t kFewLinks = 1'000;
 constexpr uint64_t kRatherFewLinks = 20'000;
+// So many times the links, by some rounds that rays have seen, should halve the
+// error; where they leave nearly all of it, more will not help.
+constexpr uint64_t kGrowthInVain = 8;
+constexpr size_t kRoundsInVain = 3;
+constexpr double kLeftInVain = 0.9;
 // What cells reflect that were lit too late for others may be this share of the
 // error of all reflected light: in soups, light goes on to seep into walls.
 constexpr double kLateShare = 0.01;
@@ -160,6 +165,24 @@ double TauPerError(const SolveState& state) {
              : kTauPerError;
 }
 
+// The last round has many times the links of an earlier one, and is no better.
+bool HasGrownInVain(const SolveState& state) {
+  const RoundRecord& last = state.rounds.back();
+  if (!(last.residual_error > 0)) {
+    return false;
+  }
+  const size_t n = state.rounds.size();
+  for (size_t i = 0; i + kRoundsInVain < n; ++i) {
+    const RoundRecord& before = state.rounds[i];
+    if (before.residual_error > 0 &&
+        last.links >= kGrowthInVain * before.links &&
+        last.residual_error > kLeftInVain * before.residual_error) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 double FirstTau(const SolveState& state, double area, double patches) {
@@ -224,6 +247,9 @@ double WantedOfSquare(const SolveState& state) {
 }
 
 bool IsExhausted(const SolveState& state) {
+  if (HasGrownInVain(state)) {
+    return true;
+  }
   const size_t n = state.rounds.size();
   if (n < 3) {
     return false;

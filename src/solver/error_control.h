@@ -40,7 +40,8 @@ void TakeResidual(RayBounds rays, SolveState* state);
 // round should keep.
 double WantedOfSquare(const SolveState& state);
 
-// More links have not helped for two rounds: what is left cannot be refined.
+// More links have not helped, for two rounds or since much fewer of them: what
+// is left cannot be refined.
 bool IsExhausted(const SolveState& state);
 
 // The tau of the next round, W/m.

@@ -41,7 +41,8 @@ constexpr uint64_t kBuildBytesPerBlocker = 200;
 // An end lies off its surface by the rounding to float, at most 2^-24 of its
 // coordinate: 4e-6 m at 64 m from the origin, where a tenth of a millimetre
 // lets pass all segments that leave their surface steeper than 1 in 25. The
-// fraction covers the error of the distance that Embree computes in float.
+// fraction covers the error of the distance that Embree computes in float; it
+// is small, so that what hides a surface from near by hides it from afar.
 constexpr float kEndMeters = 1e-4F;
 constexpr float kEndFraction = 2e-6F;
 

@@ -243,6 +243,30 @@ TEST(ErrorControl, TauFallsUntilTheErrorIsMet) {
   EXPECT_LT(NextTau(state), state.tau);
 }
 
+// Slivers between faces that cross: estimates go up and down from round to
+// round, and no two in succession are alike.
+TEST(ErrorControl, LinksThatGrowInVainEndASolve) {
+  const auto ends = [](double last, uint64_t millions) {
+    SolveState state = StateOf(0.1);
+    state.rounds = {Round(0.12, 0.16, 1), Round(0.1, 0.14, 1)};
+    for (const double seen : {0.115, 0.138, 0.154, last}) {
+      state.rounds.push_back(Round(0.1, 0.14, 2));
+      TakeResidual(Sure(seen), &state);
+    }
+    state.rounds.back().links = millions * 1'000'000;
+    return IsExhausted(state);
+  };
+  EXPECT_TRUE(ends(0.123, 20));
+  EXPECT_FALSE(ends(0.123, 12)) << "of few more not much was to be had";
+  EXPECT_FALSE(ends(0.102, 20)) << "it has come down";
+  SolveState state = StateOf(0.1);
+  state.rounds = {
+      Round(0.05, 0.07, 1), Round(0.1, 0.14, 4), Round(0.1, 0.14, 8)};
+  state.rounds.push_back(Round(0.1, 0.14, 20));
+  TakeResidual(Sure(0.11), &state);
+  EXPECT_FALSE(IsExhausted(state)) << "nobody saw the first";
+}
+
 // A round of few links is cheap, and an error far below the one asked for is
 // not what was asked for.
 TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
