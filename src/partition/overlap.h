@@ -33,7 +33,9 @@ struct OverlapCounts {
 // Leaves the patches of one cell so that no two that face the same way lie in
 // one another:
 //
-// - what is there twice (one material and side, or one outline) is kept once;
+// - what is there twice (one material and side, or one outline) is kept once,
+//   the smaller face in what the larger one leaves, if it does not lie so far
+//   before that one that rays end at it;
 // - else the smaller face is the one that is seen, what emits before what does
 //   not, and the inside of a solid before all: it is put kApartM before the
 //   other, on the side it faces.
