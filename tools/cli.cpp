@@ -35,7 +35,15 @@ int Fail(ExitCode code, const std::string& what) {
   return static_cast<int>(code);
 }
 
+// How the help of all verbs names the values of options.
+void NameValues(CLI::App& app) {
+  const auto formatter = app.get_formatter();
+  formatter->label("UINT", "N");
+  formatter->label("FLOAT", "X");
+}
+
 void AddCommands(CLI::App& app) {
+  NameValues(app);
   app.require_subcommand(1);
   app.set_version_flag("--version", "enfilade " + ProgramVersion());
   app.footer(
@@ -44,9 +52,10 @@ void AddCommands(CLI::App& app) {
       "  enfilade solve chairs.obj -o chairs.enf --memory 64M\n"
       "  enfilade verify chairs.enf\n"
       "Each verb has --help with an example.\n"
-      "Exit codes: 0 done, 1 error not reached or a bug, 2 usage, 3 bad "
+      "Exit codes: 0 done, 1 requested error not reached, 2 usage, 3 bad "
       "input,\n"
-      "4 does not fit the memory, 5 damaged store, 6 disk, 130 interrupted.");
+      "4 does not fit the memory, 5 damaged store, 6 disk, 130 interrupted,\n"
+      "134 a failed internal check (a bug).");
   AddSolveCommand(app);
   AddResumeCommand(app);
   AddInfoCommand(app);

@@ -66,6 +66,22 @@ void WriteFileInOneStep(const fs::path& path,
   pending.Keep();
 }
 
+// The size of a file; 0 of what is none, as a pipe.
+double BytesOf(const fs::path& path) {
+  std::error_code is_no_file;
+  const auto bytes = fs::file_size(path, is_no_file);
+  return is_no_file ? 0.0 : static_cast<double>(bytes);
+}
+
+// The share of a stream of so many bytes that has been read.
+double ShareRead(std::istream& stream, double all_bytes) {
+  if (all_bytes <= 0) {
+    return 0;
+  }
+  const auto at = stream.tellg();  // none at the end
+  return at < 0 ? 1 : static_cast<double>(at) / all_bytes;
+}
+
 void ProbeCommand::Run() {
   BeginRun(common, {store, points, output});
   options.Validate();
@@ -79,7 +95,14 @@ void ProbeCommand::Run() {
   if (!input || fs::is_directory(points)) {
     throw InputError(fmt::format("cannot read the points '{}'", points));
   }
-  options.progress = [](uint64_t) { ThrowIfStopRequested(); };
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("probe");
+  const double all_bytes = BytesOf(points);
+  options.progress = [&](uint64_t done) {
+    ThrowIfStopRequested();
+    progress.Update(ShareRead(input, all_bytes),
+                    fmt::format("{} points", done));
+  };
   ProbeSummary summary;
   const auto probe = [&](std::ostream& out) {
     summary = Probe(*storage, input, points, out, options, limits.Budget());
@@ -93,6 +116,7 @@ void ProbeCommand::Run() {
   } else {
     WriteFileInOneStep(output, probe);
   }
+  progress.End();
   if (summary.points == 0) {
     spdlog::warn("'{}' holds no points: give lines of x,y,z,nx,ny,nz", points);
   }
@@ -176,11 +200,11 @@ void AddCameraOptions(CLI::App& command, ExportCommand& options) {
   command.add_option("--eye", options.eye, "Where the camera stands, metres")
       ->expected(3)
       ->delimiter(',')
-      ->type_name("X,Y,Z");
+      ->option_text("X,Y,Z");
   command.add_option("--target", options.target, "What it looks at")
       ->expected(3)
       ->delimiter(',')
-      ->type_name("X,Y,Z");
+      ->option_text("X,Y,Z");
   command
       .add_option("--fov",
                   options.options.camera.vertical_fov_degrees,
@@ -190,7 +214,7 @@ void AddCameraOptions(CLI::App& command, ExportCommand& options) {
   command
       .add_option("--view",
                   options.options.camera.view,
-                  "perspective, or plan: from above, cut open")
+                  "perspective (default), or plan: from above, cut open")
       ->transform(OneOf<CameraView>({{"perspective", CameraView::kPerspective},
                                      {"plan", CameraView::kPlan}}))
       ->type_name("VIEW");
@@ -199,14 +223,17 @@ void AddCameraOptions(CLI::App& command, ExportCommand& options) {
                   options.options.camera.plan_cut_m,
                   "Height of the plan's cut, metres")
       ->type_name("HEIGHT");
-  command.add_option("--up", options.options.camera.up, "auto, y or z")
+  command
+      .add_option("--up", options.options.camera.up, "auto (default), y or z")
       ->transform(OneOf<UpAxis>(
           {{"auto", UpAxis::kAutomatic}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}}))
       ->type_name("AXIS");
-  command.add_option("--size", options.size, "Of a picture, pixels")
+  command
+      .add_option(
+          "--size", options.size, "Size of a picture, pixels (1280,720)")
       ->expected(2)
       ->delimiter(',')
-      ->type_name("WIDTH,HEIGHT");
+      ->option_text("WIDTH,HEIGHT");
   command
       .add_option("--samples",
                   options.options.samples,
@@ -251,8 +278,10 @@ void AddProbeCommand(CLI::App& app) {
 
 void AddExportCommand(CLI::App& app) {
   auto options = std::make_shared<ExportCommand>();
-  CLI::App* command =
-      app.add_subcommand("export", "Write a solution for others, by extension");
+  CLI::App* command = app.add_subcommand(
+      "export",
+      "Write a mesh, a picture or a table of a solution; the "
+      "extension chooses the format");
   command->add_option("store", options->store, "The store to read")
       ->required()
       ->type_name("STORE");

@@ -1,3 +1,5 @@
+// The verb `flatland`.
+
 #include "base/error.h"
 
 #include <bit>
@@ -20,6 +22,7 @@ struct FlatlandCommand {
   FlatlandForm form = FlatlandForm::kNodal;
   size_t elements = 32;
   std::filesystem::path out;
+  std::string report;  // empty: none
 
   void Run() const {
     if (out.extension() != ".svg") {
@@ -31,6 +34,7 @@ struct FlatlandCommand {
       throw UsageError(fmt::format(
           "--elements {}: give a power of two from 4 to 512", elements));
     }
+    CheckReport(report, {out});
     constexpr double kLarge = 0.001;
     const SquareMatrix matrix =
         InWaveletBasis(FlatlandFormFactors(scene, elements), basis, form);
@@ -40,6 +44,13 @@ struct FlatlandCommand {
                CountLarge(matrix, kLarge),
                matrix.values.size(),
                kLarge);
+    if (!report.empty()) {
+      WriteReport(report,
+                  {{"entries", matrix.values.size()},
+                   {"large_entries", CountLarge(matrix, kLarge)},
+                   {"large_from", kLarge},
+                   {"version", ProgramVersion()}});
+    }
   }
 };
 
@@ -84,9 +95,10 @@ void AddFlatlandCommand(CLI::App& app) {
                            {"nonstandard", FlatlandForm::kNonstandard}},
                           "nodal (default: no wavelets), standard or "
                           "nonstandard");
-  command->add_option("--elements", options->elements, "Of each segment")
+  command->add_option("--elements", options->elements, "Elements of a segment")
       ->type_name("N")
       ->capture_default_str();
+  AddReportOption(*command, options->report);
   SetExample(*command,
              "enfilade flatland --scene corner --form standard --basis f2 "
              "corner.svg");

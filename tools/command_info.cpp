@@ -25,12 +25,13 @@ namespace {
 
 struct InfoCommand {
   CommonOptions common;
-  SceneOptions scene;                        // if it is a scene
-  std::vector<const CLI::Option*> of_scene;  // the options of `scene`
-  std::string store;
+  std::string path;                          // of a store or a scene
+  SceneOptions scene_options;                // if it is a scene
+  std::vector<const CLI::Option*> of_scene;  // those options
   uint64_t audit_rays = 0;
 
   void Run() const;
+  [[nodiscard]] bool AsksForError() const;
   void RunOnScene() const;
   void RunOnStore() const;
   // Audits if asked, and writes the report.
@@ -152,7 +153,7 @@ void InfoCommand::Finish(const BlockStorage& storage,
 
 // The stages before the solve, and what they let expect of it.
 void InfoCommand::RunOnScene() const {
-  const SolveSettings settings = SettingsOf(store, scene);
+  const SolveSettings settings = SettingsOf(path, scene_options);
   LimitsInForce limits(common.limits);
   TemporaryStore temporary;
   BlockStorage& storage = temporary.Store();
@@ -166,7 +167,7 @@ void InfoCommand::RunOnScene() const {
   const SolveOptions options = SolveOptionsOf(settings);
   const CostEstimate estimate =
       EstimateCost(storage, options, common.limits.threads)
-          .WithCap(MemoryBudget::CapForBudget(BytesToImport(store)));
+          .WithCap(MemoryBudget::CapForBudget(BytesToImport(path)));
   Json report =
       SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
   report["estimate"] = EstimateReport(estimate);
@@ -177,31 +178,54 @@ void InfoCommand::RunOnScene() const {
   Finish(storage, report, limits.Budget());
 }
 
-void InfoCommand::RunOnStore() const {
+// Whether `error` is asked for what a resume would take.
+bool InfoCommand::AsksForError() const {
+  bool asks = false;
   for (const CLI::Option* option : of_scene) {
-    if (option->count() > 0) {
+    if (option->count() == 0) {
+      continue;
+    }
+    asks = option->get_name() == "--error";
+    if (!asks) {
       throw UsageError(
           fmt::format("{} is for a scene file; '{}' is a store, which has its "
                       "own settings",
                       option->get_name(),
-                      store));
+                      path));
     }
   }
+  return asks;
+}
+
+// What is there, and what it would take to go on with it.
+void InfoCommand::RunOnStore() const {
+  const bool asks = AsksForError();
   LimitsInForce limits(common.limits);
-  const auto storage = OpenExistingStore(store, StoreAccess::kRead);
-  const SolveSettings settings = LoadSettings(*storage);
+  const auto storage = OpenExistingStore(path, StoreAccess::kRead);
+  SolveSettings settings = LoadSettings(*storage);
   Json report =
       SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
   fmt::print("{}{}{}",
              SummaryText(report),
              NotesText(report),
-             OutlookText(report, store));
+             OutlookText(report, path));
+  const bool is_solved = report.at("converged").get<bool>();
+  if ((asks || !is_solved) && settings.method.name == "wavelet" &&
+      LoadStage(*storage) >= Stage::kVisible) {
+    settings.error = asks ? scene_options.settings.error : settings.error;
+    const SolveOptions options = SolveOptionsOf(settings);
+    options.Validate();
+    const CostEstimate estimate =
+        EstimateCost(*storage, options, common.limits.threads);
+    report["estimate"] = EstimateReport(estimate);
+    fmt::print("{}", EstimateText(estimate, options));
+  }
   Finish(*storage, report, limits.Budget());
 }
 
 void InfoCommand::Run() const {
-  BeginRun(common, {store});
-  if (IsSceneName(store)) {
+  BeginRun(common, {path, scene_options.overrides});
+  if (IsSceneName(path)) {
     RunOnScene();
   } else {
     RunOnStore();
@@ -218,9 +242,9 @@ void AddInfoCommand(CLI::App& app) {
                          "scene would take");
   command
       ->add_option("store",
-                   options->store,
-                   "The store, or a scene file, of which the cost of a solve "
-                   "is estimated")
+                   options->path,
+                   "The store; or a scene file, to estimate what a solve of it "
+                   "would take")
       ->required()
       ->type_name("STORE|SCENE");
   command
@@ -230,13 +254,14 @@ void AddInfoCommand(CLI::App& app) {
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("RAYS");
   const size_t others = command->get_options().size();
-  AddSceneOptions(*command, options->scene);
+  AddSceneOptions(*command, options->scene_options);
   const auto all = command->get_options();
   options->of_scene.assign(all.begin() + static_cast<ptrdiff_t>(others),
                            all.end());
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade info office.enf --report office.json\n"
+             "  enfilade info office.enf --error 0.02\n"
              "  enfilade info office.obj --error 0.05 --audit 1000000");
   command->callback([options] { options->Run(); });
 }

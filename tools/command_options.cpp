@@ -82,13 +82,16 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options) {
       ->check(CLI::Range(1, 4096).description(""))
       ->type_name("N")
       ->capture_default_str();
-  command
-      .add_option("--report",
-                  options.report,
-                  "Write one JSON object on the run to this file")
-      ->type_name("FILE");
+  AddReportOption(command, options.report);
   command.add_flag(
       "-v,--verbose", options.verbose, "Log to standard error what is done");
+}
+
+void AddReportOption(CLI::App& command, std::string& report) {
+  command
+      .add_option(
+          "--report", report, "Write one JSON object on the run to this file")
+      ->type_name("FILE");
 }
 
 std::string CheckSeed(const std::string& text) {
@@ -130,14 +133,19 @@ void SetExample(CLI::App& command, const std::string& example) {
   command.footer("Example:\n  " + example);
 }
 
+void CheckReport(const std::string& report,
+                 std::initializer_list<std::filesystem::path> others) {
+  if (!report.empty()) {
+    RequireApart(report, others);
+    RequireWritable(report);
+  }
+}
+
 void BeginRun(const CommonOptions& options,
               std::initializer_list<std::filesystem::path> others) {
   spdlog::set_level(options.verbose ? spdlog::level::info
                                     : spdlog::level::warn);
-  if (!options.report.empty()) {
-    RequireApart(options.report, others);
-    RequireWritable(options.report);
-  }
+  CheckReport(options.report, others);
 }
 
 void WriteReportIfAsked(const CommonOptions& options, const Json& report) {
@@ -231,9 +239,11 @@ void AddSceneOptions(CLI::App& command, SceneOptions& options) {
                   "results are in metres")
       ->check(CLI::IsMember(MetresPerUnit()).description(""))
       ->type_name("mm|cm|m|km|in|ft");
-  command.add_flag("--strip-spaces",
-                   options.settings.strip_spaces,
-                   "gbXML: forget the Spaces and find the cells");
+  command.add_flag(
+      "--strip-spaces",
+      options.settings.strip_spaces,
+      "gbXML: ignore the Spaces of the file and find cells from its "
+      "walls");
 }
 
 SolveSettings SettingsOf(const std::string& scene,

@@ -44,6 +44,9 @@ void RequireSceneFile(const std::filesystem::path& scene);
 // --memory, --threads, --report, --verbose.
 void AddCommonOptions(CLI::App& command, CommonOptions& options);
 
+// --report.
+void AddReportOption(CLI::App& command, std::string& report);
+
 // Ends the help of a verb with an example.
 void SetExample(CLI::App& command, const std::string& example);
 
@@ -56,9 +59,14 @@ std::string CheckSeed(const std::string& text);
 void RequireApart(const std::filesystem::path& output,
                   std::initializer_list<std::filesystem::path> others);
 
-// What every verb begins with: applies --verbose, and throws DiskError if the
-// report could not be written in the end, UsageError if it is one of the other
-// files that the run reads or writes.
+// Throws DiskError if the report could not be written in the end, UsageError if
+// it is one of the other files that the run reads or writes. An empty name is
+// none.
+void CheckReport(const std::string& report,
+                 std::initializer_list<std::filesystem::path> others);
+
+// What every verb with these options begins with: applies --verbose, and checks
+// the report.
 void BeginRun(const CommonOptions& options,
               std::initializer_list<std::filesystem::path> others);
 

@@ -87,6 +87,15 @@ SolveSummary RunStages(BlockStorage& store,
   }
 }
 
+std::string WhyItEnded(const SolveSummary& summary, const fs::path& path) {
+  if (summary.ran_out_of_rounds) {
+    return fmt::format(
+        " after as many rounds as one run has; 'enfilade resume {}' goes on",
+        path.string());
+  }
+  return summary.exhausted ? ", and more links no longer lower it" : "";
+}
+
 // Reports on a store that is complete on disk: opened anew, so that its size
 // is what the user will see. Throws if the requested error was not met.
 void ReportSolve(const fs::path& path,
@@ -100,15 +109,13 @@ void ReportSolve(const fs::path& path,
   WriteReportIfAsked(common, report);
   fmt::print("{}{}", SummaryText(report), NotesText(report));
   if (!summary.converged) {
-    throw Error(
-        ExitCode::kNotDone,
-        fmt::format(
-            "the requested error {} was not reached; {:.4f} "
-            "is estimated{}. The solution is kept in '{}'",
-            settings.error,
-            summary.estimated_error,
-            summary.exhausted ? ", and more links no longer lower it" : "",
-            path.string()));
+    throw Error(ExitCode::kNotDone,
+                fmt::format("the requested error {} was not reached; {:.4f} "
+                            "is estimated{}. The solution is kept in '{}'",
+                            settings.error,
+                            summary.estimated_error,
+                            WhyItEnded(summary, path),
+                            path.string()));
   }
 }
 
@@ -176,6 +183,8 @@ void ResumeCommand::Run() {
   BeginRun(common, {store});
   auto storage = OpenExistingStore(store, StoreAccess::kWrite);
   SolveSettings settings = LoadSettings(*storage);
+  CheckReport(common.report,
+              {settings.scene, settings.overrides.value_or(fs::path())});
   if (LoadStage(*storage) < Stage::kImported) {
     RequireSceneFile(settings.scene);
   } else if (!CheckSceneUnchanged(*storage, settings)) {
@@ -209,8 +218,8 @@ void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
   command
       .add_option("--projection",
                   method.projection,
-                  "Of --method matrix: galerkin (irradiance averaged over an "
-                  "element) or collocation (that of its center)")
+                  "With --method matrix: galerkin (irradiance averaged over an "
+                  "element) or collocation (at its centre)")
       ->check(CLI::IsMember({"galerkin", "collocation"}).description(""))
       ->type_name("PROJECTION")
       ->capture_default_str();
@@ -221,23 +230,24 @@ void AddHierarchicalOptions(CLI::App& command, MethodOptions& method) {
     command.add_option(name, value, what)->type_name("NAME");
   };
   command
-      .add_option("--epsilon",
-                  method.epsilon,
-                  "Of --method hierarchical: no link is worse by its oracle "
-                  "(0.001 if not given)")
+      .add_option(
+          "--epsilon",
+          method.epsilon,
+          "With --method hierarchical: the error by its oracle above which "
+          "a link is refined (0.001 if not given)")
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("EPS");
   add("--visibility",
       method.visibility,
-      "Of --method hierarchical: ray, fractional, triage, quadrature or "
+      "With --method hierarchical: ray, fractional, triage, quadrature or "
       "stratified");
   add("--singular",
       method.singular,
-      "Of --method hierarchical, where surfaces touch: none, switch, cc or "
+      "With --method hierarchical, where surfaces touch: none, switch, cc or "
       "near");
   add("--oracle",
       method.oracle,
-      "Of --method hierarchical: form-factor, power, polynomial or transfer");
+      "With --method hierarchical: form-factor, power, polynomial or transfer");
 }
 
 void AddMethodOptions(CLI::App& command, SceneOptions& options) {
@@ -257,21 +267,23 @@ void AddMethodOptions(CLI::App& command, SceneOptions& options) {
       ->type_name("METHOD")
       ->capture_default_str();
   command
-      .add_option("--linear-solver",
-                  method.linear_solver,
-                  "Of --method matrix: gs (Gauss-Seidel), sor or cg (conjugate "
-                  "gradients, of symmetric form factors; gs is the default of "
-                  "the others)")
+      .add_option(
+          "--linear-solver",
+          method.linear_solver,
+          "With --method matrix: gs (Gauss-Seidel), sor or cg (conjugate "
+          "gradients, for symmetric form factors; for others the default "
+          "is gs)")
       ->check(CLI::IsMember({"gs", "sor", "cg"}).description(""))
       ->type_name("SOLVER")
       ->capture_default_str();
   AddFormFactorOptions(command, method);
   AddHierarchicalOptions(command, method);
   command
-      .add_option("--elements",
-                  method.elements,
-                  "Reference methods: the finest dicing with at most so many "
-                  "elements, whatever its error")
+      .add_option(
+          "--elements",
+          method.elements,
+          "Reference methods: dice as finely as this number of elements "
+          "allows, whatever the error")
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("N");
   command.add_flag("--ambient",
@@ -287,16 +299,18 @@ void AddSolveCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("solve", "Compute the light in a scene into a store");
   command
-      ->add_option(
-          "scene", options->scene, "Scene file: .obj, .obj.gz, gbXML .xml")
+      ->add_option("scene",
+                   options->scene,
+                   "Scene file: .obj or gbXML .xml; .gz as well")
       ->required()
       ->type_name("SCENE");
   command->add_option("-o,--output", options->store, "The store to make")
       ->required()
       ->type_name("STORE");
   command
-      ->add_option(
-          "--seed", options->options.settings.seed, "Of the visibility samples")
+      ->add_option("--seed",
+                   options->options.settings.seed,
+                   "Seed of the visibility samples")
       ->check(CLI::Validator(CheckSeed, ""))
       ->type_name("N")
       ->capture_default_str();
@@ -319,7 +333,7 @@ void AddSolveCommand(CLI::App& app) {
 void AddResumeCommand(CLI::App& app) {
   auto options = std::make_shared<ResumeCommand>();
   CLI::App* command = app.add_subcommand(
-      "resume", "Continue after a stop, or with a smaller error");
+      "resume", "Continue after a stop, or to a smaller error");
   command->add_option("store", options->store, "The store to continue")
       ->required()
       ->type_name("STORE");

@@ -1,7 +1,9 @@
 // The verb `study`.
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 
+#include <chrono>
 #include <fstream>
 #include <memory>
 #include <set>
@@ -22,6 +24,7 @@ struct StudyCommand {
   StudyOptions options;
   std::string folder = "study";
   std::string experiment;
+  std::string report;  // empty: none
   bool list = false;
 
   void Run();
@@ -63,6 +66,8 @@ void StudyCommand::Run() {
   if (experiment.empty()) {
     throw UsageError("name an experiment, or give --list");
   }
+  const auto start = std::chrono::steady_clock::now();
+  CheckReport(report, {});
   options.folder = std::filesystem::absolute(folder);
   const Experiment& chosen = FindExperiment(experiment);
   RequireMethods(chosen, options.methods);
@@ -84,6 +89,15 @@ void StudyCommand::Run() {
     fmt::print("no curves: gnuplot is not there or failed ({}/{}.gp)\n",
                options.folder.string(),
                chosen.name);
+  }
+  if (!report.empty()) {
+    WriteReport(report,
+                {{"experiment", chosen.name},
+                 {"folder", options.folder.string()},
+                 {"runs", lines.size()},
+                 {"pictures", pictures.size()},
+                 {"seconds", SecondsSince(start)},
+                 {"version", ProgramVersion()}});
   }
 }
 
@@ -111,14 +125,14 @@ void AddStudyCommand(CLI::App& app) {
                    options->options.values,
                    "Values of the parameter, by commas")
       ->delimiter(',')
-      ->type_name("V,...");
+      ->option_text("V,...");
   command
       ->add_option("--methods",
                    options->options.methods,
                    "Only these: haar, f2, f3, m2, m3, matrix, progressive, "
                    "substructuring, or what else the experiment has")
       ->delimiter(',')
-      ->type_name("METHOD,...");
+      ->option_text("METHOD,...");
   command
       ->add_option("--seconds",
                    options->options.most_seconds,
@@ -133,6 +147,7 @@ void AddStudyCommand(CLI::App& app) {
       ->check(CLI::NonNegativeNumber.description(""))
       ->type_name("S")
       ->capture_default_str();
+  AddReportOption(*command, options->report);
   SetExample(*command, "enfilade study blocker --out study");
   command->callback([options] { options->Run(); });
 }

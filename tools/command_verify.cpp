@@ -1,6 +1,8 @@
 // The verbs `verify` and `compare`: how good a solution is.
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "tools/command.h"
 #include "tools/command_options.h"
@@ -49,11 +51,39 @@ Json LargestDifferences(const VerifySummary& summary) {
   return list;
 }
 
-Json VerifyReport(const VerifySummary& summary) {
+// Whether the solution has the error that was asked for; nothing where the
+// interval leaves it open.
+std::optional<bool> MeetsRequest(const VerifySummary& summary,
+                                 double requested_error) {
+  if (summary.error_high <= requested_error) {
+    return true;
+  }
+  if (summary.error_low > requested_error) {
+    return false;
+  }
+  return std::nullopt;
+}
+
+std::string VerdictText(const VerifySummary& summary, double requested_error) {
+  const auto meets = MeetsRequest(summary, requested_error);
+  if (!meets) {
+    return fmt::format(
+        "requested {}: the interval leaves open whether it was met{}\n",
+        requested_error,
+        summary.tight ? "" : "; --seconds makes it narrower");
+  }
+  return fmt::format(
+      "requested {}: {}\n", requested_error, *meets ? "met" : "not met");
+}
+
+Json VerifyReport(const VerifySummary& summary, double requested_error) {
   Json report;
   report["error"] = summary.error;
   report["error_low"] = summary.error_low;
   report["error_high"] = summary.error_high;
+  report["requested_error"] = requested_error;
+  const auto meets = MeetsRequest(summary, requested_error);
+  report["meets_request"] = meets ? Json(*meets) : Json(nullptr);
   report["points"] = summary.points;
   report["seconds"] = summary.seconds;
   report["mean_deviation"] = summary.mean_deviation;
@@ -97,16 +127,17 @@ void VerifyCommand::Run() {
   };
   const VerifySummary summary = Verify(*storage, options, limits.Budget());
   progress.End();
-  WriteReportIfAsked(common, VerifyReport(summary));
+  WriteReportIfAsked(common, VerifyReport(summary, options.requested_error));
   fmt::print(
       "error {:.4f}, 95 % interval {:.4f} to {:.4f} ({} points, {} paths, "
-      "{})\nmean deviation {:+.4f}, 95 % interval {:+.4f} to {:+.4f}\n",
+      "{})\n{}mean deviation {:+.4f}, 95 % interval {:+.4f} to {:+.4f}\n",
       summary.error,
       summary.error_low,
       summary.error_high,
       summary.points,
       summary.paths,
       FormatDuration(summary.seconds),
+      VerdictText(summary, options.requested_error),
       summary.mean_deviation,
       summary.mean_deviation_low,
       summary.mean_deviation_high);
@@ -160,7 +191,8 @@ void AddVerifyCommand(CLI::App& app) {
                    "error or to the one asked for, whichever is larger")
       ->type_name("T")
       ->capture_default_str();
-  command->add_option("--seed", options->options.seed, "Of the paths")
+  command
+      ->add_option("--seed", options->options.seed, "Seed of the light paths")
       ->check(CLI::Validator(CheckSeed, ""))
       ->type_name("N")
       ->capture_default_str();

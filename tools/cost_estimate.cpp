@@ -26,6 +26,16 @@ constexpr double kHaarBytesPerLink = 20;
 // Of one core.
 constexpr double kSecondsPerLink = 25e-6;
 
+// A count to two digits: 1900, 53000000.
+std::string RoundedText(double count) {
+  if (!(count >= 1)) {
+    return "0";
+  }
+  const double unit =
+      std::pow(10.0, std::max(0.0, std::floor(std::log10(count)) - 1));
+  return fmt::format("{:.0f}", std::round(count / unit) * unit);
+}
+
 }  // namespace
 
 CostEstimate EstimateCost(const BlockStorage& store,
@@ -78,12 +88,11 @@ std::string EstimateText(const CostEstimate& estimate,
                         estimate.cap_to_begin_bytes >> 20)
           : "";
   return fmt::format(
-      "estimate  about {:.2g} links, {:.2g} elements, store {}, {} for error "
-      "{} by {}\n"
+      "estimate  about {} links, {} elements, store {}, {} for error {} by {}\n"
       "          (within a factor of {} either way; time of {})\n"
       "least     --memory {}M{}\n",
-      estimate.links,
-      estimate.elements,
+      RoundedText(estimate.links),
+      RoundedText(estimate.elements),
       FormatBytes(estimate.store_bytes),
       FormatDuration(estimate.solve_seconds),
       options.error,

@@ -9,6 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include "tools/signal.h"
+
 namespace enfilade {
 
 namespace {
@@ -152,6 +154,7 @@ void ObjWriter::AddInstance(const ObjInstance& instance) {
 
 void ObjWriter::FlushIfLong() {
   if (obj_text_.size() >= kFlushBytes) {
+    ThrowIfStopRequested();
     FlushTo(obj_, obj_file_.Path(), obj_text_);
   }
 }

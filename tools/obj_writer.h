@@ -45,7 +45,8 @@ struct ObjInstance {
   uint64_t polygons = 0;     // of the piece
 };
 
-// All members throw DiskError when a file cannot be written.
+// All members throw DiskError when a file cannot be written. Those that add
+// something throw InterruptedError, now and then, after a request to stop.
 class ObjWriter {
  public:
   // Requires a path that ends in ".obj" (UsageError); materials go to the same
@@ -72,6 +73,10 @@ class ObjWriter {
   void Finish();
 
   [[nodiscard]] const std::filesystem::path& Path() const { return obj_path_; }
+
+  [[nodiscard]] const std::filesystem::path& MaterialPath() const {
+    return mtl_path_;
+  }
 
   // With those of instances.
   [[nodiscard]] uint64_t Polygons() const { return polygons_; }

@@ -21,7 +21,7 @@ namespace {
 
 struct Output {
   std::filesystem::path scene;
-  std::filesystem::path report;  // empty: none
+  std::string report;  // empty: none
 };
 
 // Runs `write` on a writer of output.scene and says what it wrote.
@@ -31,6 +31,7 @@ void Generate(void (*write)(const Options&, ObjWriter&),
               const Output& output) {
   const auto start = std::chrono::steady_clock::now();
   ObjWriter writer(output.scene);
+  CheckReport(output.report, {writer.Path(), writer.MaterialPath()});
   write(options, writer);
   writer.Finish();
   const std::chrono::duration<double> seconds =
@@ -61,10 +62,10 @@ std::shared_ptr<Options> AddScene(CLI::App& scenes,
   auto options = std::make_shared<Options>();
   auto output = std::make_shared<Output>();
   command = scenes.add_subcommand(name, description);
-  command->add_option("OUT", output->scene, "the file to write, ending in .obj")
-      ->required();
-  command->add_option("--report", output->report, "write a summary as JSON")
-      ->type_name("FILE");
+  command->add_option("out", output->scene, "The file to write, ending in .obj")
+      ->required()
+      ->type_name("OUT.obj");
+  AddReportOption(*command, output->report);
   command->callback(
       [write, options, output] { Generate(write, *options, *output); });
   return options;
@@ -76,7 +77,7 @@ void AddExample(CLI::App& command, const std::string& arguments) {
 }
 
 void AddSeed(CLI::App& command, uint64_t& seed) {
-  command.add_option("--seed", seed, "another seed, another scene")
+  command.add_option("--seed", seed, "Another seed, another scene")
       ->check(CLI::Validator(CheckSeed, ""))
       ->capture_default_str();
 }
@@ -89,12 +90,12 @@ void AddChairScenes(CLI::App& scenes) {
                "chairs",
                "A room, an overhead light and chairs of 27 polygons",
                &WriteChairs);
-  command->add_option("--count", chairs->count, "number of chairs")
+  command->add_option("--count", chairs->count, "Number of chairs")
       ->capture_default_str();
   command
       ->add_option("--scaling",
                    chairs->scaling,
-                   "how the room grows with the chairs: floor and height, "
+                   "How the room grows with the chairs: floor and height, "
                    "floor only, or not at all")
       ->transform(CLI::CheckedTransformer(
                       std::map<std::string, ChairScaling>{
@@ -113,7 +114,7 @@ void AddChairScenes(CLI::App& scenes) {
                                "lights",
                                "The room with 12 chairs and several lights",
                                &WriteLights);
-  command->add_option("--lights", lights->lights, "number of lights")
+  command->add_option("--lights", lights->lights, "Number of lights")
       ->capture_default_str();
   AddSeed(*command, lights->seed);
   AddExample(*command, "--lights 9 lights.obj");
@@ -124,16 +125,16 @@ void AddChairScenes(CLI::App& scenes) {
                "furnace",
                "A closed room, all of which emits and reflects alike",
                &WriteFurnace);
-  command->add_option("--count", furnace->count, "number of chairs")
+  command->add_option("--count", furnace->count, "Number of chairs")
       ->capture_default_str();
   command
       ->add_option("--reflectance",
                    furnace->reflectance,
-                   "of every face, at least 0 and below 1")
+                   "Reflectance of every face, at least 0 and below 1")
       ->capture_default_str();
   command
       ->add_option(
-          "--emission", furnace->emission, "exitance of every face, W/m2")
+          "--emission", furnace->emission, "Exitance of every face, W/m2")
       ->capture_default_str();
   AddSeed(*command, furnace->seed);
   AddExample(*command, "--count 9 --reflectance 0.8 furnace.obj");
@@ -148,8 +149,9 @@ void AddTwoPatchScenes(CLI::App& scenes) {
                "Two unit squares face to face, one of which emits",
                &WriteParallel);
   command
-      ->add_option(
-          "--separation", parallel->separation, "distance in metres, above 0")
+      ->add_option("--separation",
+                   parallel->separation,
+                   "Distance of the squares in metres, above 0")
       ->capture_default_str();
   AddExample(*command, "--separation 0.5 parallel.obj");
 
@@ -162,7 +164,7 @@ void AddTwoPatchScenes(CLI::App& scenes) {
   command
       ->add_option("--separation",
                    perpendicular->separation,
-                   "distance of the near edges in metres")
+                   "Distance of the near edges in metres")
       ->capture_default_str();
   AddExample(*command, "--separation 0 perpendicular.obj");
 
@@ -172,9 +174,10 @@ void AddTwoPatchScenes(CLI::App& scenes) {
                                 "A light, a receiver and a blocker between",
                                 &WriteBlocker);
   command
-      ->add_option("--height,--separation",
-                   blocker->height,
-                   "of the blocker above the receiver in metres, below 2")
+      ->add_option(
+          "--height,--separation",
+          blocker->height,
+          "Height of the blocker above the receiver in metres, below 2")
       ->capture_default_str();
   AddExample(*command, "--height 0.7 blocker.obj");
 }
@@ -188,8 +191,9 @@ void AddReflectanceScenes(CLI::App& scenes) {
                             "the darker the walls",
                             &WriteBox);
   command
-      ->add_option(
-          "--reflectance", box->reflectance, "of the walls, above 0, below 1")
+      ->add_option("--reflectance",
+                   box->reflectance,
+                   "Reflectance of the walls, above 0 and below 1")
       ->capture_default_str();
   AddExample(*command, "--reflectance 0.7 box.obj");
 
@@ -201,7 +205,7 @@ void AddReflectanceScenes(CLI::App& scenes) {
   command
       ->add_option("--reflectance",
                    tube->reflectance,
-                   "of the walls, at least 0 and below 1")
+                   "Reflectance of the walls, at least 0 and below 1")
       ->capture_default_str();
   AddExample(*command, "--reflectance 0.9 tube.obj");
 }
@@ -216,7 +220,8 @@ void AddBulbsScene(CLI::App& scenes) {
   command
       ->add_option("--slices",
                    bulbs->slices,
-                   "of a bulb from pole to pole, twice as many around")
+                   "Facets of a bulb from pole to pole; there are twice as "
+                   "many around it")
       ->capture_default_str();
   AddExample(*command, "--slices 6 bulbs.obj");
 }
@@ -229,7 +234,7 @@ void AddDownlightsScene(CLI::App& scenes) {
                "downlights",
                "A room lit by bulbs in small white tubes below its ceiling",
                &WriteDownlights);
-  command->add_option("--count", downlights->count, "number of downlights")
+  command->add_option("--count", downlights->count, "Number of downlights")
       ->capture_default_str();
   AddExample(*command, "--count 48 downlights.obj");
 }
@@ -239,27 +244,28 @@ void AddPieceOptions(CLI::App& command, FloorplanOptions& plan) {
       command
           .add_option("--pieces",
                       plan.pieces.folder,
-                      "furnish with the OBJ files of this folder, each written "
+                      "Furnish with the OBJ files of this folder, each written "
                       "once beside OUT and placed by lines")
           ->type_name("DIR")
           ->excludes("--furniture");
   command
       .add_option("--pieces-per-room",
                   plan.pieces_per_room,
-                  "at most so many pieces in a room")
+                  "Pieces in a room, at most")
       ->needs(pieces)
       ->capture_default_str();
   command
       .add_option("--piece-unit",
                   plan.pieces.metres_per_unit,
-                  "metres per unit of the pieces; without it 0.01 if one is "
+                  "Metres per unit of the pieces; without it 0.01 if one is "
                   "longer than 10 units, otherwise 1")
       ->needs(pieces)
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("METRES");
   command
       .add_flag("--piece-z-up",
                 plan.pieces.z_is_up,
-                "the pieces have Z up, their rear at -Y (otherwise Y up, rear "
+                "The pieces have Z up, their rear at -Y (otherwise Y up, rear "
                 "at -Z)")
       ->needs(pieces);
   plan.note = [](const std::string& note) { fmt::print("note: {}\n", note); };
@@ -275,12 +281,12 @@ void AddFloorplanScene(CLI::App& scenes) {
   command
       ->add_option("--rooms",
                    plan->rooms,
-                   "offices and halls in all; corridors and stairs come on top")
+                   "Offices and halls in all; corridors and stairs come on top")
       ->capture_default_str();
   const CLI::Option* storeys =
       command->add_option("--storeys",
                           plan->storeys,
-                          "number of storeys; one for every 1,000 rooms if not "
+                          "Number of storeys; one for every 1,000 rooms if not "
                           "given");
   command->parse_complete_callback([plan, storeys] {
     if (storeys->empty()) {
@@ -290,7 +296,7 @@ void AddFloorplanScene(CLI::App& scenes) {
   command
       ->add_option("--furniture",
                    plan->furniture,
-                   "how densely rooms are furnished, 0 (empty) to 1 (full)")
+                   "How densely rooms are furnished, 0 (empty) to 1 (full)")
       ->capture_default_str();
   AddSeed(*command, plan->seed);
   AddPieceOptions(*command, *plan);

@@ -1,7 +1,7 @@
 // Errors of the world: what a user can meet and mend. Each carries the exit
-// code of the command line and is caught once, in main. Bugs are CHECKs
-// (check.h); a solve that does not converge is a result (SolveSummary), which
-// the command line alone turns into an exit code.
+// code of the command line and is caught once, in main. Bugs are CHECKs, which
+// abort (check.h); a solve that does not converge is a result (SolveSummary),
+// which the command line alone turns into an exit code.
 
 #pragma once
 
@@ -12,7 +12,7 @@ namespace enfilade {
 
 enum class ExitCode : int {
   kSuccess = 0,
-  kNotDone = 1,  // the requested error was not reached, or a bug
+  kNotDone = 1,  // the requested error was not reached, or an unforeseen error
   kUsage = 2,
   kBadInput = 3,
   kDoesNotFit = 4,
@@ -48,7 +48,7 @@ class InputError : public Error {
       : Error(ExitCode::kBadInput, what) {}
 };
 
-// The memory cap is too small; names the least one that would do.
+// The memory cap is too small; names one that should do.
 class DoesNotFitError : public Error {
  public:
   explicit DoesNotFitError(const std::string& what)

@@ -105,9 +105,9 @@ TEST(Cli, WhatIsNotThereIsNamedBesideWhatIs) {
 
 TEST(Cli, OptionsOfScenesAreRefusedForStores) {
   const TemporaryFolder folder;
-  const auto result = RunProgram({"info", folder / "a.enf", "--error", "0.01"});
+  const auto result = RunProgram({"info", folder / "a.enf", "--basis", "haar"});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_TRUE(Contains(result.err, "--error is for a scene")) << result.err;
+  EXPECT_TRUE(Contains(result.err, "--basis is for a scene")) << result.err;
   ExpectOneErrorLine(result);
 }
 
@@ -222,6 +222,53 @@ TEST(Cli, NothingIsWrittenOverWhatIsRead) {
     EXPECT_TRUE(Contains(result.err, "written over")) << result.err;
     EXPECT_EQ(ReadFile(scene), text) << words[0];
   }
+}
+
+TEST(Cli, TheReportIsNotWrittenOverTheScene) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "b.obj";
+  const std::vector<std::string> make = {
+      "scene", "parallel", scene, "--report"};
+  for (const char* name : {"b.obj", "b.mtl"}) {
+    auto words = make;
+    words.push_back(folder / name);
+    const auto refused = RunProgram(words);
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_TRUE(Contains(refused.err, "written over")) << refused.err;
+    EXPECT_EQ(ReadFile(scene), "") << "nothing was written";
+  }
+  ASSERT_EQ(RunProgram({"scene", "parallel", scene}).exit_code, 0);
+  const std::string overrides = folder / "o.json";
+  const std::string store = folder / "s.enf";
+  WriteFile(overrides, "{}");
+  ASSERT_EQ(RunProgram({"solve", scene, "-o", store, "--overrides", overrides})
+                .exit_code,
+            0);
+  const std::vector<std::vector<std::string>> lines = {
+      {"info", scene, "--overrides", overrides, "--report", overrides},
+      {"resume", store, "--report", scene},
+      {"resume", store, "--report", overrides}};
+  const std::string text = ReadFile(scene);
+  for (const auto& words : lines) {
+    EXPECT_EQ(RunProgram(words).exit_code, 2) << words[0];
+  }
+  EXPECT_EQ(ReadFile(scene), text);
+  EXPECT_EQ(ReadFile(overrides), "{}");
+}
+
+TEST(Cli, StudyAndFlatlandReportToo) {
+  const TemporaryFolder folder;
+  const std::string report = folder / "r.json";
+  ASSERT_EQ(
+      RunProgram({"flatland", folder / "m.svg", "--report", report}).exit_code,
+      0);
+  EXPECT_TRUE(Contains(ReadFile(report), "large_entries"));
+  const auto refused =
+      RunProgram({"flatland", folder / "m.svg", "--report", folder / "m.svg"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(RunProgram({"study", "box", "--report", folder / "none/r.json"})
+                .exit_code,
+            6);
 }
 
 TEST(Cli, TheReportIsNotWrittenOverWhatIsMade) {

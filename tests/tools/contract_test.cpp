@@ -33,6 +33,8 @@ TEST(SlowContract, ThirtySixChairsMeetErrorAndCap) {
   RunUnderCap({"verify", store, "--report", folder / "verify.json"});
   const json verified = json::parse(ReadFile(folder / "verify.json"));
   EXPECT_LE(verified.at("error_high").get<double>(), 0.05);
+  EXPECT_EQ(verified.at("requested_error"), 0.05);
+  EXPECT_EQ(verified.at("meets_request"), true);
   RunUnderCap({"info", store, "--audit", "100000"});
   RunUnderCap({"export", store, folder / "chairs.ply"});
   RunUnderCap({"export", store, folder / "chairs.png", "--size", "320,180"});

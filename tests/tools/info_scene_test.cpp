@@ -55,6 +55,31 @@ TEST_F(InfoOfScene, SmallerErrorsCostMore) {
   }
 }
 
+// Of a store: what it would take to go on with it, if it is not solved or if
+// another error is asked for.
+TEST_F(InfoOfScene, StoresSayWhatAResumeWouldTake) {
+  const auto info = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {
+        "info", dir_ / "s.enf", "--report", dir_ / "i.json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const auto result = RunProgram(words);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(ReadFile(dir_ / "i.json"));
+  };
+  ASSERT_EQ(
+      RunProgram(
+          {"solve", dir_ / "room.obj", "-o", dir_ / "s.enf", "--error", "0.3"})
+          .exit_code,
+      0);
+  EXPECT_FALSE(info({}).contains("estimate")) << "nothing is left to do";
+  const auto finer = info({"--error", "0.1"});
+  EXPECT_GT(finer.at("estimate").at("links").get<double>(),
+            finer.at("links").get<double>());
+  EXPECT_EQ(finer.at("requested_error"), 0.3) << "nothing was requested";
+  EXPECT_EQ(RunProgram({"info", dir_ / "s.enf", "--basis", "haar"}).exit_code,
+            2);
+}
+
 TEST_F(InfoOfScene, TheLeastCapIsEnough) {
   const auto least = Estimate("0.3", "haar")
                          .at("estimate")
