@@ -160,6 +160,7 @@ TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame) {
   end.frame = frame;
   end.area = AreaOf(patch, frame);
   end.diameter = DiameterOf(patch, frame);
+  end.radius = RadiusOf(patch, frame);
   end.rim = std::min(kMostRimShare, kRimM * end.diameter / end.area);
   end.node_count = triangle ? 3 : 4;
   const float middle = triangle ? kThird : 0.5F;

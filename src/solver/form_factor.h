@@ -36,7 +36,8 @@ struct TransferEnd {
   ElementFrame frame;
   float area = 0;
   float diameter = 0;
-  float rim = 0;  // share of the element that random points keep off its rim
+  float radius = 0;  // all of it is within this of its center, m
+  float rim = 0;     // share of the element that random points keep off its rim
   Vec3f center;
   size_t node_count = 0;
   std::array<float, kTransferNodes> x{};  // of the nodes, m

@@ -4,6 +4,18 @@
 
 namespace enfilade {
 
+namespace {
+
+// The longest distance of a corner from the centroid: up to two thirds of the
+// diameter where the triangle is thin.
+double RadiusOfTriangle(const Patch& patch) {
+  const Vec3 center = (patch.u + patch.v) / 3;
+  return std::max(
+      {Length(center), Length(patch.u - center), Length(patch.v - center)});
+}
+
+}  // namespace
+
 PatchGeometry MakePatchGeometry(const Patch& patch,
                                 const Material& material,
                                 Point3 scene_origin) {
@@ -27,6 +39,9 @@ PatchGeometry MakePatchGeometry(const Patch& patch,
                                             Length(patch.u - patch.v),
                                             Length(patch.u),
                                             Length(patch.v)}));
+  g.radius = patch.shape == PatchShape::kTriangle
+                 ? static_cast<float>(RadiusOfTriangle(patch))
+                 : 0.5F * g.diameter;
   return g;
 }
 

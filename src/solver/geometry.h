@@ -101,6 +101,7 @@ struct PatchGeometry {
   Vec3f origin, u, v, normal;
   float area = 0;      // m2
   float diameter = 0;  // m, the longest distance of two corners
+  float radius = 0;    // m, the longest distance of a corner from the center
   PatchShape shape{};
   bool emits = false;
   bool reflects = false;
@@ -154,6 +155,10 @@ inline float AreaOf(const PatchGeometry& patch, ElementFrame frame) {
 
 inline float DiameterOf(const PatchGeometry& patch, ElementFrame frame) {
   return patch.diameter * std::abs(frame.scale);
+}
+
+inline float RadiusOf(const PatchGeometry& patch, ElementFrame frame) {
+  return patch.radius * std::abs(frame.scale);
 }
 
 // The corners of an element, counter-clockwise seen from its front.

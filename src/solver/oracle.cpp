@@ -150,7 +150,7 @@ bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
 float FormFactorBound(const TransferEnd& r, const TransferEnd& s) {
   const Vec3f d = s.center - r.center;
   const float distance = Length(d);
-  const float reach = 0.5F * (r.diameter + s.diameter);
+  const float reach = r.radius + s.radius;
   const float gap = distance - reach;
   if (gap <= 0.25F * s.diameter) {
     return 1;

@@ -44,12 +44,10 @@ float LongestExtent(const Cluster& cluster) {
   return std::max({e.x, e.y, e.z});
 }
 
-float FormFactorOfGroup(const SourceGroup& group,
-                        Vec3f middle,
-                        float diameter) {
+float FormFactorOfGroup(const SourceGroup& group, Vec3f middle, float radius) {
   const Vec3f group_middle = (group.box.low + group.box.high) * 0.5F;
   const float gap = Length(group_middle - middle) -
-                    0.5F * (diameter + Length(group.box.Extent()));
+                    (radius + 0.5F * Length(group.box.Extent()));
   return gap > 0 ? std::min(1.0F,
                             group.area / (static_cast<float>(kPi) * gap * gap))
                  : 1.0F;
@@ -192,7 +190,7 @@ ClusterVisit PairWork::LookAtGroup(ClusterPair pair) const {
   }
   ClusterVisit visit;
   visit.form_factor = FormFactorOfGroup(
-      g, (r.box.low + r.box.high) * 0.5F, Length(r.box.Extent()));
+      g, (r.box.low + r.box.high) * 0.5F, 0.5F * Length(r.box.Extent()));
   visit.probability = WeakProbability(
       receiver_.weights[pair.receiver] *
           source_.sent->groups[pair.source].Most() * visit.form_factor,

@@ -94,8 +94,8 @@ class PairWork {
   std::vector<WorkItem> items_;
 };
 
-// A bound, from a point of what lies about `middle`; 1 where that may touch.
-float FormFactorOfGroup(const SourceGroup& group, Vec3f middle, float diameter);
+// A bound, from a point within `radius` of `middle`; 1 where that may touch.
+float FormFactorOfGroup(const SourceGroup& group, Vec3f middle, float radius);
 
 float LongestExtent(const Cluster& cluster);
 
