@@ -1,12 +1,15 @@
 // The part of the pager that makes things of cells, or reads them.
 
 #include "base/check.h"
+#include "base/error.h"
 #include "partition/patch.h"
 #include "solver/cell_delta.h"
 #include "solver/cell_pager.h"
 
 #include <algorithm>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace enfilade {
 namespace {
@@ -211,8 +214,13 @@ std::shared_ptr<const CellTree> CellPager::Elements(CellId cell) {
       kTreePurpose,
       [&] { return CellTree::ElementBytesFor(StoredElements(cell)); },
       [&] {
-        return CellTree::LoadElements(*store_, cell, shape_, geometry->patches)
-            .value();
+        auto elements =
+            CellTree::LoadElements(*store_, cell, shape_, geometry->patches);
+        if (!elements) {
+          throw DamagedStoreError(fmt::format(
+              "the store lacks the element tree of cell {}", cell.value));
+        }
+        return std::move(*elements);
       });
 }
 

@@ -142,14 +142,11 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
 // What is evicted may be of use for what is coming: only what is left of it
 // beyond that is given back.
 void CellPager::HoldResident(uint64_t coming_bytes) {
-  constexpr uint64_t kMostHeadroom = 4 << 20;
-  constexpr uint64_t kHeadroomParts = 64;
   if (budget_->ResidentExcess(coming_bytes) <= accepted_excess_) {
     return;
   }
   // Room for what is freed until the next time.
-  const uint64_t headroom =
-      std::min(kMostHeadroom, budget_->LimitBytes() / kHeadroomParts);
+  const uint64_t headroom = EvictionMargin();
   const auto excess_in_use = [&] {
     return budget_->InUseExcess(coming_bytes + headroom);
   };

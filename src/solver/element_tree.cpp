@@ -279,11 +279,11 @@ uint64_t CellTree::ElementBytesFor(size_t elements) {
 uint64_t CellTree::Digest(const CoefficientArray& gathered) const {
   ENFILADE_CHECK(
       gathered.Size() == Size(), "{} of {} elements", gathered.Size(), Size());
-  ByteWriter out;
+  StreamingHash children;
   for (size_t i = 0; i < elements_.Size(); ++i) {
-    out.Put(elements_[i].first_child);
+    children.Add(std::as_bytes(std::span(&elements_[i].first_child, 1)));
   }
-  uint64_t digest = HashBytes(out.View());
+  uint64_t digest = children.Value();
   for (size_t page = 0; page < gathered.PageCount(); ++page) {
     digest = HashBytes(std::as_bytes(gathered.Page(page)), digest);
   }

@@ -72,7 +72,9 @@ Engine::Engine(BlockStorage& store,
       is_black_(area_ <= 0),
       commits_(options.commit_seconds),
       last_told_(std::chrono::steady_clock::now()) {
-  if (!LoadSolveState(store, &state_)) {
+  if (LoadSolveState(store, &state_)) {
+    RequireSense(state_, partition_.cells.size());
+  } else {
     Start();
   }
   if (is_black_) {
@@ -85,7 +87,11 @@ Engine::Engine(BlockStorage& store,
 }
 
 SolveSummary Engine::Run() {
-  TakeRequest();
+  if (TakeRequest(options_.error, &state_) == RequestStep::kNewRound) {
+    state_.tau = state_.rounds.back().tau;
+    ++state_.round;
+    StartRound(NextTau(state_));
+  }
   while (state_.phase != SolvePhase::kDone) {
     if (state_.next_cell == state_.cells.size()) {
       FinishSweep();
@@ -99,30 +105,6 @@ SolveSummary Engine::Run() {
   SaveSolveState(state_, *store_);
   store_->Commit();
   return LoadSolveSummary(*store_);
-}
-
-// The error that is asked for now may be another than that of the run before. A
-// round in progress is judged by it at its end; but one that makes more links
-// than are asked for now begins anew, since it may be what did not fit.
-void Engine::TakeRequest() {
-  const double before = std::exchange(state_.error, options_.error);
-  if (state_.error == before) {
-    return;
-  }
-  state_.first_round = state_.rounds.size();
-  const bool asks_more = state_.error < before;
-  bool restart = false;
-  if (state_.phase == SolvePhase::kDone) {
-    state_.converged = HasMetError(state_);
-    restart = asks_more && !state_.converged;
-  } else if (state_.phase == SolvePhase::kRefine && !state_.rounds.empty()) {
-    restart = !asks_more;
-  }
-  if (restart) {
-    state_.tau = state_.rounds.back().tau;
-    ++state_.round;
-    StartRound(NextTau(state_));
-  }
 }
 
 void Engine::Start() {

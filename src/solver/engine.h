@@ -19,12 +19,15 @@
 #include "scene/scene_store.h"
 #include "solver/cell_care.h"
 #include "solver/cell_pager.h"
+#include "solver/cells_between.h"
 #include "solver/commit_clock.h"
 #include "solver/link_store.h"
+#include "solver/pair_work.h"
 #include "solver/patch_errors.h"
 #include "solver/refiner.h"
 #include "solver/solve.h"
 #include "solver/solve_state.h"
+#include "solver/source_weights.h"
 #include "visibility/visible_set.h"
 
 #include <chrono>
@@ -67,7 +70,6 @@ class Engine {
   };
 
   void Start();
-  void TakeRequest();
   void StartRound(double tau);
   void RefineCell(CellId cell);
   void PropagateCell(CellId cell);
@@ -87,6 +89,16 @@ class Engine {
   uint64_t FindReceivers(Receiver* r);
   void Unlink(const Receiver& r, CellId source);
   void RefinePair(const Receiver& r, const VisibleCell& source);
+  PairWork WorkOf(const Receiver& r,
+                  const Sender& s,
+                  const VisibleCell& source,
+                  const SourceWeights& weights);
+  void WriteLinks(const Receiver& r,
+                  const Sender& s,
+                  const Refiner& refiner,
+                  CellsBetween* between,
+                  LinkWriter* writer);
+  void TakeWritten(const Receiver& r, const Sender& s, WrittenLinks&& written);
   void ApplyPart(const RawLinks& part,
                  const Receiver& r,
                  const Sender& s,
@@ -100,6 +112,7 @@ class Engine {
   // How much of the sweep is done, as far as cells and pairs alike take as
   // long.
   [[nodiscard]] double ShareOfSweep() const;
+  [[nodiscard]] double ShareOfCell(const Receiver& r, size_t items) const;
   [[nodiscard]] bool IsTimeToTell() const;
   void Tell(double fraction, const std::string& phase);
   void TellOfRound() const;

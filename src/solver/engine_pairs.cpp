@@ -33,79 +33,106 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
     return;
   }
   pager_.Order().MoveTo(r.id, source.source);
-  const auto weights = pager_.Weights(source.source);
-  const auto geometry = pager_.Geometry(source.source);
-  RefineOptions options;
-  options.tau = state_.tau;
-  options.tau_weak = kWeakShare * state_.tau;
-  options.seed = MixKey(state_.seed, state_.round);
-  options.counts_black = is_black_;
-  PairWork work(options,
-                {.id = r.id,
-                 .part = pager_.BoxOf(r.id, source.of_receiver),
-                 .patches = r.geometry->patches,
-                 .tree = r.tree.get(),
-                 .clusters = r.receivers.get(),
-                 .care = care_,
-                 .weights = r.weights},
-                {.id = source.source,
-                 .part = pager_.BoxOf(source.source, source.of_source),
-                 .patches = geometry->patches,
-                 .clusters = geometry->clusters.get(),
-                 .groups = &geometry->groups,
-                 .sent = weights.get()});
+  Sender s{source.source, pager_.Geometry(source.source), nullptr};
+  const auto weights = pager_.Weights(s.id);
+  PairWork work = WorkOf(r, s, source, *weights);
   if (work.Items().empty()) {
-    Unlink(r, source.source);
+    Unlink(r, s.id);
     return;
   }
-  const Sender s{source.source, geometry, pager_.Tree(source.source)};
+  s.tree = pager_.Tree(s.id);
   std::vector<const ShaftBlockers*> gates;
   if (s.id != r.id) {
     gates = {r.geometry->portals.get(), s.geometry->portals.get()};
   }
   CellsBetween between(pager_, r.id, source, gates);
   const Refiner refiner(std::move(work), *s.tree, between.All());
-  const CellPair pair{r.id, s.id};
   LinkWriter writer(
-      *store_, pair, state_.cursor.chunk, [&](WrittenLinks&& written) {
-        const Stopwatch watch(&state_.times.gather_seconds);
-        Gather(written.block,
-               {r.geometry->patches, r.tree.get(), nullptr},
-               SourceSide(*s.geometry, *s.tree),
-               s.tree->Sent(),
-               r.received->gathered);
-        state_.cells[r.id.Index()].links += written.block.links.size();
-        pager_.KeepLinks(pair, std::move(written));
+      *store_, {r.id, s.id}, state_.cursor.chunk, [&](WrittenLinks&& written) {
+        TakeWritten(r, s, std::move(written));
       });
+  WriteLinks(r, s, refiner, &between, &writer);
+  pager_.Order().SetLinked(r.id, s.id, writer.Chunks() > 0);
+}
+
+PairWork Engine::WorkOf(const Receiver& r,
+                        const Sender& s,
+                        const VisibleCell& source,
+                        const SourceWeights& weights) {
+  RefineOptions options;
+  options.tau = state_.tau;
+  options.tau_weak = kWeakShare * state_.tau;
+  options.seed = MixKey(state_.seed, state_.round);
+  options.counts_black = is_black_;
+  return {options,
+          {.id = r.id,
+           .part = pager_.BoxOf(r.id, source.of_receiver),
+           .patches = r.geometry->patches,
+           .tree = r.tree.get(),
+           .clusters = r.receivers.get(),
+           .care = care_,
+           .weights = r.weights},
+          {.id = s.id,
+           .part = pager_.BoxOf(s.id, source.of_source),
+           .patches = s.geometry->patches,
+           .clusters = s.geometry->clusters.get(),
+           .groups = &s.geometry->groups,
+           .sent = &weights}};
+}
+
+// Refines what is left of the pair's work, and applies and writes its links in
+// the order of that. A commit may come after each chunk of them.
+void Engine::WriteLinks(const Receiver& r,
+                        const Sender& s,
+                        const Refiner& refiner,
+                        CellsBetween* between,
+                        LinkWriter* writer) {
   RefinedParts parts(refiner, state_.cursor.work);
   while (!parts.AtEnd()) {
     pager_.HoldResident();
-    between.Hold();
+    between->Hold();
     {
       const Stopwatch watch(&state_.times.refine_seconds);
       parts.Refine();
     }
     while (const RawLinks* links = parts.Front()) {
       if (!links->links.empty()) {
-        between.Release();  // the trees may need its room
+        between->Release();  // the trees may need its room
       }
-      ApplyPart(*links, r, s, &writer.Pending());
+      ApplyPart(*links, r, s, &writer->Pending());
       parts.Pop();
       state_.cursor.work = parts.Next();
-      share_of_cell_ =
-          (static_cast<double>(state_.cursor.source) +
-           static_cast<double>(state_.cursor.work.item) /
-               static_cast<double>(refiner.ItemCount())) /
-          static_cast<double>(r.sources.size() + 1);  // and the balance
-      if (writer.Full()) {
-        writer.Flush();
-        state_.cursor.chunk = writer.Chunks();
+      share_of_cell_ = ShareOfCell(r, refiner.ItemCount());
+      if (writer->Full()) {
+        writer->Flush();
+        state_.cursor.chunk = writer->Chunks();
         CheckPoint();
       }
     }
   }
-  writer.Flush();
-  pager_.Order().SetLinked(r.id, s.id, writer.Chunks() > 0);
+  writer->Flush();
+}
+
+double Engine::ShareOfCell(const Receiver& r, size_t items) const {
+  return (static_cast<double>(state_.cursor.source) +
+          static_cast<double>(state_.cursor.work.item) /
+              static_cast<double>(items)) /
+         static_cast<double>(r.sources.size() + 1);  // and the balance
+}
+
+// Gathers by links as soon as they are written, and keeps them where there is
+// room.
+void Engine::TakeWritten(const Receiver& r,
+                         const Sender& s,
+                         WrittenLinks&& written) {
+  const Stopwatch watch(&state_.times.gather_seconds);
+  Gather(written.block,
+         {r.geometry->patches, r.tree.get(), nullptr},
+         SourceSide(*s.geometry, *s.tree),
+         s.tree->Sent(),
+         r.received->gathered);
+  state_.cells[r.id.Index()].links += written.block.links.size();
+  pager_.KeepLinks({r.id, s.id}, std::move(written));
 }
 
 // Appends its links to the block, makes the elements they name and takes stock.

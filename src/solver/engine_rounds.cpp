@@ -18,8 +18,6 @@
 namespace enfilade {
 namespace {
 
-constexpr size_t kMostRounds = 16;  // for one request
-
 // The residual is worth so many rays per link, and at least these: a round too
 // many costs more.
 constexpr uint64_t kResidualRaysPerLink = 4;
@@ -64,8 +62,7 @@ void Engine::FinishRound() {
   }
   TellOfRound();
   state_.converged = HasMetError(state_);
-  if (state_.converged || IsExhausted(state_) ||
-      state_.rounds.size() >= state_.first_round + kMostRounds) {
+  if (state_.converged || IsExhausted(state_) || HasSpentItsRounds(state_)) {
     state_.phase = SolvePhase::kDone;
     return;
   }

@@ -1,9 +1,11 @@
 #include "solver/error_control.h"
 
+#include "base/check.h"
 #include "solver/cell_care.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -22,9 +24,11 @@ constexpr double kFirstPrediction = 1.5;
 // Predictions up to this multiple of the requested error are checked: where
 // light is smooth, they are several times too large.
 constexpr double kCheckedFrom = 5;
-// Where rays saw two rounds, that power is theirs, within these.
+// Where rays saw two rounds, the power of the error that tau is (kTauPerError
+// otherwise) is theirs, within these.
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
+// A round aims at this share of the requested error, lest it misses by chance.
 constexpr double kErrorMargin = 0.92;
 // A round that misses by no more than this had aimed at the error and was not
 // lucky: with other random numbers, and care, the next one errs less by itself.
@@ -39,6 +43,12 @@ constexpr double kLeastLeft = 0.15;
 // The most that tau may be after it, over what it was; and after others.
 constexpr double kMostStepOfNearMiss = 0.85;
 constexpr double kMostStep = 0.7;
+// After the first, whose tau was a guess and may have been too small.
+constexpr double kMostStepOfGuess = 3;
+// The least that it may be.
+constexpr double kLeastStep = 1.0 / 12;
+constexpr double kLeastStepOfRatherFew = 1.0 / 4;
+constexpr double kLeastStepOfFew = 1.0 / 2;
 // From this share of the squared error on, what care alone mends is worth a
 // round.
 constexpr double kMuchCaredFor = 0.3;
@@ -52,11 +62,17 @@ constexpr uint64_t kRatherFewLinks = 20'000;
 constexpr uint64_t kGrowthInVain = 8;
 constexpr size_t kRoundsInVain = 3;
 constexpr double kLeftInVain = 0.9;
+// A round that leaves more than this of what the one before had has not helped.
+constexpr double kNoBetter = 0.97;
 // What cells reflect that were lit too late for others may be this share of the
 // error of all reflected light: in soups, light goes on to seep into walls.
 constexpr double kLateShare = 0.01;
-// Unsent radiosity that may stay, as a share of the error of the round.
+// Rounds of one request.
+constexpr size_t kMostRounds = 16;
+// Unsent radiosity that may stay, as a share of the error of the round: of the
+// requested one, or of this much of the last round's if that is larger.
 constexpr double kResidualShare = 0.01;
+constexpr double kOfLastRound = 0.5;
 
 // Cells were lit too late in a round, and so brightly that it matters.
 bool IsRelit(const RoundRecord& round, const SolveState& state) {
@@ -119,18 +135,18 @@ bool IsNearMiss(const RoundRecord& last, const SolveState& state) {
 // The least that the next tau may be, over that of the last round.
 double LeastStep(const RoundRecord& last, const SolveState& state) {
   if (last.links < kFewLinks) {
-    return 1.0 / 2;
+    return kLeastStepOfFew;
   }
-  return last.links < kRatherFewLinks || IsRelit(last, state) ? 1.0 / 4
-                                                              : 1.0 / 12;
+  return last.links < kRatherFewLinks || IsRelit(last, state)
+             ? kLeastStepOfRatherFew
+             : kLeastStep;
 }
 
 // The most, likewise.
 double MostStep(const RoundRecord& last, const SolveState& state) {
   if (state.rounds.size() == 1) {
-    // The first tau was a guess, and may have been too small; but where cells
-    // were lit late there were too few links to tell.
-    return IsRelit(last, state) ? 1 : 3;
+    // Where cells were lit late there were too few links to tell.
+    return IsRelit(last, state) ? 1 : kMostStepOfGuess;
   }
   if (last.cared_for > kMuchCaredFor) {
     return 1;
@@ -233,6 +249,10 @@ bool IsWorthChecking(const SolveState& state) {
 }
 
 void TakeResidual(RayBounds rays, SolveState* state) {
+  ENFILADE_CHECK(rays.least <= rays.most,
+                 "an error of at least {} and at most {}",
+                 rays.least,
+                 rays.most);
   RoundRecord& last = state->rounds.back();
   last.residual_error = std::clamp(
       kPredictionFactor * last.predicted_error, rays.least, rays.most);
@@ -261,10 +281,34 @@ bool IsExhausted(const SolveState& state) {
     const RoundRecord& now = state.rounds[i];
     return !IsRelit(last, state) && !IsRelit(now, state) &&
            now.links > last.links &&
-           now.estimated_error > 0.97 * last.estimated_error &&
-           now.predicted_error > 0.97 * last.predicted_error;
+           now.estimated_error > kNoBetter * last.estimated_error &&
+           now.predicted_error > kNoBetter * last.predicted_error;
   };
   return in_vain(n - 1) && in_vain(n - 2);
+}
+
+bool HasSpentItsRounds(const SolveState& state) {
+  return state.rounds.size() >= state.first_round + kMostRounds;
+}
+
+RequestStep TakeRequest(double error, SolveState* state) {
+  const bool is_done = state->phase == SolvePhase::kDone;
+  const bool ran_out = is_done && !state->converged &&
+                       HasSpentItsRounds(*state) && !IsExhausted(*state);
+  const double before = std::exchange(state->error, error);
+  if (error == before && !ran_out) {
+    return RequestStep::kGoOn;
+  }
+  state->first_round = state->rounds.size();
+  const bool asks_more = error < before;
+  bool starts = false;
+  if (is_done) {
+    state->converged = HasMetError(*state);
+    starts = (asks_more || ran_out) && !state->converged;
+  } else if (state->phase == SolvePhase::kRefine && !state->rounds.empty()) {
+    starts = !asks_more;
+  }
+  return starts ? RequestStep::kNewRound : RequestStep::kGoOn;
 }
 
 double NextTau(const SolveState& state) {
@@ -296,7 +340,8 @@ double ToleratedResidual(const SolveState& state, const CellRow& row) {
   const double error =
       state.rounds.empty()
           ? kFirstError
-          : std::max(state.error, 0.5 * state.rounds.back().estimated_error);
+          : std::max(state.error,
+                     kOfLastRound * state.rounds.back().estimated_error);
   return kResidualShare * error * state.mean_reflected * row.area;
 }
 

@@ -5,6 +5,8 @@
 
 #include "solver/solve_state.h"
 
+#include <cstdint>
+
 namespace enfilade {
 
 // The tau of the first round, W/m, by what is known before it: `area` of all
@@ -43,6 +45,21 @@ double WantedOfSquare(const SolveState& state);
 // More links have not helped, for two rounds or since much fewer of them: what
 // is left cannot be refined.
 bool IsExhausted(const SolveState& state);
+
+// The request has had as many rounds as one is given.
+bool HasSpentItsRounds(const SolveState& state);
+
+// What a request for an error asks of a solve that has begun.
+enum class RequestStep : uint8_t {
+  kGoOn,      // with what is under way; nothing, where the solve is done
+  kNewRound,  // what is there is refined further
+};
+
+// Takes a request; the error may be another than that of the run before. A
+// round in progress is judged by it at its end; but one that makes more links
+// than are asked for now begins anew, since it may be what did not fit. A solve
+// that has spent its rounds gets as many again.
+RequestStep TakeRequest(double error, SolveState* state);
 
 // The tau of the next round, W/m.
 double NextTau(const SolveState& state);

@@ -14,7 +14,7 @@
 
 namespace enfilade {
 
-// Six bits of exponent, ten of fraction: [2^-47, 2^17), relative error at most
+// Six bits of exponent, ten of fraction: (2^-47, 2^17), relative error at most
 // 2^-11; smaller values become zero, larger ones the largest.
 uint16_t EncodeCoefficient(float value);
 

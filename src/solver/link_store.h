@@ -21,7 +21,7 @@ struct CellPair {
 // A chunk of a pair that was written, and what it takes in the store.
 struct WrittenLinks {
   uint32_t chunk = 0;
-  LinkBlock block;  // as it will be read
+  LinkBlock block;  // sorted, its coefficients as they will be read
   uint64_t stored_bytes = 0;
 };
 

@@ -2,8 +2,9 @@
 // accurate enough to be a link.
 //
 //   paper          here
-//   oracle         Refiner::Judge: error of the transferred radiosity on the
-//                  receiver, W/m2 (RMS over the element)
+//   oracle         JudgeErrors (oracle.h) and what rays leave unknown: error of
+//                  the transferred radiosity on the receiver, W/m2 (RMS over
+//                  the element); weighed in VisitSeen
 //   epsilon        tau: a link is accepted when its error, weighted by the
 //                  root of the receiver's area, is at most tau, W/m
 //   link           Link, in element paths until ids are given (RawLink)
@@ -112,7 +113,7 @@ class Refiner {
     TransferEnd end;
     uint32_t patch = 0;
     ElementPath path = kRootPath;
-    uint32_t level = 0;  // below the item of the front
+    uint32_t level = 0;  // below the element where refinement begins
     float care = 1;      // of its patch
     float weight = 0;    // reflectance times root of area, times care
   };
@@ -210,8 +211,8 @@ class Refiner {
                                    const Source& s,
                                    float transfer,
                                    const Visibility& look) const;
-  // Writes the coefficients of a link down, finely where four bits each would
-  // be seen.
+  // Writes the coefficients of a link down: scaled quadrature where that says
+  // enough, otherwise each of them.
   void Encode(const Receiver& r,
               const Source& s,
               const Kernel& kernel,
@@ -248,6 +249,13 @@ class Refiner {
               Task* task) const;
 
   // The groups: refiner_groups.cpp.
+  // What rays say of a transfer from one.
+  struct GroupLook {
+    GroupSight sight;
+    bool few = false;     // one of each node sufficed
+    bool agreed = false;  // all of one point's rays did alike
+  };
+
   // What is known when a group is looked at.
   struct GroupVisit {
     uint32_t group = 0;
@@ -274,6 +282,10 @@ class Refiner {
                   GroupVisit visit,
                   const GroupPart& candidates,
                   Task* task) const;
+  [[nodiscard]] GroupLook LookAtGroup(const Receiver& r,
+                                      float light,
+                                      int blocked,
+                                      GroupRays* rays) const;
   void VisitSeenGroup(const Receiver& r,
                       GroupVisit visit,
                       GroupTransfer* transfer,

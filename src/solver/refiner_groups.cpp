@@ -83,7 +83,7 @@ void Refiner::DrawGroup(const Receiver& r,
                         float drawn,
                         Task* task) const {
   const float form_factor =
-      FormFactorOfGroup(GroupAt(group), r.end.center, r.end.diameter);
+      FormFactorOfGroup(GroupAt(group), r.end.center, r.end.radius);
   const float bound = r.weight * SentBy(group).Most() * form_factor;
   const float probability =
       bound < static_cast<float>(options_.tau_weak)
@@ -123,6 +123,28 @@ void Refiner::VisitGroup(const Receiver& r,
   VisitSeenGroup(r, visit, &transfer, task);
 }
 
+// One ray, more from one point, or from several: until they say enough.
+// `light`: what the group sends at most, weighted.
+Refiner::GroupLook Refiner::LookAtGroup(const Receiver& r,
+                                        float light,
+                                        int blocked,
+                                        GroupRays* rays) const {
+  GroupLook look;
+  look.sight = rays->Look(1, 1);
+  look.few = look.sight.Agrees() && FewDecide(light, blocked);
+  if (!look.few) {
+    look.sight = rays->Look(1, kManyRays);
+  }
+  // One point of an element that mostly faces away says little, unless little
+  // is at stake.
+  look.agreed = look.sight.Agrees() &&
+                (look.few || 2 * look.sight.points >= r.end.node_count);
+  if (!look.agreed) {
+    look.sight = rays->Look(kManyPoints, kManyRays);
+  }
+  return look;
+}
+
 // The part of a visit that needs form factors and rays.
 void Refiner::VisitSeenGroup(const Receiver& r,
                              GroupVisit visit,
@@ -135,14 +157,7 @@ void Refiner::VisitSeenGroup(const Receiver& r,
   const float light = brightness * transfer->FormFactor();
   GroupRays rays(
       *blockers_, r.end, *transfer, KeyOf(r, visit.group), &task->rays);
-  GroupSight sight = rays.Look(1, 1);
-  const bool few = sight.Agrees() && FewDecide(light, visit.blocked);
-  sight = few ? sight : rays.Look(1, kManyRays);
-  // One point of an element that mostly faces away says little, unless little
-  // is at stake.
-  const bool agreed =
-      sight.Agrees() && (few || 2 * sight.points >= r.end.node_count);
-  sight = agreed ? sight : rays.Look(kManyPoints, kManyRays);
+  const auto [sight, few, agreed] = LookAtGroup(r, light, visit.blocked, &rays);
   const float visible = sight.fraction;
   const bool is_seen = visible > 0 || rays.SeesPeak();
   const float rough = is_seen ? brightness * transfer->Residual(*basis_) : 0.0F;
@@ -163,8 +178,10 @@ void Refiner::VisitSeenGroup(const Receiver& r,
   }
   by_source += is_seen ? r.weight * sent.spread * transfer->FormFactor() : 0.0F;
   visit.blocked += is_seen ? 0 : 1;
-  if (by_receiver + by_source > tau) {
-    if (by_receiver >= by_source && CanSplit(r.end, r.path)) {
+  // As in VisitSeen, but a group can always be split.
+  const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
+  if (at_receiver + by_source > tau) {
+    if (at_receiver >= by_source) {
       SplitGroupReceiver(r, visit, transfer->Facing(), task);
     } else {
       SplitGroup(r, visit, transfer->Facing(), task);

@@ -29,6 +29,7 @@ ResidualEstimate ResidualSum::Estimate(const ErrorIntegral& reflected,
   const double mean = local.value + reflected.value;
   const double deviation = std::hypot(local.deviation, reflected.deviation);
   const double unseen = UnseenPerSeen();
+  const double certain = mean > kDeviations * deviation ? mean : CertainPart();
   const auto relative = [&](double integral) {
     return (1 + unseen) *
            std::sqrt(std::max(0.0, integral) / scale_.reflecting_area) /
@@ -37,8 +38,10 @@ ResidualEstimate ResidualSum::Estimate(const ErrorIntegral& reflected,
   return {relative(mean),
           relative(mean - kDeviations * deviation),
           relative(mean + kDeviations * deviation),
-          relative(mean > kDeviations * deviation ? mean : CertainPart()),
-          relative(mean + deviation),
+          relative(certain),
+          // No less, where points that were left out, or what reflection adds,
+          // are below zero: noise.
+          relative(std::max(certain, std::max(mean, 0.0) + deviation)),
           squares_.Count(),
           rays};
 }

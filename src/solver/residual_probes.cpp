@@ -49,6 +49,7 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
                            MemoryBudget& budget)
     : store_(&store),
       solution_(&solution),
+      budget_(&budget),
       mean_reflected_(mean_reflected),
       charge_(budget, WeightBytes(partition), "the weights of patches") {
   const Box3& bounds = solution.Scene().bounds;
@@ -130,7 +131,11 @@ void ProbeChooser::SetOnLeaves(CellId cell,
                                ProbeBatch* batch) const {
   const CellPatches stored = LoadCellPatches(*store_, cell);
   batch->visible.emplace_back();
-  for (const VisibleCell& v : LoadVisibleSet(*store_, cell)) {
+  MemoryCharge charge;
+  const auto reserve = [&](uint64_t bytes) {
+    charge = MemoryCharge(*budget_, bytes, "what a cell sees");
+  };
+  for (const VisibleCell& v : LoadVisibleSet(*store_, cell, reserve)) {
     batch->visible.back().push_back(v.source);
   }
   std::vector<PatchId> patches;

@@ -99,6 +99,7 @@ class ProbeChooser {
 
   const BlockStorage* store_;
   const Solution* solution_;
+  MemoryBudget* budget_;
   double mean_reflected_;
   MemoryCharge charge_;
   std::vector<double> weights_;        // sums over the patches before; one more

@@ -86,10 +86,12 @@ struct Solution::Impl {
 
   // What a loaded cell takes.
   [[nodiscard]] uint64_t BytesOf(CellId cell) const {
-    const size_t elements = CellTree::StoredSize(*store, cell);
-    return patch_counts[cell.Index()] *
-               (sizeof(Patch) + sizeof(PatchGeometry)) +
-           CellTree::ElementBytesFor(elements) +
+    const size_t patches = patch_counts[cell.Index()];
+    const size_t stored = CellTree::StoredSize(*store, cell);
+    const size_t elements = stored > 0 ? stored : patches;
+    return patches * (sizeof(Patch) + sizeof(PatchGeometry)) +
+           (stored > 0 ? CellTree::ElementBytesFor(stored)
+                       : CellTree::BytesFor(patches, Shape())) +
            elements * Shape().Stride() * sizeof(float);
   }
 

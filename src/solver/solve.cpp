@@ -4,6 +4,7 @@
 #include "partition/partition.h"
 #include "solver/basis.h"
 #include "solver/engine.h"
+#include "solver/error_control.h"
 #include "solver/least_memory.h"
 #include "solver/reference/form_factor_kinds.h"
 #include "solver/reference/hierarchical_options.h"
@@ -109,6 +110,33 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
 
 }  // namespace
 
+namespace {
+
+// Whether the store has what is asked for, or what cannot be bettered; if so,
+// it knows of the request.
+bool HasNothingToDo(const SolveOptions& options, BlockStorage& store) {
+  SolveState state;
+  if (!LoadSolveState(store, &state)) {
+    return false;
+  }
+  if (state.basis != options.basis || state.seed != options.seed) {
+    throw UsageError(
+        fmt::format("the store's solution is of basis {} and seed {}; those "
+                    "cannot be changed: solve into another store",
+                    state.basis,
+                    state.seed));
+  }
+  if (state.phase != SolvePhase::kDone ||
+      TakeRequest(options.error, &state) != RequestStep::kGoOn) {
+    return false;
+  }
+  SaveSolveState(state, store);
+  store.Commit();
+  return true;
+}
+
+}  // namespace
+
 void SolveOptions::Validate() const {
   if (!(error > 0 && error < 1)) {
     throw UsageError(fmt::format(
@@ -129,11 +157,10 @@ SolveSummary Solve(BlockStorage& store,
   if (options.method.name != "wavelet") {
     return SolveByReference(store, options, budget);
   }
-  SolveState state;
-  const bool done = LoadSolveState(store, &state) &&
-                    state.phase == SolvePhase::kDone &&
-                    options.error >= state.error;
-  if (!done && budget.IsLimited()) {
+  if (HasNothingToDo(options, store)) {
+    return LoadSolveSummary(store);
+  }
+  if (budget.IsLimited()) {
     RequireLeastMemory(store, options, budget);
   }
   return Engine(store, options, budget).Run();
@@ -147,6 +174,8 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
   }
   summary.converged = state.converged;
   summary.exhausted = state.phase == SolvePhase::kDone && !state.converged;
+  summary.ran_out_of_rounds =
+      summary.exhausted && HasSpentItsRounds(state) && !IsExhausted(state);
   summary.rays = state.rays;
   summary.sweeps = state.sweeps;
   summary.residual = state.residual;

@@ -74,7 +74,8 @@ struct SolveOptions {
 // What a solve did, over all its runs (resumes included).
 struct SolveSummary {
   bool converged = false;
-  bool exhausted = false;  // ended without: more links do not help
+  bool exhausted = false;          // ended without: more links do not help,
+  bool ran_out_of_rounds = false;  // or a request is given no more of them
   uint64_t patches = 0;
   uint64_t elements = 0;
   uint64_t links = 0;

@@ -4,6 +4,7 @@
 
 #include <type_traits>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace enfilade {
@@ -83,6 +84,17 @@ bool LoadSolveState(const BlockStorage& store, SolveState* state) {
   const Bytes rows = store.GetOrThrow(kCellsKey);
   state->cells = ByteReader(rows).GetArray<CellRow>();
   return true;
+}
+
+void RequireSense(const SolveState& state, size_t cells) {
+  if (state.cells.size() != cells || state.next_cell > cells) {
+    throw DamagedStoreError(fmt::format(
+        "the store's solve state has {} cells and is at cell {}, where the "
+        "partition has {} cells; restore the store from a copy, or solve anew",
+        state.cells.size(),
+        state.next_cell,
+        cells));
+  }
 }
 
 }  // namespace enfilade

@@ -109,7 +109,10 @@ struct SolveState {
 
 void SaveSolveState(const SolveState& state, BlockStorage& store);
 
-// False if the store has none. DamagedStoreError if it makes no sense.
+// False if the store has none. DamagedStoreError if it cannot be read.
 bool LoadSolveState(const BlockStorage& store, SolveState* state);
+
+// Throws DamagedStoreError unless the state is of so many cells.
+void RequireSense(const SolveState& state, size_t cells);
 
 }  // namespace enfilade

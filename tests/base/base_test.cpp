@@ -1,14 +1,18 @@
 #include "base/bytes.h"
+#include "base/hash.h"
 #include "base/ids.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/vec.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -326,6 +330,24 @@ TEST(Ids, OfDifferentThingsDoNotMix) {
   static_assert(!std::is_convertible_v<uint32_t, CellId>);
   EXPECT_LT(CellId(1U), CellId(2U));
   EXPECT_EQ(CellId(size_t{5}).Index(), 5U);
+}
+
+// Digests of stores that are there already stay what they were.
+TEST(StreamingHash, OfPartsIsThatOfTheWhole) {
+  std::vector<std::byte> bytes(1000);
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<std::byte>(i * 7);
+  }
+  const std::span<const std::byte> all(bytes);
+  for (const uint64_t seed : {uint64_t{0}, uint64_t{5}}) {
+    for (const size_t part : {1U, 4U, 300U, 1000U}) {
+      StreamingHash hash(seed);
+      for (size_t i = 0; i < all.size(); i += part) {
+        hash.Add(all.subspan(i, std::min(part, all.size() - i)));
+      }
+      EXPECT_EQ(hash.Value(), HashBytes(all, seed)) << part;
+    }
+  }
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include "solver/error_control.h"
 
+#include "base/error.h"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -269,6 +271,60 @@ TEST(ErrorControl, LinksThatGrowInVainEndASolve) {
 
 // A round of few links is cheap, and an error far below the one asked for is
 // not what was asked for.
+SolveState DoneAt(double error, double estimated, size_t rounds) {
+  SolveState state = StateOf(error);
+  for (size_t i = 0; i < rounds; ++i) {
+    // Each as many links as one before it, but better by a tenth.
+    state.rounds.push_back(Round(1, estimated, 10));
+    state.rounds.back().predicted_error /= 1.0 + 0.1 * static_cast<double>(i);
+    state.rounds.back().estimated_error /=
+        1.0 + 0.1 * (static_cast<double>(i) + 1 - static_cast<double>(rounds));
+  }
+  state.phase = SolvePhase::kDone;
+  state.converged = HasMetError(state);
+  return state;
+}
+
+TEST(ErrorControl, ASmallerErrorThatIsMetAlreadyAsksForNothing) {
+  SolveState state = DoneAt(0.1, 0.04, 3);
+  EXPECT_EQ(TakeRequest(0.05, &state), RequestStep::kGoOn);
+  EXPECT_TRUE(state.converged);
+  EXPECT_EQ(state.error, 0.05);
+  EXPECT_EQ(TakeRequest(0.03, &state), RequestStep::kNewRound);
+}
+
+TEST(ErrorControl, ALargerErrorThatIsMetNowIsConverged) {
+  SolveState state = DoneAt(0.05, 0.08, 3);
+  ASSERT_FALSE(state.converged);
+  EXPECT_EQ(TakeRequest(0.1, &state), RequestStep::kGoOn);
+  EXPECT_TRUE(state.converged);
+}
+
+TEST(ErrorControl, ASolveThatRanOutOfRoundsGetsAsManyAgain) {
+  SolveState state = DoneAt(0.05, 0.08, 16);
+  ASSERT_TRUE(HasSpentItsRounds(state));
+  ASSERT_FALSE(IsExhausted(state));
+  EXPECT_EQ(TakeRequest(0.05, &state), RequestStep::kNewRound);
+  EXPECT_FALSE(HasSpentItsRounds(state));
+}
+
+TEST(ErrorControl, ASolveThatMoreLinksDoNotHelpIsLeftAsItIs) {
+  SolveState state = StateOf(0.05);
+  state.rounds = {
+      Round(0.08, 0.08, 10), Round(0.08, 0.08, 20), Round(0.08, 0.08, 30)};
+  state.phase = SolvePhase::kDone;
+  ASSERT_TRUE(IsExhausted(state));
+  EXPECT_EQ(TakeRequest(0.05, &state), RequestStep::kGoOn);
+}
+
+TEST(ErrorControl, AStateOfOtherCellsIsDamaged) {
+  SolveState state = StateOf(0.1);
+  EXPECT_NO_THROW(RequireSense(state, 2));
+  EXPECT_THROW(RequireSense(state, 3), DamagedStoreError);
+  state.next_cell = 3;
+  EXPECT_THROW(RequireSense(state, 2), DamagedStoreError);
+}
+
 TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
   const auto step = [](uint64_t links) {
     SolveState state = StateOf(0.01);

@@ -76,6 +76,33 @@ TEST(ResidualEstimate, WhereOnePointLeavesAllOpenTheOthersSayTheLeast) {
   EXPECT_DOUBLE_EQ(e.least, ErrorOf(kReflectingArea));
 }
 
+// Two probes far below zero are left out of the least, but not of the mean.
+TEST(ResidualEstimate, OutliersBelowZeroLeaveNoLessThanTheLeast) {
+  ResidualSum sum = Halves(1, 1, 10'000);
+  sum.Add(Probe(-3000));
+  sum.Add(Probe(-3000));
+  const ResidualEstimate e = sum.Estimate({}, kRays);
+  EXPECT_DOUBLE_EQ(e.least, ErrorOf(kReflectingArea));
+  EXPECT_GE(e.most, e.least);
+}
+
+// Noise of what reflection adds may take all away that is seen.
+TEST(ResidualEstimate, ReflectionsBelowZeroLeaveNoLessThanTheLeast) {
+  const ResidualEstimate e =
+      Halves(0.9, 1.1, 1'000)
+          .Estimate({-0.8 * kReflectingArea, 0.4 * kReflectingArea}, kRays);
+  // Without one that is a tenth above the mean of a thousand.
+  EXPECT_NEAR(e.least, ErrorOf(kReflectingArea), 1e-4);
+  EXPECT_GE(e.most, e.least);
+}
+
+// What is below zero by chance may be as much above it.
+TEST(ResidualEstimate, AMeanBelowZeroLeavesRoomForItsDeviation) {
+  const ResidualEstimate e = Halves(-1, -1, 64).Estimate({0, 3}, kRays);
+  EXPECT_EQ(e.value, 0);
+  EXPECT_DOUBLE_EQ(e.most, ErrorOf(3));
+}
+
 // Of what half of all directions see, half is reflected: a quarter of the light
 // is left by a bounce. Half of the area sees nothing and is no part of the
 // mean.
