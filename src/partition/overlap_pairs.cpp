@@ -1,0 +1,146 @@
+#include "partition/overlap_pairs.h"
+
+#include "partition/overlap.h"
+#include "partition/patch_cutter.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+bool LiesIn(const Polygon& polygon, const Plane& plane) {
+  return Classify(polygon, plane, kCoincidentM) == PlaneSide::kOn;
+}
+
+Box3 BoxAround(const Polygon& polygon) {
+  return Grown(BoundsOf(polygon), kCoincidentM);
+}
+
+// A pair without numbers, if they are one; `own` lies in `plane`, and is its
+// front.
+std::optional<OverlapPair> PairOf(const Polygon& own,
+                                  const Plane& plane,
+                                  const Patch& patch) {
+  if (Dot(PatchNormal(patch), plane.normal) < kLeastFacing) {
+    return std::nullopt;
+  }
+  const Polygon other = PolygonOf(patch);
+  const Plane others = PlaneOf(other);
+  if (!LiesIn(other, plane) && !LiesIn(own, others)) {
+    return std::nullopt;
+  }
+  const Polygon overlap = OverlapOf(own, other, plane.normal);
+  if (overlap.empty()) {
+    return std::nullopt;
+  }
+  OverlapPair pair;
+  pair.area_m2 = PolygonArea(overlap);
+  pair.least_rise = pair.most_rise = others.Distance(overlap.front());
+  for (const Point3 p : overlap) {
+    const double rise = others.Distance(p);
+    pair.least_rise = std::min(pair.least_rise, rise);
+    pair.most_rise = std::max(pair.most_rise, rise);
+  }
+  return pair;
+}
+
+}  // namespace
+
+Polygon OverlapOf(const Polygon& polygon, const Polygon& other, Vec3 normal) {
+  Polygon rest = polygon;
+  for (size_t i = 0; i < other.size() && !rest.empty(); ++i) {
+    const Point3 a = other[i];
+    const Vec3 in = Normalize(Cross(normal, other[(i + 1) % other.size()] - a));
+    const Plane side{in, Dot(in, a - Point3{}) + kNarrowM};
+    rest = ClipToFront(rest, side, kRoundingM);
+  }
+  return rest.size() >= 3 && PolygonArea(rest) > kSmallM2 ? rest : Polygon{};
+}
+
+double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal) {
+  const Polygon overlap = OverlapOf(polygon, other, normal);
+  return overlap.empty() ? 0 : PolygonArea(overlap);
+}
+
+void OverlapPair::Swap() {
+  std::swap(front, behind);
+  std::swap(least_rise, most_rise);
+  least_rise = -least_rise;
+  most_rise = -most_rise;
+}
+
+BoxTree TreeOf(std::span<const Patch> patches) {
+  std::vector<Box3> boxes;
+  boxes.reserve(patches.size());
+  for (const Patch& p : patches) {
+    boxes.push_back(BoxAround(PolygonOf(p)));
+  }
+  return BoxTree(std::move(boxes));
+}
+
+std::vector<OverlapPair> FindOverlapPairs(std::span<const Patch> patches,
+                                          const BoxTree& tree) {
+  std::vector<OverlapPair> pairs;
+  for (uint32_t i = 0; i < patches.size(); ++i) {
+    const Polygon own = PolygonOf(patches[i]);
+    const Plane plane = PlaneOf(own);
+    tree.ForOverlaps(BoxAround(own), [&](uint32_t k) {
+      auto pair = k < i ? PairOf(own, plane, patches[k]) : std::nullopt;
+      if (pair) {
+        pair->front = i;
+        pair->behind = k;
+        pairs.push_back(*pair);
+      }
+    });
+  }
+  return pairs;
+}
+
+std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches) {
+  std::unordered_map<uint64_t, double> area_of_side;
+  const auto side = [](const Patch& p) {
+    return uint64_t{p.face.value} << 1 | (p.is_back ? 1U : 0U);
+  };
+  for (const Patch& p : patches) {
+    area_of_side[side(p)] += PatchArea(p);
+  }
+  const auto key = [&](uint32_t i) {
+    const Patch& p = patches[i];
+    return std::tuple(
+        p.is_enclosed, p.emits, -area_of_side[side(p)], p.face.value, i);
+  };
+  std::vector<uint32_t> order(patches.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return key(a) < key(b);
+  });
+  std::vector<uint32_t> ranks(order.size());
+  for (uint32_t i = 0; i < order.size(); ++i) {
+    ranks[order[i]] = i;
+  }
+  return ranks;
+}
+
+void SortFrontAfterBehind(std::span<const uint32_t> ranks,
+                          std::vector<OverlapPair>* pairs) {
+  for (OverlapPair& pair : *pairs) {
+    if (ranks[pair.front] < ranks[pair.behind]) {
+      pair.Swap();
+    }
+  }
+  const auto key = [&](const OverlapPair& pair) {
+    return std::pair(ranks[pair.front], ranks[pair.behind]);
+  };
+  std::sort(pairs->begin(),
+            pairs->end(),
+            [&](const OverlapPair& a, const OverlapPair& b) {
+              return key(a) < key(b);
+            });
+}
+
+}  // namespace enfilade

@@ -1,0 +1,215 @@
+#include "partition/overlap_pieces.h"
+
+#include "partition/patch_cutter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// What lies farther than this before another hides it from rays, m.
+constexpr double kHiddenM = 1e-4;
+// Parts smaller than this share of a patch do not count.
+constexpr double kSmallShare = 0.02;
+
+// How many steps put what lies `height` before a plane at least half of one
+// before what was put `layer` steps before that plane.
+uint8_t LayerAbove(uint8_t layer, double height) {
+  const double steps = std::ceil(layer + 0.5 - height / kApartM);
+  return static_cast<uint8_t>(std::clamp(steps, 0.0, double{kMostLayers}));
+}
+
+uint8_t LayerBefore(uint8_t layer) {
+  return layer < kMostLayers ? static_cast<uint8_t>(layer + 1) : kMostLayers;
+}
+
+uint8_t MostLayer(const std::vector<OverlapPiece>& pieces) {
+  uint8_t most = 0;
+  for (const OverlapPiece& piece : pieces) {
+    most = std::max(most, piece.layer);
+  }
+  return most;
+}
+
+double AreaOf(const std::vector<Polygon>& polygons) {
+  return std::accumulate(
+      polygons.begin(), polygons.end(), 0.0, [](double sum, const Polygon& p) {
+        return sum + PolygonArea(p);
+      });
+}
+
+double AreaOf(const std::vector<OverlapPiece>& pieces) {
+  return std::accumulate(
+      pieces.begin(), pieces.end(), 0.0, [](double sum, const OverlapPiece& p) {
+        return sum + PolygonArea(p.polygon);
+      });
+}
+
+std::vector<Polygon> WithoutThose(const std::vector<Polygon>& polygons,
+                                  const std::vector<Polygon>& covers,
+                                  Vec3 normal) {
+  std::vector<Polygon> left;
+  for (const Polygon& polygon : polygons) {
+    std::vector<const Polygon*> over;
+    for (const Polygon& cover : covers) {
+      if (OverlapArea(polygon, cover, normal) > 0) {
+        over.push_back(&cover);
+      }
+    }
+    for (Polygon& rest : Subtract(polygon, normal, over)) {
+      left.push_back(std::move(rest));
+    }
+  }
+  return left;
+}
+
+// What lies in others is put before them; what sticks out, if it is worth a
+// piece, stays.
+void AppendPieces(Polygon polygon,
+                  const std::vector<Polygon>& others,
+                  Vec3 normal,
+                  uint8_t layer,
+                  std::vector<OverlapPiece>* pieces) {
+  const std::vector<Polygon> out = WithoutThose({polygon}, others, normal);
+  if (AreaOf(out) <= kSmallShare * PolygonArea(polygon)) {
+    pieces->push_back({std::move(polygon), layer});
+    return;
+  }
+  for (Polygon& in : WithoutThose({std::move(polygon)}, out, normal)) {
+    pieces->push_back({std::move(in), layer});
+  }
+  for (const Polygon& rest : out) {
+    pieces->push_back({rest, 0});
+  }
+}
+
+}  // namespace
+
+bool OverlapPieces::IsSame(const OverlapPair& pair) const {
+  const Patch& front = patches_[pair.front];
+  const Patch& behind = patches_[pair.behind];
+  if (front.emits != behind.emits || front.is_enclosed != behind.is_enclosed ||
+      pair.most_rise > kHiddenM) {
+    return false;
+  }
+  return (front.material == behind.material &&
+          front.is_back == behind.is_back) ||
+         pair.area_m2 >= (1 - kSmallShare) * PatchArea(behind);
+}
+
+void OverlapPieces::Settle(std::span<const OverlapPair> pairs) {
+  const uint32_t own = pairs.front().front;
+  const Vec3 normal = PatchNormal(patches_[own]);
+  std::vector<Polygon> same;
+  std::vector<Polygon> others;
+  uint8_t layer = 0;
+  for (const OverlapPair& pair : pairs) {
+    for (const OverlapPiece& piece : PiecesOf(pair.behind)) {
+      if (IsSame(pair)) {
+        same.push_back(piece.polygon);
+      } else {
+        others.push_back(piece.polygon);
+        layer = std::max(layer, LayerBefore(piece.layer));
+      }
+    }
+  }
+  const std::vector<Polygon> before{PolygonOf(patches_[own])};
+  std::vector<OverlapPiece> after;
+  for (Polygon& left : WithoutThose(before, same, normal)) {
+    if (patches_[own].is_enclosed) {
+      after.push_back({std::move(left), layer});  // dark wherever it lies
+    } else {
+      AppendPieces(std::move(left), others, normal, layer, &after);
+    }
+  }
+  const double gone = AreaOf(before) - AreaOf(after);
+  if (gone > kSmallM2) {
+    ++counts_.dropped;
+    counts_.area_m2 += gone;
+  }
+  const bool moved = MostLayer(after) > 0;
+  counts_.moved += moved ? 1 : 0;
+  if (moved || gone > kSmallM2) {
+    pieces_[own] = std::move(after);
+  }
+}
+
+void OverlapPieces::RaiseAll() {
+  std::set<uint32_t> open;
+  for (const auto& [i, pieces] : pieces_) {
+    if (MostLayer(pieces) > 0) {
+      open.insert(i);
+    }
+  }
+  while (!open.empty()) {
+    const uint32_t i = *open.begin();
+    open.erase(open.begin());
+    RaiseAbove(i, &open);
+  }
+}
+
+void OverlapPieces::RaiseAbove(uint32_t own, std::set<uint32_t>* raised) {
+  const std::vector<OverlapPiece> pieces = PiecesOf(own);
+  const Polygon polygon = PolygonOf(patches_[own]);
+  const Plane plane = PlaneOf(polygon);
+  const double reach = MostLayer(pieces) * kApartM + kCoincidentM;
+  std::vector<uint32_t> near;
+  tree_->ForOverlaps(Grown(BoundsOf(polygon), reach), [&](uint32_t k) {
+    if (k != own &&
+        Dot(PatchNormal(patches_[k]), plane.normal) >= kLeastFacing) {
+      near.push_back(k);
+    }
+  });
+  for (const uint32_t k : near) {
+    double height = reach;
+    for (const Point3 corner : PolygonOf(patches_[k])) {
+      height = std::min(height, plane.Distance(corner));
+    }
+    const bool is_above = height > kCoincidentM ||
+                          (height >= -kCoincidentM && ranks_[k] > ranks_[own]);
+    if (is_above && Raise(k, pieces, std::max(height, 0.0), plane.normal)) {
+      raised->insert(k);
+    }
+  }
+}
+
+bool OverlapPieces::Raise(uint32_t patch,
+                          const std::vector<OverlapPiece>& others,
+                          double height,
+                          Vec3 normal) {
+  std::vector<OverlapPiece> pieces = PiecesOf(patch);
+  const uint8_t before = MostLayer(pieces);
+  bool raised = false;
+  for (OverlapPiece& piece : pieces) {
+    for (const OverlapPiece& other : others) {
+      const uint8_t layer = LayerAbove(other.layer, height);
+      if (other.layer > 0 && layer > piece.layer &&
+          OverlapArea(other.polygon, piece.polygon, normal) > 0) {
+        piece.layer = layer;
+        raised = true;
+      }
+    }
+  }
+  if (raised) {
+    counts_.moved += before == 0 ? 1 : 0;
+    pieces_[patch] = std::move(pieces);
+  }
+  return raised;
+}
+
+const std::vector<OverlapPiece>* OverlapPieces::Find(uint32_t patch) const {
+  const auto it = pieces_.find(patch);
+  return it != pieces_.end() ? &it->second : nullptr;
+}
+
+std::vector<OverlapPiece> OverlapPieces::PiecesOf(uint32_t patch) const {
+  const std::vector<OverlapPiece>* pieces = Find(patch);
+  return pieces != nullptr
+             ? *pieces
+             : std::vector<OverlapPiece>{{PolygonOf(patches_[patch])}};
+}
+
+}  // namespace enfilade

@@ -1,0 +1,72 @@
+// What is left of patches that lie in others, and how far it is put before
+// them.
+
+#pragma once
+
+#include "partition/overlap.h"
+#include "partition/overlap_pairs.h"
+#include "partition/patch.h"
+#include "partition/polygon.h"
+#include "scene/box_tree.h"
+
+#include <cstdint>
+#include <set>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace enfilade {
+
+// A part of a patch, and how many times kApartM it is put before the patch.
+struct OverlapPiece {
+  Polygon polygon;  // in the plane of the patch
+  uint8_t layer = 0;
+};
+
+// The pieces of the patches of one cell. Borrows patches, tree (TreeOf) and
+// ranks (RanksFromBack).
+class OverlapPieces {
+ public:
+  OverlapPieces(std::span<const Patch> patches,
+                const BoxTree& tree,
+                std::span<const uint32_t> ranks)
+      : patches_(patches), tree_(&tree), ranks_(ranks) {}
+
+  // Decides on one patch by all that it lies in: `pairs` are those that it is
+  // the front of. Requires that those behind are decided
+  // (SortFrontAfterBehind).
+  void Settle(std::span<const OverlapPair> pairs);
+
+  // A carpet a millimetre above a floor with layers in it: they must not come
+  // through. What lies that little before a patch that was put before others is
+  // put before it again. Requires that all patches are decided.
+  void RaiseAll();
+
+  // What is left of a patch, maybe nothing; nullptr if it is untouched.
+  [[nodiscard]] const std::vector<OverlapPiece>* Find(uint32_t patch) const;
+
+  [[nodiscard]] const OverlapCounts& Counts() const { return counts_; }
+
+ private:
+  [[nodiscard]] bool IsSame(const OverlapPair& pair) const;
+  [[nodiscard]] std::vector<OverlapPiece> PiecesOf(uint32_t patch) const;
+
+  // Puts before it what lies just above it. Adds to `raised` what was.
+  void RaiseAbove(uint32_t own, std::set<uint32_t>* raised);
+
+  // Puts the pieces of a patch that lies `height` before others before those of
+  // them that were moved. False if all are.
+  bool Raise(uint32_t patch,
+             const std::vector<OverlapPiece>& others,
+             double height,
+             Vec3 normal);
+
+  std::span<const Patch> patches_;
+  const BoxTree* tree_;
+  std::span<const uint32_t> ranks_;
+  // Of the patches that were touched.
+  std::unordered_map<uint32_t, std::vector<OverlapPiece>> pieces_;
+  OverlapCounts counts_;
+};
+
+}  // namespace enfilade
