@@ -48,6 +48,15 @@ double AreaOf(const std::vector<OverlapPiece>& pieces) {
       });
 }
 
+std::vector<Polygon> PolygonsOf(const std::vector<OverlapPiece>& pieces) {
+  std::vector<Polygon> polygons;
+  polygons.reserve(pieces.size());
+  for (const OverlapPiece& piece : pieces) {
+    polygons.push_back(piece.polygon);
+  }
+  return polygons;
+}
+
 std::vector<Polygon> WithoutThose(const std::vector<Polygon>& polygons,
                                   const std::vector<Polygon>& covers,
                                   Vec3 normal) {
@@ -66,14 +75,29 @@ std::vector<Polygon> WithoutThose(const std::vector<Polygon>& polygons,
   return left;
 }
 
+// The layer that puts a polygon before those of the others that it lies in.
+uint8_t LayerOver(const Polygon& polygon,
+                  const std::vector<OverlapPiece>& others,
+                  Vec3 normal) {
+  uint8_t layer = 0;
+  for (const OverlapPiece& other : others) {
+    const uint8_t before = LayerBefore(other.layer);
+    if (before > layer && OverlapArea(polygon, other.polygon, normal) > 0) {
+      layer = before;
+    }
+  }
+  return layer;
+}
+
 // What lies in others is put before them; what sticks out, if it is worth a
 // piece, stays.
 void AppendPieces(Polygon polygon,
-                  const std::vector<Polygon>& others,
+                  const std::vector<OverlapPiece>& others,
                   Vec3 normal,
-                  uint8_t layer,
                   std::vector<OverlapPiece>* pieces) {
-  const std::vector<Polygon> out = WithoutThose({polygon}, others, normal);
+  const uint8_t layer = LayerOver(polygon, others, normal);
+  const std::vector<Polygon> out =
+      WithoutThose({polygon}, PolygonsOf(others), normal);
   if (AreaOf(out) <= kSmallShare * PolygonArea(polygon)) {
     pieces->push_back({std::move(polygon), layer});
     return;
@@ -104,15 +128,13 @@ void OverlapPieces::Settle(std::span<const OverlapPair> pairs) {
   const uint32_t own = pairs.front().front;
   const Vec3 normal = PatchNormal(patches_[own]);
   std::vector<Polygon> same;
-  std::vector<Polygon> others;
-  uint8_t layer = 0;
+  std::vector<OverlapPiece> others;
   for (const OverlapPair& pair : pairs) {
     for (const OverlapPiece& piece : PiecesOf(pair.behind)) {
       if (IsSame(pair)) {
         same.push_back(piece.polygon);
       } else {
-        others.push_back(piece.polygon);
-        layer = std::max(layer, LayerBefore(piece.layer));
+        others.push_back(piece);
       }
     }
   }
@@ -120,9 +142,10 @@ void OverlapPieces::Settle(std::span<const OverlapPair> pairs) {
   std::vector<OverlapPiece> after;
   for (Polygon& left : WithoutThose(before, same, normal)) {
     if (patches_[own].is_enclosed) {
+      const uint8_t layer = LayerOver(left, others, normal);
       after.push_back({std::move(left), layer});  // dark wherever it lies
     } else {
-      AppendPieces(std::move(left), others, normal, layer, &after);
+      AppendPieces(std::move(left), others, normal, &after);
     }
   }
   const double gone = AreaOf(before) - AreaOf(after);

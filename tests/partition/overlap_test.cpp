@@ -233,6 +233,20 @@ TEST(Overlap, OnlyWhatLiesInAnotherIsMoved) {
   EXPECT_EQ(Height(*outside[0]), 0);
 }
 
+// A board half on a floor, and a sheet on each half of it: one of them lies on
+// what was moved, the other does not.
+TEST(Overlap, WhatLiesOnTheUnmovedPartOfAnotherIsMovedOnce) {
+  const Patch floor = Rectangle(1, {0, 0, 0}, {9, 0, 0}, {0, 9, 0});
+  const Patch board = Rectangle(2, {7, 1, 0}, {4, 0, 0}, {0, 2, 0});
+  const Patch over_floor = Rectangle(3, {7.5, 1.5, 0}, {1, 0, 0}, {0, 1, 0});
+  const Patch outside = Rectangle(4, {9.5, 1.5, 0}, {1, 0, 0}, {0, 1, 0});
+  std::vector<Patch> patches = {floor, over_floor, outside, board};
+  SeparateOverlaps(patches);
+  ASSERT_EQ(patches.size(), 5U);
+  EXPECT_EQ(patches[1].layer, 2);
+  EXPECT_EQ(patches[2].layer, 1);
+}
+
 TEST(Overlap, WhatEmitsIsSeenHoweverLarge) {
   for (const double size : {0.5, 2.0, 8.0}) {
     Patch lamp = Rectangle(2, {0, 0, 0}, {size, 0, 0}, {0, size, 0});
