@@ -1,7 +1,10 @@
 #include "store/store_files.h"
 
+#include "base/check.h"
 #include "base/error.h"
+#include "store/sqlite_db.h"
 #include "store/sqlite_store.h"
+#include "store/store_database.h"
 #include "store/write_lock.h"
 
 #include <string>
@@ -20,8 +23,27 @@ std::string Cause(const DiskError& error) {
   return what.substr(0, what.find(';'));
 }
 
+// Puts all that is committed into the main file. Closing does so too, but does
+// not say if it could not.
+void FoldJournal(const std::filesystem::path& path) {
+  const auto database = internal::OpenDatabase(path, StoreAccess::kWrite);
+  const bool is_busy =
+      database->QueryInteger("PRAGMA wal_checkpoint(TRUNCATE)") != 0;
+  if (is_busy) {
+    throw DiskError(fmt::format("{}: another program reads it", path.string()));
+  }
+}
+
+// Renames a store that is closed, and all in its main file.
 void RenameOrThrow(const std::filesystem::path& from,
                    const std::filesystem::path& to) {
+  std::error_code absent;
+  const auto journal_bytes =
+      std::filesystem::file_size(Beside(from, "-wal"), absent);
+  ENFILADE_CHECK(absent || journal_bytes == 0,
+                 "{} has a journal of {} bytes",
+                 from.string(),
+                 journal_bytes);
   std::error_code failed;
   std::filesystem::rename(from, to, failed);
   if (failed) {
@@ -50,6 +72,7 @@ std::unique_ptr<BlockStorage> MakeStore(
       const auto store = CreateStore(part);
       fill(*store);
       store->Commit();
+      FoldJournal(part);
     } catch (const DiskError& error) {
       RemoveStoreFiles(part);
       throw DiskError(

@@ -9,9 +9,9 @@
 #include <memory>
 #include <vector>
 
+#include "tests/store/file_size_limit.h"
 #include "tests/store/temp_store.h"
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -330,30 +330,6 @@ TEST(StoreFaults, TruncatedFileIsRefused) {
     }
   }
 }
-
-// Lets no file of this process grow beyond a size, and says nothing but EFBIG.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    previous_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &previous_);
-    rlimit limit = previous_;
-    limit.rlim_cur = bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &previous_);
-    std::signal(SIGXFSZ, previous_handler_);
-  }
-
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit previous_{};
-  void (*previous_handler_)(int) = nullptr;
-};
 
 // Puts blocks and commits until the disk is full, at whatever moment that is.
 void FillUntilFull(BlockStorage& store, uint32_t& committed) {

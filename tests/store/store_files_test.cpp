@@ -4,7 +4,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
 
+#include "tests/store/file_size_limit.h"
 #include "tests/store/temp_store.h"
 #include "tests/temporary_folder.h"
 #include <gtest/gtest.h>
@@ -49,6 +52,18 @@ TEST_F(NewStore, IsNotThereIfItCannotBeFilled) {
                DiskError);
   EXPECT_FALSE(std::filesystem::exists(path_));
   EXPECT_FALSE(std::filesystem::exists(path_ + ".part"));
+}
+
+// What is put into it fits into the journal, and not into the file behind the
+// tables: it would stay in a journal of another name.
+TEST_F(NewStore, IsNotThereIfTheDiskIsFullBeforeAllIsInItsFile) {
+  std::optional<FileSizeLimit> full;
+  const auto fill = [&](BlockStorage& made) {
+    full.emplace(std::filesystem::file_size(path_ + ".part") + 1000);
+    made.SetMeta("settings", std::string(40'000, 's'));
+  };
+  EXPECT_THROW(MakeStore(path_, fill), DiskError);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.Path()));
 }
 
 TEST_F(NewStore, IsNotMadeOverAnother) {
