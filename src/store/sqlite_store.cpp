@@ -105,7 +105,10 @@ class SqliteStore final : public BlockStorage {
   template <typename Visit>
   void ForEachEntry(BlockKind kind, const Visit& visit) const;
 
-  [[nodiscard]] Bytes Fetch(const BlockEntry& entry) const;
+  // The content of an entry. Gives the lock (of mutex_) back once the frame is
+  // read; requires that nothing was written since the entry was found.
+  [[nodiscard]] Bytes Fetch(const BlockEntry& entry,
+                            std::unique_lock<std::mutex> lock) const;
 
   std::filesystem::path path_;
   StoreAccess access_;
@@ -183,27 +186,24 @@ void SqliteStore::Put(const BlockKey& key, std::span<const std::byte> content) {
 std::optional<Bytes> SqliteStore::Get(const BlockKey& key) const {
   std::unique_lock lock(mutex_);
   const auto entry = catalogue_->Find(key);
-  lock.unlock();
   if (!entry) {
     return std::nullopt;
   }
-  return Fetch(*entry);
+  return Fetch(*entry, std::move(lock));
 }
 
-Bytes SqliteStore::Fetch(const BlockEntry& entry) const {
+Bytes SqliteStore::Fetch(const BlockEntry& entry,
+                         std::unique_lock<std::mutex> lock) const {
   if (entry.frame_bytes > 2 * internal::kMaxContentBytes) {
     internal::ThrowDamagedBlock(entry.key, "its catalogue entry is impossible");
   }
   internal::RawBuffer frame(entry.frame_bytes);
-  {
-    const std::lock_guard lock(mutex_);
-    try {
-      internal::ReadBlob(
-          *database_, "frame", "bytes", entry.frame, frame.All());
-    } catch (const DamagedStoreError&) {
-      internal::ThrowDamagedBlock(entry.key, "its frame cannot be read");
-    }
+  try {
+    internal::ReadBlob(*database_, "frame", "bytes", entry.frame, frame.All());
+  } catch (const DamagedStoreError&) {
+    internal::ThrowDamagedBlock(entry.key, "its frame cannot be read");
   }
+  lock.unlock();
   bytes_read_ += entry.frame_bytes;
   return codec_.Decompress(
       entry.key, frame.View(), entry.content_bytes, entry.checksum);
@@ -286,7 +286,7 @@ void SqliteStore::VerifyAll() const {
   for (int kind = 0; kind <= 255; ++kind) {
     ForEachEntry(static_cast<BlockKind>(kind), [&](const BlockEntry& entry) {
       digest += internal::EntryHash(entry);
-      static_cast<void>(Fetch(entry));
+      static_cast<void>(Fetch(entry, std::unique_lock(mutex_)));
     });
   }
   if (digest != stored_digest) {

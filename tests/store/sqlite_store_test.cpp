@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 
+#include <atomic>
 #include <cstdint>
 #include <fstream>
 #include <memory>
@@ -291,6 +292,32 @@ TEST(Store, ThreadsMayPutAndGetAtOnce) {
   }
   store->Commit();
   EXPECT_EQ(store->Count(BlockKind::kCellTree), 150U);
+}
+
+TEST(Store, BlockThatIsReplacedMeanwhileIsTheOldOrTheNewOne) {
+  const auto store = CreateStoreInMemory();
+  const Bytes shorter = TestContent(1, 100);
+  const Bytes longer = TestContent(2, 5000);
+  store->Put(kKey, shorter);
+  std::atomic<bool> done = false;
+  const auto read = [&] {
+    while (!done) {
+      Bytes found;
+      EXPECT_NO_THROW(found = store->GetOrThrow(kKey));
+      EXPECT_TRUE(found == shorter || found == longer);
+    }
+  };
+  std::vector<std::thread> readers;
+  for (int i = 0; i < 3; ++i) {
+    readers.emplace_back(read);
+  }
+  for (int i = 0; i < 20'000; ++i) {
+    store->Put(kKey, i % 2 == 0 ? longer : shorter);
+  }
+  done = true;
+  for (auto& reader : readers) {
+    reader.join();
+  }
 }
 
 }  // namespace
