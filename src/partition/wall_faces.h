@@ -19,7 +19,8 @@ struct WallFace {
   Plane plane;
   double area_m2 = 0;
   MaterialId material;
-  // Faces of one group lie in one plane, give or take a millimetre.
+  // Faces of one group are parallel, and each lies less than a millimetre from
+  // the next: the first and the last of many may be farther apart.
   uint32_t plane_group = 0;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint32_t kMaxComponent = std::numeric_limits<uint32_t>::max();
 
-// "-1 or the last component": keys compare as (a, b, c) row values.
+// Keys compare as (a, b, c) row values.
 constexpr const char* kRangeWhere =
     " FROM catalogue WHERE kind = ?1 AND (a, b, c) >= (?2, ?3, ?4)"
     " AND (a, b, c) <= (?5, ?6, ?7)";
