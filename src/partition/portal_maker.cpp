@@ -3,6 +3,7 @@
 #include "base/check.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <span>
 #include <utility>
@@ -19,27 +20,75 @@ constexpr size_t kMostOpeningsCompared = 64;
 struct Opening2 {
   Polygon polygon;
   double area_m2 = 0;
+  uint32_t place = 0;  // in the order of all: that of the first of its parts
+  uint32_t made = 0;   // after how many joins
+  // Of those behind it, up to this place, it was tried in vain with what was
+  // made after fewer joins than this.
+  uint32_t tried_place = 0;
+  uint32_t tried_joins = 0;
+
+  // Whether the hull with one behind it is known to be too large.
+  [[nodiscard]] bool HasTried(const Opening2& later) const {
+    return later.made < tried_joins && later.place <= tried_place;
+  }
 };
 
-bool JoinOne(const Vec3& normal, std::vector<Opening2>& openings) {
-  for (size_t i = 0; i < openings.size(); ++i) {
-    const size_t end = std::min(openings.size(), i + kMostOpeningsCompared);
-    for (size_t j = i + 1; j < end; ++j) {
-      std::vector<Point3> points = openings[i].polygon;
-      points.insert(
-          points.end(), openings[j].polygon.begin(), openings[j].polygon.end());
-      Polygon hull = ConvexHull(points, normal);
-      const double parts = openings[i].area_m2 + openings[j].area_m2;
-      const double area = hull.empty() ? 0 : PolygonArea(hull);
-      if (!hull.empty() && area <= parts * (1 + kHullExcess)) {
-        openings[i] = {std::move(hull), std::max(area, parts)};
-        openings.erase(openings.begin() + static_cast<std::ptrdiff_t>(j));
-        return true;
-      }
+// Joins openings of one plane two by two, always the first two that can be, and
+// makes no hull twice.
+class OpeningJoiner {
+ public:
+  OpeningJoiner(const Vec3& normal, std::vector<Opening2>* openings)
+      : normal_(normal), openings_(*openings) {
+    for (uint32_t i = 0; i < openings_.size(); ++i) {
+      openings_[i].place = i;
     }
   }
-  return false;
-}
+
+  void Run() {
+    while (JoinOne()) {
+      ++joins_;
+    }
+  }
+
+ private:
+  bool JoinOne() {
+    for (size_t i = 0; i < openings_.size(); ++i) {
+      const size_t end = std::min(openings_.size(), i + kMostOpeningsCompared);
+      for (size_t j = i + 1; j < end; ++j) {
+        if (!openings_[i].HasTried(openings_[j]) && Join(i, j)) {
+          return true;
+        }
+      }
+      openings_[i].tried_place = openings_[end - 1].place;
+      openings_[i].tried_joins = joins_ + 1;
+    }
+    return false;
+  }
+
+  // Puts both in the place of the first, if their hull is hardly larger.
+  bool Join(size_t i, size_t j) {
+    const Opening2& first = openings_[i];
+    const Opening2& second = openings_[j];
+    std::vector<Point3> points = first.polygon;
+    points.insert(points.end(), second.polygon.begin(), second.polygon.end());
+    Polygon hull = ConvexHull(points, normal_);
+    const double parts = first.area_m2 + second.area_m2;
+    const double area = hull.empty() ? 0 : PolygonArea(hull);
+    if (hull.empty() || area > parts * (1 + kHullExcess)) {
+      return false;
+    }
+    openings_[i] = {.polygon = std::move(hull),
+                    .area_m2 = std::max(area, parts),
+                    .place = first.place,
+                    .made = joins_ + 1};
+    openings_.erase(openings_.begin() + static_cast<std::ptrdiff_t>(j));
+    return true;
+  }
+
+  Vec3 normal_;
+  std::vector<Opening2>& openings_;
+  uint32_t joins_ = 0;
+};
 
 // The openings of one node, by the cells in front and behind.
 using NodeOpenings = std::map<std::pair<CellId, CellId>, std::vector<Opening2>>;
@@ -53,7 +102,8 @@ NodeOpenings OpeningsOf(std::span<const LeafBorder> borders,
     if (front != back) {
       auto& of_pair = openings[{front, back}];
       for (const Polygon& polygon : border.open) {
-        of_pair.push_back({polygon, PolygonArea(polygon)});
+        of_pair.push_back(
+            {.polygon = polygon, .area_m2 = PolygonArea(polygon)});
       }
     }
   }
@@ -77,8 +127,7 @@ void ForEachPortal(const BspTree& tree,
     const Vec3& normal = tree.nodes[node.Index()].plane.normal;
     for (auto& [cells, openings] : OpeningsOf(
              std::span(borders).subspan(first, end - first), cell_of_leaf)) {
-      while (JoinOne(normal, openings)) {
-      }
+      OpeningJoiner(normal, &openings).Run();
       for (Opening2& opening : openings) {
         visit({cells.first, cells.second, std::move(opening.polygon)});
       }
