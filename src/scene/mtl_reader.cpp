@@ -41,8 +41,7 @@ class MtlChecker {
       return;
     }
     if (words[0] == "newmtl") {
-      name_ = words.size() > 1 ? std::string(words[1]) : std::string();
-      lines_[name_] = number;
+      StartMaterial(line, number);
     } else if (words[0] == "Kd" || words[0] == "Ke") {
       CheckNumbers(words, 1, number);
       if (words.size() == 3) {
@@ -88,6 +87,23 @@ class MtlChecker {
   }
 
  private:
+  // As the library has it, the name is all that follows one blank: it may hold
+  // others.
+  void StartMaterial(std::string_view line, uint64_t number) {
+    constexpr std::string_view kKey = "newmtl";
+    const size_t end = line.find(kKey) + kKey.size();
+    if (end == line.size()) {
+      throw InputError(
+          fmt::format("{}:{}: '{}' without a name: give the material one",
+                      file_,
+                      number,
+                      kKey));
+    }
+    name_ = line.substr(end + 1);
+    lines_[name_] = number;
+    values_.erase(name_);
+  }
+
   void CheckNumbers(const std::vector<std::string_view>& words,
                     size_t first,
                     uint64_t line) const {

@@ -1,0 +1,65 @@
+#include "scene/mtl_reader.h"
+
+#include "tests/scene/temp_scene.h"
+
+namespace enfilade {
+namespace {
+
+class MtlReading : public ::testing::Test {
+ protected:
+  std::vector<MtlMaterial> Read(const std::string& text) {
+    return ReadMtl(temp_.Write("names.mtl", text));
+  }
+
+  TempScene temp_;
+};
+
+// Each is read as one value would be for a name of one word.
+TEST_F(MtlReading, NamesMayHoldBlanks) {
+  const std::vector<MtlMaterial> read = Read(
+      "newmtl Dark Wood \r\nKd 0.5\r\nd -halo 0.9\r\n"
+      "newmtl Dark\r\nKd 0.5 0.5 0\r\nd 0.2\r\n"
+      "newmtl\tDark  Oak\t\r\nKe 7\r\n");
+  ASSERT_EQ(read.size(), 3U);
+  EXPECT_EQ(read[0].material.name, "Dark Wood");
+  EXPECT_EQ(read[0].material.reflectance, (Rgb{0.5, 0.5, 0.5}));
+  EXPECT_FALSE(read[0].material.clear);
+  EXPECT_TRUE(read[0].place.ends_with("names.mtl:2")) << read[0].place;
+  EXPECT_EQ(read[1].material.name, "Dark");
+  EXPECT_EQ(read[1].material.reflectance, (Rgb{0.5, 0.5, 0}));
+  EXPECT_TRUE(read[1].material.clear);
+  EXPECT_EQ(read[2].material.name, "Dark  Oak");
+  EXPECT_EQ(read[2].material.exitance, (Rgb{7, 7, 7}));
+}
+
+TEST_F(MtlReading, FacesUseMaterialsByNamesWithBlanks) {
+  temp_.Write("m.mtl", "newmtl Dark Wood\nKd 0.5\nKe 1\nnewmtl Dark\nKd 0\n");
+  const Imported scene = ImportFile(temp_.Write(
+      "s.obj",
+      "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl Dark Wood \nf 1 2 3\n"));
+  ASSERT_EQ(scene.info.materials.size(), 1U);
+  EXPECT_EQ(scene.info.materials[0].reflectance, (Rgb{0.5, 0.5, 0.5}));
+}
+
+TEST_F(MtlReading, ANameThatComesAgainBeginsAnew) {
+  const std::vector<MtlMaterial> read =
+      Read("newmtl a\nKd 0.5\nd -halo 0.1\nnewmtl a\nKe 1 2 3\n");
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_FALSE(read[1].material.clear);
+  EXPECT_EQ(read[1].material.reflectance, (Rgb{}));
+}
+
+// Its values would be those of the material before.
+TEST_F(MtlReading, AMaterialWithoutANameIsRefused) {
+  try {
+    Read("newmtl a\nKd 0.5 0.5 0.5\n newmtl \nKd 0 0 0\n");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("names.mtl:3: 'newmtl'"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
