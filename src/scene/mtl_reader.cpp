@@ -71,8 +71,10 @@ class MtlChecker {
                                      words[0],
                                      name_));
       }
-      values_[name_].halo_opacity =
-          has_option ? ToNumber(words[first]) : std::nullopt;
+      if (has_option || words[0] == "d") {  // a Tr leaves it: d wins
+        values_[name_].halo_opacity =
+            has_option ? ToNumber(words[first]) : std::nullopt;
+      }
     }
   }
 

@@ -49,6 +49,14 @@ TEST_F(MtlReading, ANameThatComesAgainBeginsAnew) {
   EXPECT_EQ(read[1].material.reflectance, (Rgb{}));
 }
 
+TEST_F(MtlReading, OpacityWinsOverTransparency) {
+  for (const char* opaque : {"d 0.9\nTr 0.8", "d -halo 0.9\nTr 0.8"}) {
+    const auto read = Read(std::string("newmtl a\n") + opaque + "\n");
+    ASSERT_EQ(read.size(), 1U);
+    EXPECT_FALSE(read[0].material.clear) << opaque;
+  }
+}
+
 // Its values would be those of the material before.
 TEST_F(MtlReading, AMaterialWithoutANameIsRefused) {
   try {
