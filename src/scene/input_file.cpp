@@ -19,6 +19,16 @@ gzFile AsGz(void* file) {
   return static_cast<gzFile>(file);
 }
 
+void CutBlanksAtEnd(std::string& line) {
+  const size_t last = line.find_last_not_of(" \t");
+  line.resize(last == std::string::npos ? 0 : last + 1);
+}
+
+// A line that the next goes on. The paths in comments may end so by chance.
+bool IsContinued(const std::string& line) {
+  return line.ends_with('\\') && line[line.find_first_not_of(" \t")] != '#';
+}
+
 }  // namespace
 
 InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
@@ -139,8 +149,7 @@ bool LineStream::ReadPhysicalLine(std::string& line) {
   if (++physical_lines_ == 1 && line.starts_with("\xef\xbb\xbf")) {
     line.erase(0, 3);  // byte order mark
   }
-  const size_t last = line.find_last_not_of(" \t");
-  line.resize(last == std::string::npos ? 0 : last + 1);
+  CutBlanksAtEnd(line);
   return true;
 }
 
@@ -151,11 +160,11 @@ LineStream::int_type LineStream::underflow() {
   }
   line_ = physical_lines_;
   current_ = physical_;
-  while (!current_.empty() && current_.back() == '\\' &&
-         ReadPhysicalLine(physical_)) {
+  while (IsContinued(current_) && ReadPhysicalLine(physical_)) {
     current_.back() = ' ';
     current_ += physical_;
   }
+  CutBlanksAtEnd(current_);
   check_(current_);
   current_.push_back('\n');
   setg(current_.data(), current_.data(), current_.data() + current_.size());

@@ -50,9 +50,9 @@ std::string ReadWholeFile(const std::filesystem::path& path,
                           uint64_t most_bytes);
 
 // Hands a text to a std::istream one logical line at a time: lines end with
-// LF, CRLF or CR, a backslash at the end joins the next line, trailing blanks
-// are cut. So whoever parses the stream can ask which line it is at, and
-// `check` sees each line before the parser does.
+// LF, CRLF or CR, a backslash at the end joins the next line unless the line is
+// a comment (#), trailing blanks are cut. So whoever parses the stream can ask
+// which line it is at, and `check` sees each line before the parser does.
 class LineStream : public std::streambuf {
  public:
   using LineCheck = std::function<void(std::string_view line)>;

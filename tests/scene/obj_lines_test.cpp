@@ -1,0 +1,38 @@
+#include "tests/scene/temp_scene.h"
+
+namespace enfilade {
+namespace {
+
+constexpr const char* kLampMtl = "newmtl lamp\nKd 0\nKe 10\n";
+constexpr const char* kLampObj =
+    "mtllib m.mtl\nv 0 0 3\nv 0 1 3\nv 1 1 3\nv 1 0 3\n"
+    "usemtl lamp\nf 1 2 3 4\n";
+
+// A lamp, and lines after it: the first of them is line 8.
+class ObjLines : public ::testing::Test {
+ protected:
+  ObjLines() { temp_.Write("m.mtl", kLampMtl); }
+
+  std::filesystem::path Write(const std::string& rest) {
+    return temp_.Write("s.obj", kLampObj + rest);
+  }
+
+  TempScene temp_;
+};
+
+// As the paths that exporters write into them do.
+TEST_F(ObjLines, CommentsThatEndInABackslashEndThere) {
+  temp_.Write("m.mtl", "# C:\\lamps\\\nnewmtl lamp\n \t# old\\\nKe 10 10 10\n");
+  const Imported scene =
+      ImportFile(Write("# C:\\models\\\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 5 6 7\n"));
+  EXPECT_EQ(scene.faces.size(), 2U);
+  EXPECT_EQ(scene.info.materials[0].exitance, (Rgb{10, 10, 10}));
+}
+
+TEST_F(ObjLines, BlanksBeforeABackslashAreNoPartOfAName) {
+  const Imported scene = ImportFile(Write("usemtl lamp \\\n\nf 1 2 3\n"));
+  EXPECT_EQ(scene.info.input_polygons, 2U);
+}
+
+}  // namespace
+}  // namespace enfilade
