@@ -15,6 +15,10 @@ namespace {
 constexpr size_t kChunkBytes = size_t{1} << 16;
 constexpr unsigned kMostReadBytes = 1U << 30;
 
+// A face of 40,000 corners fits, its textures and normals named. Whoever parses
+// a line takes up to sixty times its bytes for a while, which nothing charges.
+constexpr size_t kMostLineBytes = size_t{1} << 20;
+
 gzFile AsGz(void* file) {
   return static_cast<gzFile>(file);
 }
@@ -137,6 +141,9 @@ bool LineStream::ReadPhysicalLine(std::string& line) {
     return false;
   }
   while (byte != traits_type::eof() && byte != '\n' && byte != '\r') {
+    if (line.size() == kMostLineBytes) {
+      ThrowTooLong(physical_lines_ + 1);
+    }
     line.push_back(static_cast<char>(byte));
     byte = NextByte();
   }
@@ -153,6 +160,15 @@ bool LineStream::ReadPhysicalLine(std::string& line) {
   return true;
 }
 
+void LineStream::ThrowTooLong(uint64_t line) const {
+  throw InputError(
+      fmt::format("{}:{}: the line is longer than {} MiB, which no face needs; "
+                  "break it up, or give a file that is text",
+                  file_->Path().string(),
+                  line,
+                  kMostLineBytes >> 20));
+}
+
 LineStream::int_type LineStream::underflow() {
   current_.clear();
   if (!ReadPhysicalLine(physical_)) {
@@ -162,6 +178,9 @@ LineStream::int_type LineStream::underflow() {
   current_ = physical_;
   while (IsContinued(current_) && ReadPhysicalLine(physical_)) {
     current_.back() = ' ';
+    if (current_.size() + physical_.size() > kMostLineBytes) {
+      ThrowTooLong(line_);
+    }
     current_ += physical_;
   }
   CutBlanksAtEnd(current_);

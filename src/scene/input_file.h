@@ -53,6 +53,7 @@ std::string ReadWholeFile(const std::filesystem::path& path,
 // LF, CRLF or CR, a backslash at the end joins the next line unless the line is
 // a comment (#), trailing blanks are cut. So whoever parses the stream can ask
 // which line it is at, and `check` sees each line before the parser does.
+// Reading throws InputError for a line of more than 1 MiB, joined ones counted.
 class LineStream : public std::streambuf {
  public:
   using LineCheck = std::function<void(std::string_view line)>;
@@ -68,6 +69,7 @@ class LineStream : public std::streambuf {
  private:
   bool ReadPhysicalLine(std::string& line);
   int NextByte();
+  [[noreturn]] void ThrowTooLong(uint64_t line) const;
 
   InputFile* file_;
   LineCheck check_;

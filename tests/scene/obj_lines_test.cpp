@@ -34,5 +34,18 @@ TEST_F(ObjLines, BlanksBeforeABackslashAreNoPartOfAName) {
   EXPECT_EQ(scene.info.input_polygons, 2U);
 }
 
+TEST_F(ObjLines, ALineLongerThanAnyFaceIsRefused) {
+  const std::string long_line = "f" + std::string(3 << 20, ' ') + "1 2 3\n";
+  const std::string error = ImportError(Write("\n" + long_line));
+  EXPECT_NE(error.find("s.obj:9: the line is longer than"), std::string::npos)
+      << error;
+  std::string continued = "f";
+  for (int i = 0; i < 3 << 10; ++i) {
+    continued += std::string(1 << 10, '1') + "\\\n";
+  }
+  EXPECT_NE(ImportError(Write(continued)).find("s.obj:8: the line is longer"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace enfilade
