@@ -56,55 +56,118 @@ bool IsPlanar(std::span<const Point3> vertices,
   return high - low <= tolerance;
 }
 
-// How round the triangle of corner i is: 1 / (2 sqrt 3) at most, below 0 where
-// the corner is concave, and lower by 1 for each vertex in it.
-double CornerQuality(std::span<const Point3> vertices,
-                     const VertexLoop& loop,
-                     size_t i,
-                     Vec3 normal) {
-  const size_t n = loop.size();
-  const Point3 a = vertices[loop[(i + n - 1) % n]];
-  const Point3 b = vertices[loop[i]];
-  const Point3 c = vertices[loop[(i + 1) % n]];
-  const auto side = [&](Point3 from, Point3 to, Point3 p) {
-    return Dot(Cross(to - from, p - from), normal);
-  };
-  double quality = side(a, b, c) /
-                   (Dot(c - a, c - a) + Dot(b - a, b - a) + Dot(c - b, c - b));
-  for (const uint32_t v : loop) {
-    const Point3 p = vertices[v];
-    if (p != a && p != b && p != c && side(a, b, p) >= 0 &&
-        side(b, c, p) >= 0 && side(c, a, p) >= 0) {
-      quality = std::min(quality, 0.0) - 1;
-    }
+// A corner of a loop that is cut into triangles.
+struct LoopCorner {
+  uint32_t vertex = 0;
+  // Of its triangle: 1 / (2 sqrt 3) at most, below 0 where it is concave.
+  double roundness = 0;
+  uint32_t inside = 0;  // vertices of the loop in its triangle
+
+  // The roundness, lower by 1 for each vertex in the triangle.
+  [[nodiscard]] double Quality() const {
+    return inside == 0 ? roundness : std::min(roundness, 0.0) - inside;
   }
-  return quality;
-}
+};
 
 // Cuts off one convex corner without another vertex in it, the roundest, until
-// three are left. `normal` tells convex from concave.
-std::vector<VertexLoop> Triangulate(std::span<const Point3> vertices,
-                                    VertexLoop loop,
-                                    Vec3 normal) {
-  std::vector<VertexLoop> triangles;
-  while (loop.size() > 3) {
+// three are left. A cut changes the triangles of the two corners beside it, and
+// what is in those of others: time grows with the square of the corners.
+class LoopCutter {
+ public:
+  // `normal` tells convex from concave.
+  LoopCutter(std::span<const Point3> vertices,
+             const VertexLoop& loop,
+             Vec3 normal)
+      : vertices_(vertices), normal_(normal) {
+    for (const uint32_t v : loop) {
+      corners_.push_back({v});
+    }
+    for (size_t i = 0; i < corners_.size(); ++i) {
+      Measure(i);
+    }
+  }
+
+  std::vector<VertexLoop> Triangles() {
+    std::vector<VertexLoop> triangles;
+    while (corners_.size() > 3) {
+      const size_t best = Best();
+      triangles.push_back({corners_[Before(best)].vertex,
+                           corners_[best].vertex,
+                           corners_[After(best)].vertex});
+      Cut(best);
+    }
+    triangles.push_back(
+        {corners_[0].vertex, corners_[1].vertex, corners_[2].vertex});
+    return triangles;
+  }
+
+ private:
+  [[nodiscard]] size_t Before(size_t i) const {
+    return (i == 0 ? corners_.size() : i) - 1;
+  }
+
+  [[nodiscard]] size_t After(size_t i) const {
+    return i + 1 == corners_.size() ? 0 : i + 1;
+  }
+
+  [[nodiscard]] Point3 At(size_t i) const {
+    return vertices_[corners_[i].vertex];
+  }
+
+  [[nodiscard]] double Side(Point3 from, Point3 to, Point3 p) const {
+    return Dot(Cross(to - from, p - from), normal_);
+  }
+
+  // In the triangle of corner i, and none of its vertices.
+  [[nodiscard]] bool IsInside(size_t i, Point3 p) const {
+    const Point3 a = At(Before(i));
+    const Point3 b = At(i);
+    const Point3 c = At(After(i));
+    return p != a && p != b && p != c && Side(a, b, p) >= 0 &&
+           Side(b, c, p) >= 0 && Side(c, a, p) >= 0;
+  }
+
+  void Measure(size_t i) {
+    const Point3 a = At(Before(i));
+    const Point3 b = At(i);
+    const Point3 c = At(After(i));
+    LoopCorner& corner = corners_[i];
+    corner.roundness = Side(a, b, c) / (Dot(c - a, c - a) + Dot(b - a, b - a) +
+                                        Dot(c - b, c - b));
+    corner.inside = 0;
+    for (size_t j = 0; j < corners_.size(); ++j) {
+      corner.inside += IsInside(i, At(j)) ? 1U : 0U;
+    }
+  }
+
+  [[nodiscard]] size_t Best() const {
     size_t best = 0;
     double best_quality = -std::numeric_limits<double>::infinity();
-    for (size_t i = 0; i < loop.size(); ++i) {
-      const double quality = CornerQuality(vertices, loop, i, normal);
+    for (size_t i = 0; i < corners_.size(); ++i) {
+      const double quality = corners_[i].Quality();
       if (quality > best_quality) {
         best_quality = quality;
         best = i;
       }
     }
-    const size_t n = loop.size();
-    triangles.push_back(
-        {loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]});
-    loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
+    return best;
   }
-  triangles.push_back(std::move(loop));
-  return triangles;
-}
+
+  void Cut(size_t cut) {
+    const Point3 gone = At(cut);
+    for (size_t i = 0; i < corners_.size(); ++i) {
+      corners_[i].inside -= IsInside(i, gone) ? 1U : 0U;
+    }
+    corners_.erase(corners_.begin() + static_cast<std::ptrdiff_t>(cut));
+    const size_t after = cut == corners_.size() ? 0 : cut;
+    Measure(after);
+    Measure(Before(after));
+  }
+
+  std::span<const Point3> vertices_;
+  Vec3 normal_;
+  std::vector<LoopCorner> corners_;
+};
 
 // One batch on its way through.
 class Batch {
@@ -199,8 +262,8 @@ class Batch {
     for (const uint32_t v : loop) {
       points.push_back(welder_.Vertices()[v]);
     }
-    for (VertexLoop& triangle :
-         Triangulate(welder_.Vertices(), loop, AreaVector(points))) {
+    LoopCutter cutter(welder_.Vertices(), loop, AreaVector(points));
+    for (VertexLoop& triangle : cutter.Triangles()) {
       if (!IsThin(triangle)) {
         polygons_.push_back(std::move(triangle));
       }
