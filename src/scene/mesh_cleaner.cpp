@@ -302,6 +302,11 @@ std::vector<std::string> CleaningCounts::Notes() const {
   return notes;
 }
 
+bool MeshCleaner::HasRoomFor(size_t corners) const {
+  return ends_.empty() || (ends_.size() < kMostPolygons &&
+                           corners_.size() + corners <= kMostCorners);
+}
+
 void MeshCleaner::Add(std::span<const Point3> polygon) {
   ENFILADE_CHECK(polygon.size() >= 3, "{} vertices", polygon.size());
   corners_.insert(corners_.end(), polygon.begin(), polygon.end());

@@ -47,15 +47,19 @@ struct CleaningOptions {
 // the budget. The same polygons in the same order give the same faces.
 class MeshCleaner {
  public:
-  // Batches are flushed by the caller before they get larger than this.
+  // Batches are flushed by the caller before they get larger than this, so
+  // that what is pending is bounded: few have as many corners.
   static constexpr size_t kMostPolygons = 16384;
+  static constexpr size_t kMostCorners = 16 * kMostPolygons;
 
   explicit MeshCleaner(MemoryBudget& budget) : budget_(&budget) {}
 
   // At least three finite vertices, any shape that is roughly planar.
   void Add(std::span<const Point3> polygon);
 
-  [[nodiscard]] size_t Pending() const { return ends_.size(); }
+  // Whether the batch takes one more polygon, of so many corners; the first
+  // may be of any size.
+  [[nodiscard]] bool HasRoomFor(size_t corners) const;
 
   // Cleans and delivers what was added.
   void Flush(const CleaningOptions& options);

@@ -18,7 +18,7 @@ void PolygonSink::Begin(MaterialId id,
 }
 
 void PolygonSink::Add(std::span<const Point3> polygon) {
-  if (cleaner_.Pending() == MeshCleaner::kMostPolygons) {
+  if (!cleaner_.HasRoomFor(polygon.size())) {
     Flush();
   }
   cleaner_.Add(polygon);
