@@ -195,7 +195,12 @@ class ObjReading {
 
   void Vertex(Point3 p) {
     const Point3 here = input_.place ? input_.place(p) : p;
-    if (!(LargestCoordinate(here) <= kFarthestM)) {
+    if (!IsFinite(here)) {
+      Fail(
+          "a coordinate overflows when it is computed: write it without an "
+          "exponent");
+    }
+    if (LargestCoordinate(here) > kFarthestM) {
       Fail(
           fmt::format("a vertex is more than {:.0e} m from the origin: no "
                       "building is there",

@@ -47,5 +47,14 @@ TEST_F(ObjLines, ALineLongerThanAnyFaceIsRefused) {
             std::string::npos);
 }
 
+// A number to the parser of lines, but 0 times 10^999 as the library computes.
+TEST_F(ObjLines, AVertexThatIsNotFiniteIsRefused) {
+  for (const char* vertex : {"v 0e999 0 0", "v 0 0e999 0", "v 0 0 0e999"}) {
+    EXPECT_NE(ImportError(Write(vertex)).find("s.obj:8: a coordinate"),
+              std::string::npos)
+        << vertex;
+  }
+}
+
 }  // namespace
 }  // namespace enfilade
