@@ -203,7 +203,7 @@ uint64_t HashSceneFiles(const std::filesystem::path& scene,
     const auto files = FilesBehindObj(
         scene, [&](std::span<const char> text) { hash.Add(text); });
     for (const auto& path : files) {
-      if (std::filesystem::is_regular_file(path)) {
+      if (IsFile(path)) {
         hash.AddFile(path);
       }
     }

@@ -87,6 +87,16 @@ double InputFile::Fraction() const {
              : std::min(1.0, at / static_cast<double>(size_bytes_));
 }
 
+bool Exists(const std::filesystem::path& path) {
+  std::error_code code;
+  return std::filesystem::exists(path, code);
+}
+
+bool IsFile(const std::filesystem::path& path) {
+  std::error_code code;
+  return std::filesystem::is_regular_file(path, code);
+}
+
 void VisitFile(const std::filesystem::path& path,
                uint64_t most_bytes,
                const std::function<void(std::span<const char>)>& visit) {

@@ -39,6 +39,11 @@ class InputFile {
   uint64_t size_bytes_ = 0;
 };
 
+// Whether something is at the path, or a file. Neither is where that cannot be
+// found out: a name may be too long for any file.
+bool Exists(const std::filesystem::path& path);
+bool IsFile(const std::filesystem::path& path);
+
 // The bytes of a file once decompressed, one piece after the other. Throws
 // InputError when it is longer than `most_bytes`.
 void VisitFile(const std::filesystem::path& path,

@@ -56,7 +56,7 @@ void AddMaterialFiles(const std::filesystem::path& obj,
 std::vector<std::filesystem::path> MaterialPaths(
     const std::filesystem::path& obj, std::string_view names) {
   const std::filesystem::path folder = obj.parent_path();
-  if (std::filesystem::exists(folder / names)) {
+  if (Exists(folder / names)) {
     return {folder / names};
   }
   std::vector<std::filesystem::path> paths;
@@ -92,7 +92,7 @@ std::vector<std::filesystem::path> FilesBehindObj(
       return;
     }
     const auto piece = obj.parent_path() / instance->piece;
-    if (files.Add(piece) && std::filesystem::is_regular_file(piece)) {
+    if (files.Add(piece) && IsFile(piece)) {
       ReadLines(piece, [&](std::string_view piece_line) {
         AddMaterialFiles(piece, piece_line, files);
       });

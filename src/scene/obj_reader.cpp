@@ -179,7 +179,7 @@ class ObjReading {
       return input_.place ? input_.place(here) : here;
     };
     input.unknown_material = input_.unknown_material;
-    if (!std::filesystem::is_regular_file(input.path)) {
+    if (!IsFile(input.path)) {
       Fail(fmt::format("piece {} does not exist", input.path.string()));
     }
     ObjReading piece(input, context_, object_, kPieceScratch);
@@ -304,7 +304,7 @@ class ObjReading {
       return known->second;
     }
     MaterialNames names;
-    if (std::filesystem::exists(path)) {
+    if (Exists(path)) {
       for (MtlMaterial& m : ReadMtl(path)) {
         const std::string name = m.material.name;
         names[name] = context_.materials.AddInput(std::move(m.material),

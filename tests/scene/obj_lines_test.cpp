@@ -56,5 +56,20 @@ TEST_F(ObjLines, AVertexThatIsNotFiniteIsRefused) {
   }
 }
 
+TEST_F(ObjLines, NamesTooLongForAFileAreErrorsOfTheirLine) {
+  std::string names;
+  for (int i = 0; i < 100; ++i) {
+    names += " lamp.mtl";
+  }
+  const std::string name(300, 'x');
+  EXPECT_NE(ImportError(Write("mtllib" + names)).find("s.obj:8: material file"),
+            std::string::npos);
+  EXPECT_NE(ImportError(Write("mtllib " + name)).find("s.obj:8: material file"),
+            std::string::npos);
+  EXPECT_NE(ImportError(Write("#instance " + name + ".obj 0 0 0 0"))
+                .find("s.obj:8: piece"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace enfilade
