@@ -54,10 +54,12 @@ SceneFormat FormatOf(const std::filesystem::path& scene) {
       scene.string()));
 }
 
-// A hash that takes its input in pieces; the pieces' borders don't matter.
+// A hash of files that takes its input in pieces; the pieces' borders don't
+// matter, those of the files do.
 class RunningHash {
  public:
   void Add(std::span<const char> text) {
+    bytes_ += text.size();
     pending_.insert(pending_.end(), text.begin(), text.end());
     while (pending_.size() - begin_ >= kChunkBytes) {
       hash_ = HashBytes(
@@ -76,7 +78,10 @@ class RunningHash {
     while (const size_t got = file.Read(chunk)) {
       Add(std::span(chunk).first(got));
     }
+    EndFile();
   }
+
+  void EndFile() { Add(fmt::format("|{}|", bytes_)); }
 
   [[nodiscard]] uint64_t Value() const {
     return HashBytes(std::as_bytes(std::span(pending_)), hash_);
@@ -87,6 +92,7 @@ class RunningHash {
 
   std::vector<char> pending_;
   size_t begin_ = 0;
+  uint64_t bytes_ = 0;
   uint64_t hash_ = 0;
 };
 
@@ -202,6 +208,7 @@ uint64_t HashSceneFiles(const std::filesystem::path& scene,
   if (FormatOf(scene) == SceneFormat::kObj) {
     const auto files = FilesBehindObj(
         scene, [&](std::span<const char> text) { hash.Add(text); });
+    hash.EndFile();
     for (const auto& path : files) {
       if (IsFile(path)) {
         hash.AddFile(path);

@@ -84,6 +84,7 @@ std::vector<std::filesystem::path> FilesBehindObj(
   FileList files;
   ReadLines(obj, [&](std::string_view line) {
     visit(line);
+    visit(std::string_view("\n"));
     AddMaterialFiles(obj, line, files);
     const auto words = WordsAfterInstance(line);
     const auto instance =

@@ -21,7 +21,7 @@ std::vector<std::filesystem::path> MaterialPaths(
 
 // The files that an OBJ draws on: its material files, its pieces and theirs, in
 // its order and once each; some may not exist. The OBJ is read to its end;
-// `visit` sees each chunk of its bytes.
+// `visit` sees its text: each line (LineStream) and a line feed after it.
 std::vector<std::filesystem::path> FilesBehindObj(
     const std::filesystem::path& obj,
     const std::function<void(std::span<const char>)>& visit);

@@ -71,5 +71,19 @@ TEST_F(ObjLines, NamesTooLongForAFileAreErrorsOfTheirLine) {
             std::string::npos);
 }
 
+TEST_F(ObjLines, TheHashSeesWhereLinesEnd) {
+  const uint64_t one = HashSceneFiles(Write("#usemtl lamp\n"), {});
+  EXPECT_NE(one, HashSceneFiles(Write("#\nusemtl lamp\n"), {}));
+}
+
+TEST_F(ObjLines, TheHashSeesWhereFilesEnd) {
+  const auto path = Write("mtllib n.mtl\n");
+  temp_.Write("n.mtl", "newmtl b\n");
+  const uint64_t apart = HashSceneFiles(path, {});
+  temp_.Write("m.mtl", std::string(kLampMtl) + "newmtl b\n");
+  temp_.Write("n.mtl", "");
+  EXPECT_NE(apart, HashSceneFiles(path, {}));
+}
+
 }  // namespace
 }  // namespace enfilade
