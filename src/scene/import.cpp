@@ -128,15 +128,17 @@ void CheckSize(const std::filesystem::path& scene,
   constexpr double kLargestM = 2000;
   constexpr double kSmallestM = 0.1;
   constexpr double kSmallestToldM = 1e-3;
+  constexpr double kLargestToldM = 1e5;
   const Vec3 extent = bounds.Extent();
   const double size = std::max({extent.x, extent.y, extent.z});
-  if (is_told && !(size >= kSmallestToldM)) {
+  if (is_told && !(size >= kSmallestToldM && size <= kLargestToldM)) {
     throw InputError(fmt::format(
         "{}: the scene is {:.4g} m long by the --unit that was given; what is "
-        "less than {} m long cannot be solved",
+        "less than {} m or more than {:.0f} m long cannot be solved",
         scene.string(),
         size,
-        kSmallestToldM));
+        kSmallestToldM,
+        kLargestToldM));
   }
   if (!is_told && (size > kLargestM || size < kSmallestM)) {
     throw InputError(fmt::format(

@@ -35,7 +35,8 @@ bool IsSceneName(const std::filesystem::path& path);
 // Reads `scene` into `store`, which must hold no scene. Throws InputError with
 // file and line for anything wrong: no light at all, reflectance >= 1 or < 0,
 // NaN, missing or unknown files, indices out of range, and for an OBJ whose
-// size is no building's in metres unless `unit` is given.
+// size is no building's in metres; with `unit` given, whose size cannot be
+// solved.
 SceneInfo ImportScene(const std::filesystem::path& scene,
                       const ImportOptions& options,
                       MemoryBudget& budget,

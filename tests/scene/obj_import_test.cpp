@@ -141,15 +141,19 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
 TEST_F(ObjImport, APolygonThatIsAsLargeAsAPlanetIsRefusedAtOnce) {
   ImportOptions options;
   options.default_luminaires = true;
-  for (const char* far : {"1e6", "9e7"}) {
-    const auto path = temp_.Write("far.obj",
-                                  std::string("v 0 0 0\nv ") + far +
-                                      " 0 0\nv 0 " + far + " 0\nf 1 2 3\n");
-    EXPECT_THROW(ImportFile(path, options), InputError) << far;
-    options.unit = 1;
-    EXPECT_THROW(ImportFile(path, options), DoesNotFitError) << far;
+  const auto scene = [&](const std::string& far) {
+    return temp_.Write(
+        "far.obj", "v 0 0 0\nv " + far + " 0 0\nv 0 " + far + " 0\nf 1 2 3\n");
+  };
+  for (const char* far : {"1.1e5", "1e6", "9e7"}) {
     options.unit.reset();
+    EXPECT_THROW(ImportFile(scene(far), options), InputError) << far;
+    options.unit = 1;
+    const std::string error = ImportError(scene(far), options);
+    EXPECT_NE(error.find("by the --unit that was given"), std::string::npos)
+        << far << error;
   }
+  EXPECT_THROW(ImportFile(scene("9e4"), options), DoesNotFitError);
 }
 
 TEST_F(ObjImport, AFileWithoutPolygonsIsNoScene) {
