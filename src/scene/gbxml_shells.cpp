@@ -85,15 +85,12 @@ GbxmlShells::SpacePair GbxmlShells::SidesOf(size_t index) {
     return {surface.first, surface.second};
   }
   const int votes = FirstInFront(surface);
+  unclear_ += votes == 0 ? 1U : 0U;
   if (in_shell) {
     return votes > 0 ? SpacePair{surface.first, std::nullopt}
                      : SpacePair{std::nullopt, surface.first};
   }
-  if (votes == 0) {
-    ++unclear_;
-  } else if (votes > 0) {
-    ++turned_;
-  }
+  turned_ += votes > 0 ? 1U : 0U;
   return votes > 0 ? SpacePair{surface.first, surface.second}
                    : SpacePair{surface.second, surface.first};
 }

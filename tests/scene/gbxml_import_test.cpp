@@ -224,6 +224,29 @@ TEST_F(GbxmlImport, EveryCampusIsRead) {
   EXPECT_NEAR(two.info.bounds.high.x, 12, 1e-12);
 }
 
+// A shell that is all in one plane has no inside. Its middle names the Space
+// twice, and belongs to it because less of it is open so.
+TEST_F(GbxmlImport, EverySurfaceWhoseSidesAreUnclearIsToldOf) {
+  const auto strip = [](double low, const std::vector<std::string>& spaces) {
+    return Surface(
+        "ExteriorWall",
+        spaces,
+        {{10, 0, low}, {10, 2, low}, {10, 2, low + 1}, {10, 0, low + 1}});
+  };
+  std::string text = TwoRooms(WallWithDoor({"a", "b"}));
+  text.insert(text.find("</gbXML>"),
+              "<Campus><Building><Space id=\"c\"/></Building>" +
+                  strip(0, {"c"}) + strip(1, {"c", "c"}) + strip(2, {"c"}) +
+                  "</Campus>");
+  const Imported scene = Import(text);
+  EXPECT_TRUE(std::any_of(scene.info.notes.begin(),
+                          scene.info.notes.end(),
+                          [](const std::string& note) {
+                            return note.starts_with(
+                                "3 surfaces lie in shells too broken");
+                          }));
+}
+
 TEST_F(GbxmlImport, MissingWallLeavesBothSpacesOpen) {
   EXPECT_EQ(Import(TwoRooms("")).info.gbxml->closed_spaces, 0U);
 }
