@@ -97,9 +97,9 @@ inline bool IsFinite(Point3 p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// Twice-halved Newell sum: the area vector of a planar polygon, its length the
-// area in m2 and its direction the right-hand normal. Zero for fewer than
-// three vertices.
+// The area vector of a planar polygon, summed over the triangles of a fan: its
+// length the area in m2 and its direction the right-hand normal. Zero for fewer
+// than three vertices.
 inline Vec3 AreaVector(std::span<const Point3> polygon) {
   Vec3 sum;
   for (size_t i = 1; i + 1 < polygon.size(); ++i) {

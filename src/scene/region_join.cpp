@@ -300,7 +300,7 @@ double TotalArea(const std::vector<std::vector<Point3>>& pieces) {
   return area;
 }
 
-// The covers to choose from: each polygon by itself, or joined.
+// The convex pieces of a figure; none if it has too few sides.
 std::vector<std::vector<Point3>> CutOne(std::vector<Edge3> edges,
                                         Vec3 area,
                                         double tolerance) {
@@ -347,6 +347,7 @@ std::vector<std::vector<uint32_t>> FindRegions(
 RegionPieces CutRegionOf(std::span<const Point3> vertices,
                          std::span<const VertexLoop> polygons,
                          const RegionTolerance& tolerance) {
+  // The covers to choose from: each polygon by itself, or joined.
   RegionPieces result;
   std::vector<std::vector<Point3>> apart;
   for (const VertexLoop& loop : polygons) {
