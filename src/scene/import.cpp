@@ -120,6 +120,43 @@ void CheckHasFaces(const std::filesystem::path& scene,
       fmt::join(info.notes, ", ")));
 }
 
+ObjInput ObjInputOf(const std::filesystem::path& scene,
+                    const ImportOptions& options) {
+  ObjInput input;
+  input.path = scene;
+  input.progress = options.progress;
+  if (options.unit) {
+    input.place = [unit = *options.unit](Point3 p) {
+      return Point3{unit * p.x, unit * p.y, unit * p.z};
+    };
+  }
+  return input;
+}
+
+// Says what became of the polygons of an OBJ. Throws if there were none.
+void AddCounts(const std::filesystem::path& scene,
+               const ObjCounts& counts,
+               const CleaningCounts& cleaning,
+               SceneInfo& info) {
+  info.input_polygons = counts.polygons;
+  if (counts.polygons == 0) {
+    throw InputError(fmt::format(
+        "{}: there is no polygon in it; is it a Wavefront OBJ file?",
+        scene.string()));
+  }
+  if (counts.clear > 0) {
+    info.notes.push_back(fmt::format(
+        "{} polygons of clear materials were ignored", counts.clear));
+  }
+  if (counts.lines > 0) {
+    info.notes.push_back(fmt::format(
+        "{} faces of fewer than three vertices were dropped", counts.lines));
+  }
+  for (std::string& note : cleaning.Notes()) {
+    info.notes.push_back(std::move(note));
+  }
+}
+
 // Where a building can't be of that size, its unit is another one, and what is
 // close or thin would be taken for something else.
 void CheckSize(const std::filesystem::path& scene,
@@ -252,32 +289,9 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   SceneWriter writer(store);
   if (format == SceneFormat::kObj) {
     PolygonSink sink(budget, writer);
-    ObjInput input;
-    input.path = scene;
-    input.progress = options.progress;
-    if (options.unit) {
-      input.place = [unit = *options.unit](Point3 p) {
-        return Point3{unit * p.x, unit * p.y, unit * p.z};
-      };
-    }
+    const ObjInput input = ObjInputOf(scene, options);
     const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
-    info.input_polygons = counts.polygons;
-    if (counts.polygons == 0) {
-      throw InputError(fmt::format(
-          "{}: there is no polygon in it; is it a Wavefront OBJ file?",
-          scene.string()));
-    }
-    if (counts.clear > 0) {
-      info.notes.push_back(fmt::format(
-          "{} polygons of clear materials were ignored", counts.clear));
-    }
-    if (counts.lines > 0) {
-      info.notes.push_back(fmt::format(
-          "{} faces of fewer than three vertices were dropped", counts.lines));
-    }
-    for (std::string& note : sink.Counts().Notes()) {
-      info.notes.push_back(std::move(note));
-    }
+    AddCounts(scene, counts, sink.Counts(), info);
   } else {
     ReadGbxml({scene, options.strip_spaces}, materials, budget, writer, info);
   }
