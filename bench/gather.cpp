@@ -7,15 +7,15 @@
 // Each chunk of links is read and decoded once, and gathered several times from
 // memory; the elements and light of its two cells stay in memory.
 
-#include "solver/gather.h"
+#include "solver/links/gather.h"
 
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
-#include "solver/cell_pager.h"
-#include "solver/solve_state.h"
+#include "solver/paging/cell_pager.h"
+#include "solver/state/solve_state.h"
 #include "store/sqlite_store.h"
 
 #include <algorithm>

@@ -14,12 +14,12 @@
 
 #include "base/memory.h"
 #include "partition/partition.h"
-#include "solver/cell_pager.h"
-#include "solver/element_tree.h"
+#include "solver/elements/element_tree.h"
+#include "solver/elements/received_light.h"
 #include "solver/least_memory.h"
-#include "solver/link_block.h"
-#include "solver/received_light.h"
-#include "solver/solve_state.h"
+#include "solver/links/link_block.h"
+#include "solver/paging/cell_pager.h"
+#include "solver/state/solve_state.h"
 #include "store/sqlite_store.h"
 #include "visibility/visible_set.h"
 

@@ -4,7 +4,8 @@
     scripts/check_includes.py [ROOT]
 
 Prints one line per violation, as FILE:LINE: what, and exits 1 if there is any.
-Also violations: oneTBB outside src/base/parallel.h, a project header in angle
+The same holds for the folders inside src/solver, whose own files stand on all
+of them. Also violations: oneTBB outside src/base/parallel.h, a project header in angle
 brackets or by a relative path, a source that is included, a header without
 #pragma once, and a cycle of includes.
 """
@@ -22,6 +23,18 @@ ALLOWED = {
     "visibility": {"base", "scene", "partition"},
     "solver": {"base", "store", "scene", "partition", "visibility"},
 }
+# The folders of the solver, each of which may include itself and those before
+# it (docs/map.md).
+SOLVER_FOLDERS = [
+    "elements",
+    "state",
+    "transfer",
+    "links",
+    "refine",
+    "paging",
+    "solution",
+    "residual",
+]
 EVERYTHING = set(ALLOWED) | {"tools"}
 TBB_HEADER = pathlib.PurePosixPath("src/base/parallel.h")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -63,7 +76,19 @@ def check_include(path, quoted, header):
     layer = layer_of(path)
     if first not in allowed_layers(layer):
         return f"{layer} must not include {header}"
+    if layer == "solver" and first == "solver":
+        return check_solver_folder(path, header)
     return None
+
+
+def check_solver_folder(path, header):
+    """What is wrong with an include within the solver, or None."""
+    own = path.parts[2]
+    other = header.split("/")[1]
+    if own not in SOLVER_FOLDERS:
+        return None
+    below = SOLVER_FOLDERS[: SOLVER_FOLDERS.index(own) + 1]
+    return None if other in below else f"solver/{own} must not include {header}"
 
 
 def source_files(root):

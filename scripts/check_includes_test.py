@@ -49,6 +49,21 @@ class IncludeRule(unittest.TestCase):
             {"src/solver/a.cpp": '#include "tools/b.h"\n'}, "tools/b.h"
         )
 
+    def test_folders_of_the_solver_stand_on_those_before(self):
+        self.assertEqual(
+            self.problems(
+                {
+                    "src/solver/refine/a.cpp": '#include "solver/links/b.h"\n',
+                    "src/solver/c.cpp": '#include "solver/refine/d.h"\n',
+                }
+            ),
+            [],
+        )
+        for header in ("solver/refine/b.h", "solver/engine.h"):
+            self.assert_one(
+                {"src/solver/links/a.cpp": f'#include "{header}"\n'}, header
+            )
+
     def test_tbb_is_behind_one_header(self):
         self.assert_one(
             {"src/solver/a.cpp": "#include <tbb/task.h>\n"}, "tbb/task.h"

@@ -9,7 +9,7 @@
 #include "partition/partition.h"
 #include "partition/patch.h"
 #include "scene/scene_store.h"
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
 #include "visibility/ray_tracer.h"
 
 #include <functional>

@@ -10,10 +10,9 @@
 #include <system_error>
 #include <vector>
 
-#include "tools/command.h"
+#include "tools/commands/command.h"
 #include "tools/pipeline_limits.h"
 #include "tools/report.h"
-#include "tools/scene_command.h"
 #include "tools/signal.h"
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>

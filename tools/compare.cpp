@@ -3,7 +3,7 @@
 #include "base/error.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
 
 #include <memory>
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/verify_points.h"
+#include "tools/verify/points.h"
 
 namespace enfilade {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "tools/building_view.h"
 #include "tools/probe.h"
-#include "tools/verify_paths.h"
+#include "tools/verify/paths.h"
 
 namespace enfilade {
 

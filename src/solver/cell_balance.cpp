@@ -1,9 +1,9 @@
 #include "solver/cell_balance.h"
 
 #include "base/stopwatch.h"
-#include "solver/coefficient_pages.h"
-#include "solver/gather.h"
-#include "solver/held_gain.h"
+#include "solver/elements/coefficient_pages.h"
+#include "solver/links/gather.h"
+#include "solver/state/held_gain.h"
 
 #include <algorithm>
 #include <functional>

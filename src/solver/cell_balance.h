@@ -14,13 +14,13 @@
 
 #include "base/block_storage.h"
 #include "base/memory.h"
-#include "solver/cell_pager.h"
-#include "solver/coefficient_array.h"
-#include "solver/element_tree.h"
-#include "solver/push_pull.h"
-#include "solver/received_light.h"
+#include "solver/elements/coefficient_array.h"
+#include "solver/elements/element_tree.h"
+#include "solver/elements/push_pull.h"
+#include "solver/elements/received_light.h"
+#include "solver/paging/cell_pager.h"
 #include "solver/semi_iteration.h"
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 
 #include <cstddef>
 #include <functional>

@@ -3,10 +3,10 @@
 #include "base/random.h"
 #include "base/stopwatch.h"
 #include "solver/cell_balance.h"
-#include "solver/cover.h"
 #include "solver/engine.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
+#include "solver/refine/cover.h"
 
 #include <algorithm>
 #include <cassert>

@@ -2,10 +2,10 @@
 
 #include "base/random.h"
 #include "base/stopwatch.h"
-#include "solver/cells_between.h"
 #include "solver/engine.h"
-#include "solver/gather.h"
-#include "solver/refined_parts.h"
+#include "solver/links/gather.h"
+#include "solver/paging/cells_between.h"
+#include "solver/refine/refined_parts.h"
 
 #include <utility>
 

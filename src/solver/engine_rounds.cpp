@@ -5,8 +5,8 @@
 #include "base/random.h"
 #include "solver/engine.h"
 #include "solver/error_control.h"
-#include "solver/patch_errors.h"
-#include "solver/residual_check.h"
+#include "solver/residual/patch_errors.h"
+#include "solver/residual/residual_check.h"
 
 #include <algorithm>
 #include <cmath>

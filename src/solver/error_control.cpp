@@ -1,7 +1,7 @@
 #include "solver/error_control.h"
 
 #include "base/check.h"
-#include "solver/cell_care.h"
+#include "solver/elements/cell_care.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 
 #include <cstdint>
 

@@ -2,7 +2,7 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
-#include "solver/basis.h"
+#include "solver/elements/basis.h"
 #include "solver/engine.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
@@ -10,7 +10,7 @@
 #include "solver/reference/hierarchical_options.h"
 #include "solver/reference/hierarchical_solve.h"
 #include "solver/reference/reference_solve.h"
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 
 #include <algorithm>
 #include <cmath>

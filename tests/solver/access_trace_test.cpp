@@ -1,4 +1,4 @@
-#include "solver/access_trace.h"
+#include "solver/paging/access_trace.h"
 
 #include "base/random.h"
 

@@ -1,7 +1,7 @@
 // The defining identities of the bases: orthogonality, the two-scale relation,
 // reproduction of polynomials, vanishing moments, the tables of the study.
 
-#include "solver/basis.h"
+#include "solver/elements/basis.h"
 
 #include "base/error.h"
 #include "base/random.h"

@@ -1,4 +1,4 @@
-#include "solver/box_octets.h"
+#include "solver/transfer/box_octets.h"
 
 #include "base/random.h"
 

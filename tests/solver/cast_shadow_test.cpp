@@ -1,6 +1,6 @@
 // The shadow of a blocker is where segments to the light are cut.
 
-#include "solver/cast_shadow.h"
+#include "solver/transfer/cast_shadow.h"
 
 #include "base/random.h"
 

@@ -1,10 +1,10 @@
 // How much more carefully than others patches are refined.
 
-#include "solver/cell_care.h"
+#include "solver/elements/cell_care.h"
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "solver/patch_errors.h"
+#include "solver/residual/patch_errors.h"
 #include "store/sqlite_store.h"
 
 #include <array>

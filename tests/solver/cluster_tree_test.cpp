@@ -1,8 +1,8 @@
 // Clusters bound what they hold: their items, and every transfer between them.
 
-#include "solver/cluster_tree.h"
+#include "solver/transfer/cluster_tree.h"
 
-#include "solver/form_factor.h"
+#include "solver/transfer/form_factor.h"
 
 #include <algorithm>
 #include <set>

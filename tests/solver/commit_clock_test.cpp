@@ -1,4 +1,4 @@
-#include "solver/commit_clock.h"
+#include "solver/state/commit_clock.h"
 
 #include <chrono>
 #include <thread>

@@ -4,8 +4,8 @@
 // every point, against the number of couplings. docs/convergence.md has the
 // tables.
 
-#include "solver/node_transfer.h"
-#include "solver/oracle.h"
+#include "solver/transfer/node_transfer.h"
+#include "solver/transfer/oracle.h"
 
 #include <cmath>
 #include <functional>

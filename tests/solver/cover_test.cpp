@@ -1,6 +1,6 @@
 // Covers are found where something stands, and looked for nowhere else.
 
-#include "solver/cover.h"
+#include "solver/refine/cover.h"
 
 #include "base/random.h"
 

@@ -3,9 +3,9 @@
 // Light is held against exact form factors of points.
 
 #include "base/random.h"
-#include "solver/form_factor.h"
-#include "solver/oracle.h"
-#include "solver/refiner.h"
+#include "solver/refine/refiner.h"
+#include "solver/transfer/form_factor.h"
+#include "solver/transfer/oracle.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // Meshes for display, by the rules that make them: balanced, anchored, exact
 // for polynomials of the basis, with the integral of the leaves.
 
-#include "solver/display_mesh.h"
+#include "solver/solution/display_mesh.h"
 
 #include "base/error.h"
 

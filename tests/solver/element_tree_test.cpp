@@ -1,11 +1,11 @@
 // Element trees, and what they receive, in the store: what is saved is what is
 // loaded.
 
-#include "solver/element_tree.h"
+#include "solver/elements/element_tree.h"
 
 #include "base/error.h"
-#include "solver/cell_delta.h"
-#include "solver/received_light.h"
+#include "solver/elements/cell_delta.h"
+#include "solver/elements/received_light.h"
 
 #include <algorithm>
 

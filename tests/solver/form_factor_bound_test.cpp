@@ -2,7 +2,7 @@
 // is nothing may bring light.
 
 #include "base/random.h"
-#include "solver/oracle.h"
+#include "solver/transfer/oracle.h"
 
 #include <algorithm>
 #include <array>

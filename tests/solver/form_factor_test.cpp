@@ -1,9 +1,9 @@
 // Form factors against closed forms and against each other.
 
-#include "solver/form_factor.h"
+#include "solver/transfer/form_factor.h"
 
 #include "base/random.h"
-#include "solver/arc_tangent.h"
+#include "solver/transfer/arc_tangent.h"
 
 #include <array>
 #include <cmath>

@@ -1,12 +1,12 @@
 // The gather: what a link of each kind brings is what its kernel makes of the
 // light of its source.
 
-#include "solver/gather.h"
+#include "solver/links/gather.h"
 
 #include "base/random.h"
-#include "solver/form_factor.h"
-#include "solver/link_codes.h"
-#include "solver/received_light.h"
+#include "solver/elements/received_light.h"
+#include "solver/links/link_codes.h"
+#include "solver/transfer/form_factor.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // Transfers from groups: form factors against closed forms, rays against
 // shadows that are known.
 
-#include "solver/group_transfer.h"
+#include "solver/transfer/group_transfer.h"
 
 #include <array>
 #include <cmath>

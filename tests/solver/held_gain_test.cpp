@@ -1,6 +1,6 @@
 // What leaves keep of the gains that their links claim.
 
-#include "solver/held_gain.h"
+#include "solver/state/held_gain.h"
 
 #include <cmath>
 

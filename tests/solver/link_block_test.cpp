@@ -1,4 +1,4 @@
-#include "solver/link_block.h"
+#include "solver/links/link_block.h"
 
 #include "base/random.h"
 

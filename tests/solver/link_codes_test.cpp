@@ -1,4 +1,4 @@
-#include "solver/link_codes.h"
+#include "solver/links/link_codes.h"
 
 #include "base/random.h"
 

@@ -1,10 +1,10 @@
 // Links of elements that are close: what the store keeps of them suffices for
 // the light that they bring.
 
-#include "solver/element_tree.h"
-#include "solver/form_factor.h"
-#include "solver/link_codes.h"
-#include "solver/refiner.h"
+#include "solver/elements/element_tree.h"
+#include "solver/links/link_codes.h"
+#include "solver/refine/refiner.h"
+#include "solver/transfer/form_factor.h"
 
 #include <array>
 #include <cmath>

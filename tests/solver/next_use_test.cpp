@@ -1,6 +1,6 @@
 // What is evicted first is what is needed last.
 
-#include "solver/next_use.h"
+#include "solver/paging/next_use.h"
 
 #include "store/sqlite_store.h"
 #include "visibility/visible_set.h"

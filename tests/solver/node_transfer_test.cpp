@@ -1,9 +1,9 @@
 // Transfers at the nodes of bases: their sums, reciprocity, the closed forms of
 // unit squares, and what visibility bits leave of them.
 
-#include "solver/node_transfer.h"
+#include "solver/transfer/node_transfer.h"
 
-#include "solver/link_rays.h"
+#include "solver/transfer/link_rays.h"
 
 #include <array>
 #include <cmath>

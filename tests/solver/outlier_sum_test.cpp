@@ -1,6 +1,6 @@
 // Means that a single number can hide.
 
-#include "solver/outlier_sum.h"
+#include "solver/residual/outlier_sum.h"
 
 #include "base/random.h"
 

@@ -1,7 +1,7 @@
 // Items of work: next to none between cells that hardly see each other, and
 // what such cells get of each other is right on the average.
 
-#include "solver/pair_work.h"
+#include "solver/refine/pair_work.h"
 
 #include <algorithm>
 #include <cmath>

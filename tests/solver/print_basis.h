@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "solver/basis.h"
+#include "solver/elements/basis.h"
 
 #include <ostream>
 

@@ -1,6 +1,6 @@
 // Reflection, emission and projection on trees, by their defining identities.
 
-#include "solver/push_pull.h"
+#include "solver/elements/push_pull.h"
 
 #include <algorithm>
 #include <cmath>

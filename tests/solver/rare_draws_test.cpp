@@ -1,4 +1,4 @@
-#include "solver/rare_draws.h"
+#include "solver/refine/rare_draws.h"
 
 #include <array>
 #include <cmath>

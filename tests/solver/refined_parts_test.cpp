@@ -1,7 +1,7 @@
 // Links are handed out in the order of their parts, whatever is refined
 // together, and however the trees have grown.
 
-#include "solver/refined_parts.h"
+#include "solver/refine/refined_parts.h"
 
 #include "base/parallel.h"
 

@@ -1,10 +1,10 @@
 // Refinement: fine links add up to a hemisphere, and threads change nothing.
 
-#include "solver/refiner.h"
+#include "solver/refine/refiner.h"
 
 #include "base/parallel.h"
 #include "base/random.h"
-#include "solver/gather.h"
+#include "solver/links/gather.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 // What errors become by reflection, against closed forms.
 
-#include "solver/reflected_error.h"
+#include "solver/residual/reflected_error.h"
 
 #include "base/random.h"
 

@@ -1,7 +1,7 @@
 // What elements reflect is known down to where light was balanced, and no
 // further, however the tree has grown since.
 
-#include "solver/reflected_light.h"
+#include "solver/refine/reflected_light.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // What probes say together, of residuals that are known.
 
-#include "solver/residual_estimate.h"
+#include "solver/residual/residual_estimate.h"
 
 #include "base/random.h"
 

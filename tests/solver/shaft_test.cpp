@@ -1,13 +1,13 @@
 // Proofs of emptiness are never contradicted by rays, and are found where they
 // are easy.
 
-#include "solver/shaft.h"
+#include "solver/transfer/shaft.h"
 
 #include "partition/polygon.h"
-#include "solver/blockers.h"
-#include "solver/element_tree.h"
-#include "solver/form_factor.h"
-#include "solver/transfer_sample.h"
+#include "solver/elements/element_tree.h"
+#include "solver/transfer/blockers.h"
+#include "solver/transfer/form_factor.h"
+#include "solver/transfer/transfer_sample.h"
 
 #include <memory>
 

@@ -1,6 +1,6 @@
 // Groups of patches that emit alike: which there are, and what they send.
 
-#include "solver/source_group.h"
+#include "solver/transfer/source_group.h"
 
 #include <algorithm>
 #include <cmath>

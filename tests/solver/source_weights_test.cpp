@@ -1,4 +1,4 @@
-#include "solver/source_weights.h"
+#include "solver/refine/source_weights.h"
 
 #include "base/error.h"
 #include "store/sqlite_store.h"

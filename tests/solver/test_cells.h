@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/random.h"
-#include "solver/geometry.h"
+#include "solver/elements/geometry.h"
 
 #include <cmath>
 #include <vector>

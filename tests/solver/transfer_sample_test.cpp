@@ -1,8 +1,8 @@
 // Sampled transfers: right on the average, and their rays carry light.
 
-#include "solver/transfer_sample.h"
+#include "solver/transfer/transfer_sample.h"
 
-#include "solver/cosine_directions.h"
+#include "solver/transfer/cosine_directions.h"
 
 #include <cmath>
 #include <functional>

@@ -1,8 +1,8 @@
 // Sampled links: right on the average, whatever each of them is.
 
 #include "base/random.h"
-#include "solver/refiner.h"
-#include "solver/source_group.h"
+#include "solver/refine/refiner.h"
+#include "solver/transfer/source_group.h"
 
 #include <cmath>
 #include <utility>

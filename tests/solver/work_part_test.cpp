@@ -1,6 +1,6 @@
 // Parts of items cover them once, in order, however deep they are cut.
 
-#include "solver/work_part.h"
+#include "solver/state/work_part.h"
 
 #include "base/random.h"
 

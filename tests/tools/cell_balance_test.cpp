@@ -13,7 +13,7 @@
 
 #include "tests/budgets.h"
 #include "tests/tools/run_program.h"
-#include "tools/scene_floorplan.h"
+#include "tools/scenes/floorplan.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,6 +1,6 @@
 // A room with white cupboards: no light gets into them, and none comes out.
 
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
 #include "store/sqlite_store.h"
 
 #include <algorithm>

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
-#include "tools/command_options.h"
-#include "tools/export_elements.h"
+#include "tools/commands/options.h"
+#include "tools/export/elements.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/temporary_folder.h"
-#include "tools/export_elements.h"
+#include "tools/export/elements.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

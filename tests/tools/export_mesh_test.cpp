@@ -2,8 +2,8 @@
 
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/export_csv.h"
-#include "tools/export_elements.h"
+#include "tools/export/csv.h"
+#include "tools/export/elements.h"
 #include <nlohmann/json.hpp>
 
 namespace enfilade {

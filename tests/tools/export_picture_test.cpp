@@ -5,10 +5,10 @@
 #include "tests/budgets.h"
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/camera_choice.h"
-#include "tools/export_image.h"
-#include "tools/render_picture.h"
-#include "tools/render_tone.h"
+#include "tools/export/camera_choice.h"
+#include "tools/export/image.h"
+#include "tools/export/render_picture.h"
+#include "tools/export/render_tone.h"
 #include <png.h>
 
 namespace enfilade {

@@ -1,6 +1,6 @@
 // Flatland: exact form factors, and what wavelet bases do to them.
 
-#include "tools/flatland_matrix.h"
+#include "tools/study/flatland_matrix.h"
 
 #include <cmath>
 #include <numeric>

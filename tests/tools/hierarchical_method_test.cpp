@@ -1,8 +1,8 @@
 // The hierarchical reference method through the program: that each of its
 // choices converges, what the choices change, and what is refused.
 
-#include "solver/form_factor.h"
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
+#include "solver/transfer/form_factor.h"
 #include "store/sqlite_store.h"
 
 #include <cmath>

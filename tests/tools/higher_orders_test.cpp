@@ -1,8 +1,8 @@
 // The bases beyond Haar and M2 through the whole program: closed forms, and all
 // that is done with a store.
 
-#include "solver/form_factor.h"
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
+#include "solver/transfer/form_factor.h"
 #include "store/sqlite_store.h"
 
 #include <algorithm>

@@ -5,9 +5,9 @@
 #include "base/error.h"
 #include "partition/partition.h"
 #include "scene/import.h"
-#include "solver/cell_pager.h"
 #include "solver/engine.h"
-#include "solver/solve_state.h"
+#include "solver/paging/cell_pager.h"
+#include "solver/state/solve_state.h"
 #include "store/sqlite_store.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
@@ -18,7 +18,7 @@
 
 #include "tests/budgets.h"
 #include "tests/tools/run_program.h"
-#include "tools/scene_floorplan.h"
+#include "tools/scenes/floorplan.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -18,8 +18,8 @@
 #include "tests/budgets.h"
 #include "tests/tools/run_program.h"
 #include "tools/building_store.h"
-#include "tools/verify.h"
-#include "tools/verify_paths.h"
+#include "tools/verify/paths.h"
+#include "tools/verify/verify.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,13 +1,13 @@
 // Cells paged in one after the other block what they block together.
 
-#include "solver/paged_blockers.h"
+#include "solver/paging/paged_blockers.h"
 
 #include "base/random.h"
 #include "partition/partition.h"
 #include "scene/import.h"
-#include "solver/cells_between.h"
-#include "solver/solution.h"
-#include "solver/transfer_sample.h"
+#include "solver/paging/cells_between.h"
+#include "solver/solution/solution.h"
+#include "solver/transfer/transfer_sample.h"
 #include "store/sqlite_store.h"
 #include "visibility/visible_set.h"
 
@@ -18,7 +18,7 @@
 
 #include "tests/budgets.h"
 #include "tests/tools/run_program.h"
-#include "tools/scene_floorplan.h"
+#include "tools/scenes/floorplan.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -100,12 +100,12 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   const uint64_t before = roomy.budget.UsedBytes();
   CellsBetween together(roomy.pager, receiver, source, {});
   together.Hold();
-  ASSERT_EQ(together.All().paged, nullptr);
+  ASSERT_EQ(together.All().distant, nullptr);
   // What all of them take, less a half.
   Pages narrow(*this, (roomy.budget.UsedBytes() - before) / 2);
   CellsBetween in_turn(narrow.pager, receiver, source, {});
   in_turn.Hold();
-  ASSERT_NE(in_turn.All().paged, nullptr);
+  ASSERT_NE(in_turn.All().distant, nullptr);
 
   Random random(3);
   uint32_t blocked = 0;
@@ -183,12 +183,12 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
       narrow.budget, narrow.budget.FreeBytes() - 4 * needed, "a test");
   CellsBetween between(narrow.pager, receiver, source, {});
   between.Hold();
-  EXPECT_EQ(between.All().paged, nullptr);
+  EXPECT_EQ(between.All().distant, nullptr);
   between.Release();
   const MemoryCharge other =
       narrow.pager.Reserve(7 * needed / 2, "a tree that has grown");
   between.Hold();
-  EXPECT_NE(between.All().paged, nullptr);
+  EXPECT_NE(between.All().distant, nullptr);
 }
 
 // Until it is balanced anew: pairs are refined by it without the tree.
@@ -224,7 +224,7 @@ TEST_F(PagedFloor, HoldsTogetherOnlyWhatTheProcessHasRoomFor) {
     Pages pages(*this, budget_bytes);
     CellsBetween between(pages.pager, receiver, source, {});
     between.Hold();
-    EXPECT_EQ(between.All().paged == nullptr, budget_bytes == kRoomy);
+    EXPECT_EQ(between.All().distant == nullptr, budget_bytes == kRoomy);
   }
   EXPECT_EQ(ballast.back(), 1);
 }

@@ -1,8 +1,8 @@
 // Light whose answer is known: the whole way from the scene to the stored
 // solution against the closed forms of scenes/.
 
-#include "solver/form_factor.h"
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
+#include "solver/transfer/form_factor.h"
 #include "store/sqlite_store.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The reference methods through the program: closed forms, agreement with each
 // other and with the wavelet solver, balance of power, refusals, resumes.
 
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
 #include "store/sqlite_store.h"
 
 #include <cmath>

@@ -1,17 +1,17 @@
 // What rays say of a solution, against solutions whose residual is known.
 
-#include "solver/residual_check.h"
+#include "solver/residual/residual_check.h"
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "partition/partition.h"
 #include "scene/import.h"
-#include "solver/basis.h"
-#include "solver/element_tree.h"
-#include "solver/received_light.h"
-#include "solver/residual_probes.h"
+#include "solver/elements/basis.h"
+#include "solver/elements/element_tree.h"
+#include "solver/elements/received_light.h"
+#include "solver/residual/residual_probes.h"
 #include "solver/solve.h"
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 #include "store/sqlite_store.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"

@@ -6,7 +6,7 @@
 #include "base/stopwatch.h"
 #include "partition/partition.h"
 #include "scene/import.h"
-#include "solver/solution.h"
+#include "solver/solution/solution.h"
 #include "solver/solve.h"
 #include "store/sqlite_store.h"
 #include "visibility/ray_tracer.h"

@@ -1,13 +1,12 @@
 // `enfilade scene` as a command line.
 
-#include "tools/scene_command.h"
-
 #include "base/error.h"
 
 #include <filesystem>
 #include <string>
 
 #include "tests/tools/run_program.h"
+#include "tools/commands/command.h"
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

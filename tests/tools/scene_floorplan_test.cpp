@@ -1,7 +1,5 @@
 // The office building and the stream it is written to.
 
-#include "tools/scene_floorplan.h"
-
 #include "base/check.h"
 #include "base/error.h"
 
@@ -16,7 +14,8 @@
 
 #include "tests/tools/run_program.h"
 #include "tests/tools/scene_obj_text.h"
-#include "tools/scene_layout.h"
+#include "tools/scenes/floorplan.h"
+#include "tools/scenes/layout.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

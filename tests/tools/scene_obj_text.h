@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
-#include "tools/obj_writer.h"
+#include "tools/scenes/obj_writer.h"
 #include <gtest/gtest.h>
 
 namespace enfilade::testing {

@@ -15,9 +15,9 @@
 
 #include "tests/tools/run_program.h"
 #include "tests/tools/scene_obj_text.h"
-#include "tools/piece_furnisher.h"
-#include "tools/piece_library.h"
-#include "tools/scene_layout.h"
+#include "tools/scenes/layout.h"
+#include "tools/scenes/piece_furnisher.h"
+#include "tools/scenes/piece_library.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "tests/tools/scene_obj_text.h"
-#include "tools/scene_chairs.h"
-#include "tools/scene_shapes.h"
-#include "tools/scene_simple.h"
+#include "tools/scenes/chairs.h"
+#include "tools/scenes/shapes.h"
+#include "tools/scenes/simple.h"
 #include <gtest/gtest.h>
 
 namespace enfilade::testing {

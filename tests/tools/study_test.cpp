@@ -1,6 +1,6 @@
 // The verb `study`: its lines, its tables, and that a killed one goes on.
 
-#include "tools/study.h"
+#include "tools/study/study.h"
 
 #include "base/error.h"
 
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
-#include "tools/study_fit.h"
+#include "tools/study/fit.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

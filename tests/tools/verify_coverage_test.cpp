@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify_measure.h"
+#include "tools/verify/measure.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,10 +1,9 @@
-#include "tools/verify_differences.h"
-
 #include "base/random.h"
 
 #include <algorithm>
 #include <functional>
 
+#include "tools/verify/differences.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,5 +1,3 @@
-#include "tools/verify_guide.h"
-
 #include "base/random.h"
 
 #include <cmath>
@@ -8,7 +6,8 @@
 
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify_paths.h"
+#include "tools/verify/guide.h"
+#include "tools/verify/paths.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

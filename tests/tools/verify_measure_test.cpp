@@ -1,5 +1,3 @@
-#include "tools/verify_measure.h"
-
 #include "base/error.h"
 #include "base/random.h"
 
@@ -7,7 +5,8 @@
 
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify_estimate.h"
+#include "tools/verify/estimate.h"
+#include "tools/verify/measure.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

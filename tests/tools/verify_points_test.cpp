@@ -1,5 +1,3 @@
-#include "tools/verify_points.h"
-
 #include "base/random.h"
 
 #include <cmath>
@@ -8,7 +6,8 @@
 #include <vector>
 
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify_density.h"
+#include "tools/verify/density.h"
+#include "tools/verify/points.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,12 +1,11 @@
-#include "tools/verify_seen.h"
-
 #include "base/random.h"
 
 #include <tuple>
 
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify_paths.h"
+#include "tools/verify/paths.h"
+#include "tools/verify/seen.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

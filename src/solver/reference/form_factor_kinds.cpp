@@ -1,7 +1,7 @@
 #include "solver/reference/form_factor_kinds.h"
 
 #include "base/error.h"
-#include "solver/oracle.h"
+#include "solver/transfer/oracle.h"
 
 #include <algorithm>
 #include <array>

@@ -12,8 +12,8 @@
 
 #pragma once
 
-#include "solver/form_factor.h"
 #include "solver/solve.h"
+#include "solver/transfer/form_factor.h"
 
 #include <cstdint>
 

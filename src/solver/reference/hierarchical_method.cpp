@@ -2,8 +2,8 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
-#include "solver/push_pull.h"
-#include "solver/received_light.h"
+#include "solver/elements/push_pull.h"
+#include "solver/elements/received_light.h"
 #include "solver/reference/hierarchical_oracle.h"
 #include "solver/reference/hierarchical_transfer.h"
 #include "solver/reference/hierarchical_visibility.h"

@@ -15,7 +15,7 @@
 #pragma once
 
 #include "base/memory.h"
-#include "solver/element_tree.h"
+#include "solver/elements/element_tree.h"
 #include "solver/reference/hierarchical_options.h"
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/reference_scene.h"

@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include "solver/basis.h"
+#include "solver/elements/basis.h"
 #include "solver/solve.h"
 
 #include <cstdint>

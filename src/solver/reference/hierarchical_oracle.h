@@ -23,9 +23,9 @@
 
 #pragma once
 
-#include "solver/basis.h"
-#include "solver/node_transfer.h"
+#include "solver/elements/basis.h"
 #include "solver/reference/hierarchical_options.h"
+#include "solver/transfer/node_transfer.h"
 
 #include <array>
 #include <span>

@@ -6,7 +6,7 @@
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/reference_scene.h"
 #include "solver/reference/reference_store.h"
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 
 #include <string>
 

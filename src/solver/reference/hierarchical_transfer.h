@@ -9,9 +9,9 @@
 
 #pragma once
 
-#include "solver/node_transfer.h"
 #include "solver/reference/hierarchical_options.h"
 #include "solver/reference/reference_scene.h"
+#include "solver/transfer/node_transfer.h"
 
 #include <array>
 #include <optional>

@@ -1,8 +1,8 @@
 #include "solver/reference/hierarchical_visibility.h"
 
 #include "base/random.h"
-#include "solver/link_rays.h"
-#include "solver/transfer_sample.h"
+#include "solver/transfer/link_rays.h"
+#include "solver/transfer/transfer_sample.h"
 
 #include <array>
 #include <bit>

@@ -7,10 +7,10 @@
 
 #pragma once
 
-#include "solver/node_transfer.h"
 #include "solver/reference/hierarchical_options.h"
 #include "solver/reference/hierarchical_transfer.h"
 #include "solver/reference/reference_scene.h"
+#include "solver/transfer/node_transfer.h"
 
 #include <cstdint>
 

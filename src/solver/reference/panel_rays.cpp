@@ -1,7 +1,7 @@
 #include "solver/reference/panel_rays.h"
 
-#include "solver/cosine_directions.h"
-#include "solver/transfer_sample.h"
+#include "solver/transfer/cosine_directions.h"
+#include "solver/transfer/transfer_sample.h"
 
 namespace enfilade {
 namespace {

@@ -11,7 +11,7 @@
 #pragma once
 
 #include "base/random.h"
-#include "solver/form_factor.h"
+#include "solver/transfer/form_factor.h"
 
 #include <cstddef>
 #include <cstdint>

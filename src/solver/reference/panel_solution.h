@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "solver/basis.h"
+#include "solver/elements/basis.h"
 #include "solver/reference/reference_scene.h"
 
 #include <atomic>

@@ -3,11 +3,11 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "partition/partition.h"
-#include "solver/cell_pager.h"
-#include "solver/cosine_directions.h"
-#include "solver/oracle.h"
+#include "solver/paging/cell_pager.h"
 #include "solver/reference/panel_rays.h"
-#include "solver/transfer_sample.h"
+#include "solver/transfer/cosine_directions.h"
+#include "solver/transfer/oracle.h"
+#include "solver/transfer/transfer_sample.h"
 
 #include <algorithm>
 #include <bit>

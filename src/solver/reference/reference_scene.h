@@ -14,9 +14,9 @@
 #include "base/block_storage.h"
 #include "base/memory.h"
 #include "scene/scene_store.h"
-#include "solver/element_tree.h"
-#include "solver/form_factor.h"
-#include "solver/push_pull.h"
+#include "solver/elements/element_tree.h"
+#include "solver/elements/push_pull.h"
+#include "solver/transfer/form_factor.h"
 #include "visibility/occlusion.h"
 
 #include <cstdint>

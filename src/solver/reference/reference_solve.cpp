@@ -8,7 +8,7 @@
 #include "solver/reference/panel_solution.h"
 #include "solver/reference/reference_store.h"
 #include "solver/reference/shooting_method.h"
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 
 #include <algorithm>
 #include <cmath>

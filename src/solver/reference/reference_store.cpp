@@ -1,7 +1,7 @@
 #include "solver/reference/reference_store.h"
 
-#include "solver/push_pull.h"
-#include "solver/received_light.h"
+#include "solver/elements/push_pull.h"
+#include "solver/elements/received_light.h"
 
 #include <algorithm>
 

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "base/block_storage.h"
-#include "solver/element_tree.h"
+#include "solver/elements/element_tree.h"
 #include "solver/reference/reference_scene.h"
-#include "solver/solve_state.h"
+#include "solver/state/solve_state.h"
 
 #include <vector>
 

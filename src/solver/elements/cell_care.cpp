@@ -1,0 +1,112 @@
+#include "solver/elements/cell_care.h"
+
+#include "base/bytes.h"
+#include "base/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+// In one round, and in all.
+constexpr double kMostRaise = 64;
+constexpr float kMostCare = 1024;
+// Which power of tau the squared error is; what is left goes into the number of
+// links, so that the squared error per link goes with the square of tau.
+constexpr double kSquarePerTau = 2 / kTauPerError;
+// The level is found to this ratio.
+constexpr double kSameLevel = 1.01;
+
+// What is left of squares whose tau is lowered.
+double Left(const LinkErrors& errors, double raise) {
+  return errors.square * std::pow(raise, -kSquarePerTau);
+}
+
+double PerLink(const LinkErrors& errors) {
+  return errors.square / std::max(errors.links, 1.0);
+}
+
+BlockKey KeyOf(CellId cell) {
+  return {BlockKind::kCellCare, cell.value, 0, 0};
+}
+
+}  // namespace
+
+CellCare LoadCellCare(const BlockStorage& store, CellId cell, size_t patches) {
+  const auto stored = store.Get(KeyOf(cell));
+  if (!stored) {
+    return CellCare(patches);
+  }
+  CellCare care = ByteReader(*stored).GetArray<PatchCare>();
+  if (care.size() != patches) {
+    throw DamagedStoreError(
+        fmt::format("the store's block '{}' is of {} patches, cell {} has {}",
+                    ToString(KeyOf(cell)),
+                    care.size(),
+                    cell.value,
+                    patches));
+  }
+  return care;
+}
+
+void SaveCellCare(std::span<const PatchCare> care,
+                  CellId cell,
+                  BlockStorage& store) {
+  ByteWriter writer;
+  writer.PutArray(care);
+  store.Put(KeyOf(cell), writer.View());
+}
+
+double RaiseOfCare(const LinkErrors& errors, double level) {
+  return std::clamp(std::sqrt(PerLink(errors) / level), 1.0, kMostRaise);
+}
+
+double LevelOfErrors(std::span<const LinkErrors> known,
+                     const LinkErrors& rest,
+                     double left) {
+  double all = rest.square;
+  double high = PerLink(rest);
+  for (const LinkErrors& errors : known) {
+    all += errors.square;
+    high = std::max(high, PerLink(errors));
+  }
+  if (left >= 1 || !(high > 0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  // Below the lowest of them nothing falls any further.
+  double low = high * 1e-12;
+  while (high > kSameLevel * low) {
+    const double level = std::sqrt(low * high);
+    double sum = Left(rest, RaiseOfCare(rest, level));
+    for (const LinkErrors& errors : known) {
+      sum += Left(errors, RaiseOfCare(errors, level));
+    }
+    (sum > left * all ? high : low) = level;
+  }
+  return low;
+}
+
+double RaiseCare(std::span<const float> square,
+                 double level,
+                 double by_tau,
+                 CellCare* care) {
+  double gone = 0;
+  for (size_t i = 0; i < square.size(); ++i) {
+    PatchCare& patch = (*care)[i];
+    const LinkErrors errors = {static_cast<double>(square[i]),
+                               static_cast<double>(patch.links)};
+    const auto raise =
+        static_cast<float>(std::max(RaiseOfCare(errors, level) / by_tau, 1.0));
+    const float before = patch.care;
+    patch.care = std::min(before * raise, kMostCare);
+    gone +=
+        errors.square - Left(errors, static_cast<double>(patch.care / before));
+  }
+  return gone;
+}
+
+}  // namespace enfilade

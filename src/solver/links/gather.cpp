@@ -1,0 +1,279 @@
+#include "solver/links/gather.h"
+
+#include "base/parallel.h"
+#include "solver/links/link_codes.h"
+#include "solver/links/node_gather.h"
+#include "solver/transfer/form_factor.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+namespace enfilade {
+namespace {
+
+// Links per task; a task ends where a receiver ends.
+constexpr size_t kTaskLinks = 4096;
+
+// Of the nodes of an element, side by side. Plain loops over them are not
+// vectorised where that over channels is outside of them.
+using Lanes [[gnu::vector_size(kTransferNodes * sizeof(float))]] = float;
+using LaneBits [[gnu::vector_size(kTransferNodes * sizeof(float))]] = int32_t;
+
+Lanes LoadLanes(const float* from) {
+  Lanes lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+
+void StoreLanes(Lanes lanes, float* to) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+
+// What one receiver element collects, [channel][node].
+struct Collector {
+  size_t channels;
+  size_t stride;  // nodes per channel
+  float* target;
+};
+
+float MeanOf(const float* nodes, size_t count) {
+  float sum = 0;
+  for (size_t q = 0; q < count; ++q) {
+    sum += nodes[q];
+  }
+  return sum / static_cast<float>(count);
+}
+
+void GatherWeak(const Collector& to,
+                size_t receiver_nodes,
+                float coefficient,
+                const float* radiosity,
+                size_t source_nodes) {
+  for (size_t c = 0; c < to.channels; ++c) {
+    const float value =
+        coefficient * MeanOf(radiosity + c * to.stride, source_nodes);
+    float* h = to.target + c * to.stride;
+    if (receiver_nodes == kTransferNodes) {
+      StoreLanes(LoadLanes(h) + value, h);
+      continue;
+    }
+    for (size_t g = 0; g < receiver_nodes; ++g) {
+      h[g] += value;
+    }
+  }
+}
+
+// A basis of the second order, of which transfers are made at its own nodes.
+// Its kernels are held by columns, so that the receiver's nodes lie side by
+// side in all that is done with them.
+using KernelLanes = std::array<Lanes, kTransferNodes>;
+
+void GatherKernel(const Collector& to,
+                  const KernelLanes& k,
+                  const float* radiosity) {
+  for (size_t c = 0; c < to.channels; ++c) {
+    const float* b = radiosity + c * kTransferNodes;
+    float* h = to.target + c * kTransferNodes;
+    const Lanes sum = (k[0] * b[0] + k[1] * b[1]) + (k[2] * b[2] + k[3] * b[3]);
+    StoreLanes(LoadLanes(h) + sum, h);
+  }
+}
+
+KernelLanes InLanes(const KernelColumns& columns) {
+  KernelLanes lanes;
+  for (size_t q = 0; q < kTransferNodes; ++q) {
+    lanes[q] = LoadLanes(columns[q].data());
+  }
+  return lanes;
+}
+
+// QuadratureKernel of what is visible.
+KernelLanes SeenQuadrature(const TransferEnd& r,
+                           const TransferEnd& s,
+                           int32_t visible) {
+  // By receiver node, its bit for the first source node.
+  constexpr LaneBits kFirstBits = {1, 1 << 4, 1 << 8, 1 << 12};
+  static_assert(kTransferNodes == 4);
+  const Vec3f n = r.patch->normal;
+  const Vec3f m = s.patch->normal;
+  const float scale = s.area * kInversePi;
+  const Lanes x = LoadLanes(r.x.data());
+  const Lanes y = LoadLanes(r.y.data());
+  const Lanes z = LoadLanes(r.z.data());
+  const Lanes zero = {};
+  KernelLanes columns;
+  for (size_t q = 0; q < kTransferNodes; ++q) {
+    const Lanes dx = s.x[q] - x;
+    const Lanes dy = s.y[q] - y;
+    const Lanes dz = s.z[q] - z;
+    const Lanes r2 = dx * dx + dy * dy + dz * dz + 1e-12F;
+    const Lanes at_x = dx * n.x + dy * n.y + dz * n.z;
+    const Lanes at_y = -(dx * m.x + dy * m.y + dz * m.z);
+    const Lanes cos_x = at_x > zero ? at_x : zero;
+    const Lanes cos_y = at_y > zero ? at_y : zero;
+    const Lanes k = scale * s.weight[q] * cos_x * cos_y / (r2 * r2);
+    columns[q] = (kFirstBits & (visible >> q)) != 0 ? k : zero;
+  }
+  return columns;
+}
+
+void GatherGroup(const Collector& to,
+                 size_t receiver_nodes,
+                 const GroupCoefficients& coefficients,
+                 const GroupRadiosity& radiosity) {
+  for (size_t c = 0; c < to.channels; ++c) {
+    float* h = to.target + c * to.stride;
+    for (size_t g = 0; g < receiver_nodes; ++g) {
+      h[g] += DecodeCoefficient(coefficients[g]) * radiosity.mean[c];
+    }
+  }
+}
+
+// What the groups that the links of a block name send, by their index.
+std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
+                                     const GatherSide& source,
+                                     const CoefficientArray& radiosity) {
+  std::vector<GroupRadiosity> groups;
+  if (!block.group.empty()) {
+    for (const SourceGroup& group : source.groups->All()) {
+      groups.push_back(RadiosityOf(*source.groups,
+                                   group,
+                                   source.patches,
+                                   source.tree->Shape(),
+                                   radiosity));
+    }
+  }
+  return groups;
+}
+
+void ScaleKernel(uint16_t sum, KernelLanes* kernel) {
+  Lanes totals = {};
+  for (const Lanes& column : *kernel) {
+    totals += column;
+  }
+  std::array<float, kTransferNodes> stored{};
+  StoreLanes(totals, stored.data());
+  const float scale = ScaleTo(sum, stored);
+  for (Lanes& column : *kernel) {
+    column *= scale;
+  }
+}
+
+// What a source sends: its elements, and its groups.
+struct SentLight {
+  const CoefficientArray* radiosity;
+  std::vector<GroupRadiosity> groups;
+};
+
+// The receiver of the links that come one after the other.
+struct ReceiverEnd {
+  uint32_t element = UINT32_MAX;
+  const Element* at = nullptr;
+  const PatchGeometry* patch = nullptr;
+  size_t nodes = 0;
+  Collector to{};
+  bool has_end = false;
+  TransferEnd end;  // if any link asked for it
+
+  const TransferEnd& End() {
+    if (!std::exchange(has_end, true)) {
+      end = MakeTransferEnd(*patch, at->frame);
+    }
+    return end;
+  }
+};
+
+void GatherRange(const LinkBlock& block,
+                 LinkRange range,
+                 const GatherSide& receiver,
+                 const GatherSide& source,
+                 const SentLight& sent,
+                 CoefficientArray& gathered) {
+  const CoefficientArray& radiosity = *sent.radiosity;
+  const TreeShape& shape = receiver.tree->Shape();
+  if (shape.basis->HasOwnNodes()) {
+    GatherAtNodes(block, range, receiver, source, radiosity, gathered);
+    return;
+  }
+  const bool is_constant = shape.NodeStride() == 1;
+  ReceiverEnd r;
+  for (size_t i = range.first; i < range.last; ++i) {
+    const Link& link = block.links[i];
+    if (link.receiver != r.element) {
+      r.element = link.receiver;
+      r.at = &receiver.tree->At(ElementId(link.receiver));
+      r.patch = &receiver.patches[r.at->patch];
+      r.nodes = shape.basis->On(r.patch->shape).NodeCount();
+      r.to = {shape.channels, shape.NodeStride(), gathered.At(link.receiver)};
+      r.has_end = false;
+    }
+    if (link.kind == LinkKind::kGroup) {
+      GatherGroup(
+          r.to, r.nodes, block.group[link.more], sent.groups[link.source]);
+      continue;
+    }
+    if (is_constant && link.kind != LinkKind::kWeak) {
+      continue;  // a constant basis has none of them
+    }
+    const float* b = radiosity.At(link.source);
+    if (link.kind == LinkKind::kShaped) {
+      GatherKernel(
+          r.to, InLanes(DecodeKernel(link.value, block.shapes[link.more])), b);
+      continue;
+    }
+    const Element& s = source.tree->At(ElementId(link.source));
+    const PatchGeometry& patch = source.patches[s.patch];
+    if (link.kind == LinkKind::kWeak) {
+      GatherWeak(r.to,
+                 r.nodes,
+                 DecodeCoefficient(link.value),
+                 b,
+                 shape.basis->On(patch.shape).NodeCount());
+      continue;
+    }
+    KernelLanes kernel = SeenQuadrature(r.End(),
+                                        MakeTransferEnd(patch, s.frame),
+                                        static_cast<int32_t>(link.more));
+    if (link.kind == LinkKind::kNear) {
+      ScaleKernel(link.value, &kernel);
+    }
+    GatherKernel(r.to, kernel, b);
+  }
+}
+
+// Cuts the links where a receiver ends, every kTaskLinks or a little later.
+std::vector<size_t> TaskBounds(const LinkBlock& block) {
+  std::vector<size_t> bounds = {0};
+  for (size_t i = 1; i < block.links.size(); ++i) {
+    if (i - bounds.back() >= kTaskLinks &&
+        block.links[i].receiver != block.links[i - 1].receiver) {
+      bounds.push_back(i);
+    }
+  }
+  bounds.push_back(block.links.size());
+  return bounds;
+}
+
+}  // namespace
+
+void Gather(const LinkBlock& block,
+            const GatherSide& receiver,
+            const GatherSide& source,
+            const CoefficientArray& radiosity,
+            CoefficientArray& gathered) {
+  const auto bounds = TaskBounds(block);
+  const SentLight sent{&radiosity, GroupsOf(block, source, radiosity)};
+  ParallelFor(bounds.size() - 1, [&](size_t task) {
+    GatherRange(block,
+                {bounds[task], bounds[task + 1]},
+                receiver,
+                source,
+                sent,
+                gathered);
+  });
+}
+
+}  // namespace enfilade

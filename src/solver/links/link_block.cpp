@@ -1,0 +1,158 @@
+#include "solver/links/link_block.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace enfilade {
+namespace {
+
+// Steps of receiver and source, and a value.
+constexpr size_t kTypicalLinkBytes = 6;
+constexpr int kKindBits = 3;
+constexpr uint64_t kKindMask = (1U << kKindBits) - 1;
+
+uint64_t ZigZag(int64_t v) {
+  return static_cast<uint64_t>(v) << 1 ^ static_cast<uint64_t>(v >> 63);
+}
+
+int64_t UnZigZag(uint64_t v) {
+  return static_cast<int64_t>(v >> 1) ^ -static_cast<int64_t>(v & 1);
+}
+
+bool HasValue(LinkKind kind) {
+  return kind == LinkKind::kWeak || kind == LinkKind::kNear ||
+         kind == LinkKind::kShaped;
+}
+
+bool HasVisibility(LinkKind kind) {
+  return kind == LinkKind::kFar || kind == LinkKind::kNear;
+}
+
+}  // namespace
+
+void SortLinks(LinkBlock* block) {
+  std::sort(block->links.begin(),
+            block->links.end(),
+            [](const Link& a, const Link& b) {
+              return std::tie(a.receiver, a.source, a.kind, a.value) <
+                     std::tie(b.receiver, b.source, b.kind, b.value);
+            });
+  LinkBlock sorted;
+  sorted.shapes.reserve(block->shapes.size());
+  sorted.group.reserve(block->group.size());
+  for (Link& link : block->links) {
+    link.more = sorted.TakeCoefficients(*block, link);
+  }
+  block->shapes = std::move(sorted.shapes);
+  block->group = std::move(sorted.group);
+}
+
+void LinkBlock::AppendFrom(const LinkBlock& other, size_t i) {
+  Link link = other.links[i];
+  link.more = TakeCoefficients(other, link);
+  links.push_back(link);
+}
+
+uint32_t LinkBlock::TakeCoefficients(const LinkBlock& other, const Link& link) {
+  if (link.kind == LinkKind::kShaped) {
+    shapes.push_back(other.shapes[link.more]);
+    return static_cast<uint32_t>(shapes.size() - 1);
+  }
+  if (link.kind == LinkKind::kGroup) {
+    group.push_back(other.group[link.more]);
+    return static_cast<uint32_t>(group.size() - 1);
+  }
+  return link.more;
+}
+
+Bytes EncodeLinks(const LinkBlock& block) {
+  ByteWriter out;
+  out.Reserve(block.links.size() * kTypicalLinkBytes +
+              block.shapes.size() * sizeof(KernelShape) +
+              block.group.size() * sizeof(GroupCoefficients));
+  out.PutVarint(block.links.size());
+  uint32_t receiver = 0;
+  uint32_t source = 0;
+  for (const Link& link : block.links) {
+    const uint64_t step = link.receiver - receiver;
+    out.PutVarint(step << kKindBits | static_cast<uint64_t>(link.kind));
+    out.PutVarint(ZigZag(int64_t{link.source} - int64_t{source}));
+    receiver = link.receiver;
+    source = link.source;
+  }
+  for (const Link& link : block.links) {
+    if (HasValue(link.kind)) {
+      out.Put(link.value);
+    }
+  }
+  for (const Link& link : block.links) {
+    if (HasVisibility(link.kind)) {
+      out.Put(static_cast<uint16_t>(link.more));
+    }
+  }
+  for (const KernelShape& s : block.shapes) {
+    out.Put(s);
+  }
+  for (const GroupCoefficients& g : block.group) {
+    out.Put(g);
+  }
+  return out.Take();
+}
+
+LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
+  ByteReader in(bytes);
+  LinkBlock block;
+  const uint64_t count = in.GetVarint();
+  if (count > in.Remaining()) {
+    throw DamagedStoreError("a link block is shorter than its number of links");
+  }
+  block.links.resize(count);
+  uint64_t receiver = 0;
+  int64_t source = 0;
+  uint32_t shapes = 0;
+  uint32_t group = 0;
+  for (Link& link : block.links) {
+    const uint64_t step = in.GetVarint();
+    receiver += step >> kKindBits;
+    source += UnZigZag(in.GetVarint());
+    link.kind = static_cast<LinkKind>(step & kKindMask);
+    const size_t sources =
+        link.kind == LinkKind::kGroup ? ends.groups : ends.sources;
+    if (receiver >= ends.receivers || source < 0 ||
+        source >= static_cast<int64_t>(sources)) {
+      throw DamagedStoreError(
+          "a link block names an element that is not there");
+    }
+    link.receiver = static_cast<uint32_t>(receiver);
+    link.source = static_cast<uint32_t>(source);
+    if (link.kind > LinkKind::kShaped) {
+      throw DamagedStoreError("a link block has a link of no known kind");
+    }
+    if (link.kind == LinkKind::kShaped) {
+      link.more = shapes++;
+    } else if (link.kind == LinkKind::kGroup) {
+      link.more = group++;
+    }
+  }
+  for (Link& link : block.links) {
+    if (HasValue(link.kind)) {
+      link.value = in.Get<uint16_t>();
+    }
+  }
+  for (Link& link : block.links) {
+    if (HasVisibility(link.kind)) {
+      link.more = in.Get<uint16_t>();
+    }
+  }
+  block.shapes.resize(shapes);
+  for (KernelShape& s : block.shapes) {
+    s = in.Get<KernelShape>();
+  }
+  block.group.resize(group);
+  for (GroupCoefficients& g : block.group) {
+    g = in.Get<GroupCoefficients>();
+  }
+  return block;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,78 @@
+#include "solver/links/link_store.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Links of a full chunk: at 4 to 14 bytes each, up to a quarter of a megabyte.
+// A chunk on its way to the store is there five times over: links, sorted,
+// encoded, compressed and in SQLite's hands (docs/decisions/least-memory.md).
+constexpr size_t kChunkLinks = size_t{16} * 1024;
+// Of the largest: the part of refinement that fills a chunk may bring more.
+constexpr size_t kMostChunkLinks = kChunkLinks * 3 / 2;
+
+BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
+  return {BlockKind::kLinks, pair.receiver.value, pair.source.value, chunk};
+}
+
+}  // namespace
+
+LinkWriter::LinkWriter(BlockStorage& store,
+                       CellPair pair,
+                       uint32_t first_chunk,
+                       std::function<void(WrittenLinks&&)> on_chunk)
+    : store_(&store),
+      pair_(pair),
+      on_chunk_(std::move(on_chunk)),
+      chunks_(first_chunk) {
+  if (first_chunk == 0) {
+    store.EraseAll(BlockKind::kLinks, pair.receiver.value, pair.source.value);
+  }
+}
+
+bool LinkWriter::Full() const {
+  return pending_.links.size() >= kChunkLinks;
+}
+
+void LinkWriter::Flush() {
+  if (pending_.links.empty()) {
+    return;
+  }
+  SortLinks(&pending_);
+  const size_t links = pending_.links.size();
+  const size_t chunks = (links + kMostChunkLinks - 1) / kMostChunkLinks;
+  for (size_t i = 0; i < chunks; ++i) {
+    const size_t first = links * i / chunks;
+    const size_t last = links * (i + 1) / chunks;
+    LinkBlock chunk;
+    chunk.links.reserve(last - first);
+    for (size_t k = first; k < last; ++k) {
+      chunk.AppendFrom(pending_, k);
+    }
+    chunk.shapes.shrink_to_fit();
+    chunk.group.shrink_to_fit();
+    const uint64_t before = store_->Stats().bytes_written;
+    store_->Put(ChunkKey(pair_, chunks_), EncodeLinks(chunk));
+    const uint64_t stored = store_->Stats().bytes_written - before;
+    on_chunk_({chunks_++, std::move(chunk), stored});
+  }
+  pending_.links.clear();
+  pending_.shapes.clear();
+  pending_.group.clear();
+}
+
+std::optional<LinkBlock> ReadLinks(const BlockStorage& store,
+                                   CellPair pair,
+                                   uint32_t chunk,
+                                   const LinkEnds& ends) {
+  const auto bytes = store.Get(ChunkKey(pair, chunk));
+  if (!bytes) {
+    return std::nullopt;
+  }
+  return DecodeLinks(*bytes, ends);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,25 @@
+// The gather of bases whose transfers are made at their own nodes
+// (node_transfer.h).
+
+#pragma once
+
+#include "solver/links/gather.h"
+
+namespace enfilade {
+
+// Links [first, last) of a block.
+struct LinkRange {
+  size_t first = 0;
+  size_t last = 0;
+};
+
+// Adds what the links of the range bring, as Gather does. Requires a basis that
+// has nodes of its own.
+void GatherAtNodes(const LinkBlock& block,
+                   LinkRange range,
+                   const GatherSide& receiver,
+                   const GatherSide& source,
+                   const CoefficientArray& radiosity,
+                   CoefficientArray& gathered);
+
+}  // namespace enfilade

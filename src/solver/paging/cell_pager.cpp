@@ -1,0 +1,169 @@
+#include "solver/paging/cell_pager.h"
+
+#include "base/check.h"
+#include "solver/elements/cell_delta.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace enfilade {
+
+CellPager::CellPager(BlockStorage& store,
+                     const SceneInfo& scene,
+                     const Partition& partition,
+                     TreeShape shape,
+                     const OcclusionDevice& device,
+                     MemoryBudget& budget)
+    : store_(&store),
+      partition_(&partition),
+      stored_elements_(partition.cells.size()),
+      surfaces_(MakeSurfaceTable(scene)),
+      shape_(shape),
+      device_(&device),
+      budget_(&budget),
+      maker_(scene, partition, device.Origin()),
+      trace_charge_(budget,
+                    AccessTrace::OwnBytesUnder(budget.LimitBytes()),
+                    "the record of what is read"),
+      trace_(trace_charge_.Bytes()),
+      next_use_(store, partition.cells.size(), budget) {}
+
+CellPager::~CellPager() {
+  for (auto& [key, item] : items_) {
+    budget_->Release(item.charged_bytes);
+  }
+}
+
+CellId CellPager::SourceOf(ItemKey key) {
+  return CellId(key.source == NextUse::kItself ? key.cell : key.source);
+}
+
+CachedThing CellPager::ThingOf(ItemKey key) {
+  switch (key.kind) {
+    case ItemKind::kTree:
+    case ItemKind::kElements:
+      return {{BlockKind::kCellTree, key.cell},
+              static_cast<uint32_t>(key.kind)};
+    case ItemKind::kWeights:
+      return {{BlockKind::kSourceWeights, key.cell}};
+    case ItemKind::kDelta:
+      return {{BlockKind::kCellDelta, key.cell}};
+    case ItemKind::kReceived:
+      return {{BlockKind::kReceived, key.cell}};
+    case ItemKind::kLinks:
+      return {{BlockKind::kLinks, key.cell, SourceOf(key).value, key.chunk}};
+    default:
+      return {{BlockKind::kCellPatches, key.cell},
+              static_cast<uint32_t>(key.kind)};
+  }
+}
+
+CellPager::Item* CellPager::Find(ItemKey key) {
+  const auto it = items_.find(key);
+  return it == items_.end() ? nullptr : &it->second;
+}
+
+// `bytes` are charged to the budget, or are so by the value itself.
+void CellPager::Insert(ItemKey key,
+                       std::shared_ptr<void> value,
+                       uint64_t bytes) {
+  Item& item = items_[key];
+  item.value = std::move(value);
+  item.charged_bytes = key.kind == ItemKind::kOccluder ? 0 : bytes;
+  SetHeld(key, &item, bytes);
+}
+
+void CellPager::SetHeld(ItemKey key, Item* item, uint64_t bytes) {
+  held_bytes_ += bytes - item->held_bytes;
+  item->held_bytes = bytes;
+  trace_.SetHeld(ThingOf(key), bytes);
+}
+
+// The value of an item that is there, in use as long as the pointer is held.
+std::shared_ptr<void> CellPager::UseItem(ItemKey key,
+                                         Item* item,
+                                         bool is_along) {
+  item->last_use = ++clock_;
+  auto use = item->use.lock();
+  if (use == nullptr) {
+    NoteCapacity();
+    const CachedThing thing = ThingOf(key);
+    is_along ? trace_.BeginAlong(thing) : trace_.Begin(thing);
+    use = std::shared_ptr<void>(
+        item->value.get(),
+        [this, thing, value = item->value](void*) { trace_.End(thing); });
+    item->use = use;
+  }
+  return use;
+}
+
+// What is not taken by others.
+void CellPager::NoteCapacity() {
+  const uint64_t used = budget_->UsedBytes();
+  const uint64_t by_others = used - std::min(used, held_bytes_);
+  const uint64_t limit = budget_->LimitBytes();
+  trace_.SetCapacity(limit - std::min(limit, by_others));
+}
+
+void CellPager::ForgetWeights(CellId cell) {
+  Forget({ItemKind::kWeights, cell.value});
+  EraseSourceWeights(*store_, cell);
+}
+
+void CellPager::ForgetDelta(CellId cell) {
+  Forget({ItemKind::kDelta, cell.value});
+  EraseDelta(*store_, cell);
+}
+
+void CellPager::Forget(ItemKey key) {
+  const auto item = items_.find(key);
+  if (item != items_.end()) {
+    ENFILADE_CHECK(item->second.use.expired(), "what is forgotten is in use");
+    item->second.dirty = false;
+    Drop(item);
+  }
+}
+
+// Of an item in use that takes `bytes` by now.
+void CellPager::Recharge(ItemKey key, uint64_t bytes, std::string_view what) {
+  Item& item = items_.at(key);
+  if (bytes > item.charged_bytes) {
+    MakeRoom(bytes - item.charged_bytes, what);
+  } else {
+    budget_->Release(item.charged_bytes - bytes);
+  }
+  item.charged_bytes = bytes;
+  SetHeld(key, &item, bytes);
+}
+
+void CellPager::Write(ItemKey key, Item* item) {
+  const CellId cell(key.cell);
+  const uint64_t written_before = store_->Stats().bytes_written;
+  if (key.kind == ItemKind::kTree) {
+    const auto tree = std::static_pointer_cast<CellTree>(item->value);
+    tree->Save(*store_, cell);
+    stored_elements_[cell.Index()] = static_cast<uint32_t>(tree->Size());
+  } else if (key.kind == ItemKind::kDelta) {
+    const auto& delta =
+        *std::static_pointer_cast<CoefficientArray>(item->value);
+    SaveDelta(*store_, cell, delta);
+  } else if (key.kind == ItemKind::kWeights) {
+    SaveSourceWeights(
+        *store_, cell, *std::static_pointer_cast<SourceWeights>(item->value));
+  } else {
+    std::static_pointer_cast<ReceivedLight>(item->value)->Save(*store_, cell);
+  }
+  trace_.SetStored(ThingOf(key),
+                   store_->Stats().bytes_written - written_before);
+  item->dirty = false;
+}
+
+void CellPager::Flush() {
+  for (auto& [key, item] : items_) {
+    if (item.dirty) {
+      Write(key, &item);
+    }
+  }
+}
+
+}  // namespace enfilade

@@ -1,0 +1,280 @@
+// What a subproblem needs of its cells, paged in under the memory budget:
+// geometry, blockers, element trees, what they have sent last and send at most,
+// what they have received, and links. All kinds share one pool, from which what
+// is needed last and not in use goes first; what is dirty is written back on
+// the way out.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "partition/partition.h"
+#include "scene/scene_store.h"
+#include "solver/elements/element_tree.h"
+#include "solver/elements/push_pull.h"
+#include "solver/elements/received_light.h"
+#include "solver/links/link_block.h"
+#include "solver/links/link_store.h"
+#include "solver/paging/access_trace.h"
+#include "solver/paging/next_use.h"
+#include "solver/refine/refine_side.h"
+#include "solver/refine/source_weights.h"
+#include "solver/transfer/cell_geometry.h"
+#include "solver/transfer/shaft.h"
+#include "visibility/occlusion.h"
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// For one thread at a time. What it returns is in use, valid and in memory, as
+// long as the pointer is held, which must not outlive the pager.
+class CellPager {
+ public:
+  CellPager(BlockStorage& store,
+            const SceneInfo& scene,
+            const Partition& partition,
+            TreeShape shape,
+            const OcclusionDevice& device,
+            MemoryBudget& budget);
+  ~CellPager();
+  CellPager(const CellPager&) = delete;
+  CellPager& operator=(const CellPager&) = delete;
+
+  std::shared_ptr<const CellGeometry> Geometry(CellId cell);
+
+  // What stands in a cell, for shafts and for rays: all that is needed of cells
+  // between a receiver and a source.
+  std::shared_ptr<const ShaftBlockers> Obstacles(CellId cell);
+  std::shared_ptr<const CellBlockers> Occluder(CellId cell);
+
+  struct CellObstructions {
+    std::shared_ptr<const ShaftBlockers> obstacles;
+    std::shared_ptr<const CellBlockers> occluder;
+  };
+
+  // Both; reads the cell once if it must.
+  CellObstructions Obstructions(CellId cell);
+
+  // Whether the blockers of all these cells fit in memory at once, beside all
+  // that is pinned.
+  [[nodiscard]] bool CanHoldBlockers(const std::vector<CellId>& cells) const;
+
+  // As CellMaker::BoundsOf.
+  [[nodiscard]] Box BoundsOf(CellId cell) const {
+    return maker_.BoundsOf(cell);
+  }
+
+  // As CellMaker::BoxOf.
+  [[nodiscard]] Box BoxOf(CellId cell, const CellPart& part) const {
+    return maker_.BoxOf(cell, part);
+  }
+
+  // The stored tree, or a new one with the emitted radiosity sent.
+  std::shared_ptr<CellTree> Tree(CellId cell);
+
+  // The same, or its elements alone if it is not in memory: for gathering from
+  // them. It must be there.
+  std::shared_ptr<const CellTree> Elements(CellId cell);
+
+  // What the cell sends at most, as it was balanced last: what its pairs are
+  // refined by before its tree is needed.
+  std::shared_ptr<const SourceWeights> Weights(CellId cell);
+
+  // The cell will be balanced: they are not to be asked for until then. They
+  // must not be in use.
+  void ForgetWeights(CellId cell);
+
+  // The cell was balanced, and its tree is in use.
+  void RenewWeights(CellId cell);
+
+  // The tree was changed, and may have grown: it will be written back.
+  void MarkDirty(CellId cell);
+
+  // What the cell has sent last, of no element if there is nothing; like
+  // Received, it must be asked for anew where the tree has grown.
+  std::shared_ptr<CoefficientArray> Delta(CellId cell);
+
+  // Likewise.
+  void MarkDeltaDirty(CellId cell);
+
+  // Nothing was sent. It must not be in use.
+  void ForgetDelta(CellId cell);
+
+  // What the elements of the tree have received, for the cell's turn; it must
+  // be asked for anew where the tree has grown as another's source.
+  std::shared_ptr<ReceivedLight> Received(CellId cell);
+
+  // Likewise.
+  void MarkReceivedDirty(CellId cell);
+
+  // Writes all that is dirty to the store.
+  void Flush();
+
+  // Frees all unpinned items: the trace begins anew as well.
+  void EvictAll();
+
+  // Frees unpinned items until `bytes` can be charged; DoesNotFitError, naming
+  // the least cap, if that is impossible.
+  void MakeRoom(uint64_t bytes, std::string_view what);
+
+  // Like MakeRoom, for working memory that the caller holds for a while.
+  MemoryCharge Reserve(uint64_t bytes, std::string_view what);
+
+  // The same, but charges nothing where there is no room: for memory that is
+  // held for a moment, and that FindLeastMemory does not count.
+  MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
+
+  // The receiver's turn begins, as in NextUse. An excess that eviction could
+  // not reduce in the last turn is tried again.
+  void StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
+    accepted_excess_ = 0;
+    next_use_.StartTurn(receiver, sources);
+  }
+
+  // Evicts while the process itself comes near the cap, whatever was charged.
+  // To be called between steps of work that allocates as it goes.
+  void HoldResident(uint64_t coming_bytes = 0);
+
+  // Visits the chunks of a pair in order. Keeps what is needed again before
+  // other things are. `visit` must not ask the pager.
+  void VisitLinks(CellPair pair,
+                  const LinkEnds& ends,
+                  const std::function<void(const LinkBlock&)>& visit);
+
+  // A chunk of a pair was written; keeps it if it is needed soon.
+  void KeepLinks(CellPair pair, WrittenLinks&& written);
+
+  // Drops all links from memory: they will be made anew.
+  void ForgetLinks();
+
+  // Where the work is: what comes next decides what is evicted.
+  NextUse& Order() { return next_use_; }
+
+  // What was asked for; other readers of the store may add to it.
+  AccessTrace& Trace() { return trace_; }
+
+ private:
+  enum class ItemKind : uint8_t {
+    kGeometry,
+    kObstacles,
+    kOccluder,
+    kTree,
+    kElements,
+    kDelta,
+    kReceived,
+    kWeights,
+    kLinks  // last
+  };
+
+  struct ItemKey {
+    ItemKind kind{};
+    uint32_t cell = 0;
+    uint32_t source = 0;  // of links; NextUse::kItself if it is the cell
+    uint32_t chunk = 0;
+
+    // NOLINTNEXTLINE(modernize-use-nullptr): see base/ids.h
+    friend auto operator<=>(const ItemKey&, const ItemKey&) = default;
+  };
+
+  struct Item {
+    std::shared_ptr<void> value;
+    std::weak_ptr<void> use;     // what callers hold, if any does
+    uint64_t held_bytes = 0;     // what it takes
+    uint64_t charged_bytes = 0;  // to the budget, by the pager
+    uint64_t last_use = 0;
+    bool dirty = false;
+  };
+
+  CellPatches ReadPatches(CellId cell, std::initializer_list<ItemKind> made);
+  void MakeObstacles(CellId cell, const CellPatches& stored);
+  void MakeOccluder(CellId cell, const CellPatches& stored);
+  static CellId SourceOf(ItemKey key);
+  static CachedThing ThingOf(ItemKey key);
+  Item* Find(ItemKey key);
+  void Insert(ItemKey key, std::shared_ptr<void> value, uint64_t bytes);
+  void SetHeld(ItemKey key, Item* item, uint64_t bytes);
+
+  std::shared_ptr<void> UseItem(ItemKey key, Item* item, bool is_along);
+
+  template <typename T>
+  std::shared_ptr<T> Use(ItemKey key, Item* item, bool is_along) {
+    return std::static_pointer_cast<T>(UseItem(key, item, is_along));
+  }
+
+  template <typename T>
+  std::shared_ptr<T> Use(ItemKey key, bool is_along = false) {
+    return Use<T>(key, &items_.at(key), is_along);
+  }
+
+  template <typename T, typename Bytes, typename Read>
+  std::shared_ptr<T> UseStored(ItemKey key,
+                               std::string_view what,
+                               const Bytes& bytes,
+                               const Read& read);
+  // `what` names it to the budget.
+  template <typename T>
+  void MarkItemDirty(ItemKey key, std::string_view what);
+  // It must not be in use, and is not written back.
+  void Forget(ItemKey key);
+  void NoteCapacity();
+  using Items = std::map<ItemKey, Item>;
+
+  // What is needed last and not in use, and when; of those needed last
+  // together, what was used longest ago.
+  struct Victim {
+    Items::iterator item;
+    bool exists = false;
+    std::pair<uint64_t, uint64_t> rank;
+  };
+
+  static bool GoesLater(const Victim& a, const Victim& b) {
+    return std::pair(a.exists, a.rank) < std::pair(b.exists, b.rank);
+  }
+
+  static ItemKey LinksKey(CellPair pair, uint32_t chunk);
+  [[nodiscard]] uint64_t NextUseOf(ItemKey key) const;
+  [[nodiscard]] Victim AsVictim(Items::iterator item) const;
+  std::vector<Victim> FindVictims();
+  Items::iterator LastLinks();
+  bool TryMakeRoom(uint64_t bytes, uint64_t needed_at);
+  void KeepBlock(ItemKey key, LinkBlock&& block);
+  // False where nothing is left to evict.
+  bool EvictUntil(const std::function<bool()>& is_enough);
+  // The same, of what is needed at `first_use` or later.
+  bool EvictNeededFrom(uint64_t first_use,
+                       const std::function<bool()>& is_enough);
+  [[nodiscard]] uint64_t EvictionMargin() const;
+  void Drop(Items::iterator item);
+  // Of the cell's tree in the store: read once, not each time the tree is.
+  size_t StoredElements(CellId cell);
+  void Write(ItemKey key, Item* item);
+  void Recharge(ItemKey key, uint64_t bytes, std::string_view what);
+
+  BlockStorage* store_;
+  const Partition* partition_;
+  std::vector<uint32_t> stored_elements_;  // per cell; 0: none, or not known
+  SurfaceTable surfaces_;
+  TreeShape shape_;
+  const OcclusionDevice* device_;
+  MemoryBudget* budget_;
+  CellMaker maker_;
+  MemoryCharge trace_charge_;
+  AccessTrace trace_;
+  NextUse next_use_;
+  Items items_;
+  uint64_t held_bytes_ = 0;  // by all items
+  uint64_t clock_ = 0;
+  // Bytes of excess for which nothing could be evicted this turn; not tried
+  // again before the next.
+  uint64_t accepted_excess_ = 0;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,273 @@
+// The part of the pager that makes room, and that keeps links where there is
+// room for them.
+
+#include "solver/paging/cell_pager.h"
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// What an item takes beside its value.
+constexpr uint64_t kItemBytes = 256;
+
+uint64_t LinkItemBytes(const LinkBlock& block) {
+  return block.SizeBytes() + kItemBytes;
+}
+
+}  // namespace
+
+// ------------------------------------------------------------- what goes
+
+void CellPager::Drop(Items::iterator item) {
+  if (item->second.dirty) {
+    Write(item->first, &item->second);
+  }
+  item->second.value.reset();
+  held_bytes_ -= item->second.held_bytes;
+  budget_->Release(item->second.charged_bytes);
+  items_.erase(item);
+}
+
+uint64_t CellPager::NextUseOf(ItemKey key) const {
+  const CellId cell(key.cell);
+  switch (key.kind) {
+    case ItemKind::kGeometry:
+      return next_use_.OfCell(cell);
+    case ItemKind::kTree:
+      return next_use_.OfTree(cell);
+    case ItemKind::kElements:
+    case ItemKind::kDelta:
+      return next_use_.OfNews(cell);
+    case ItemKind::kReceived:
+      return next_use_.OfTurn(cell);
+    case ItemKind::kWeights:
+      return next_use_.OfWeights(cell);
+    case ItemKind::kObstacles:
+    case ItemKind::kOccluder:
+      return next_use_.OfBlockers(cell);
+    case ItemKind::kLinks:
+      return next_use_.OfLinks(cell, SourceOf(key));
+  }
+  return 0;
+}
+
+// None where it is in use.
+CellPager::Victim CellPager::AsVictim(Items::iterator item) const {
+  if (item == items_.end() || !item->second.use.expired()) {
+    return {};
+  }
+  return {item, true, {NextUseOf(item->first), clock_ - item->second.last_use}};
+}
+
+// Of the links, those that are needed last: right before the work's place in
+// the order of receivers and sources, which goes round.
+CellPager::Items::iterator CellPager::LastLinks() {
+  const auto first = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  if (first == items_.end()) {
+    return first;
+  }
+  const auto [receiver, source] = next_use_.At();
+  const auto here = items_.lower_bound({ItemKind::kLinks, receiver, source, 0});
+  return here == first ? std::prev(items_.end()) : std::prev(here);
+}
+
+// All but links, a heap.
+std::vector<CellPager::Victim> CellPager::FindVictims() {
+  std::vector<Victim> victims;
+  const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  for (auto it = items_.begin(); it != links; ++it) {
+    if (const Victim victim = AsVictim(it); victim.exists) {
+      victims.push_back(victim);
+    }
+  }
+  std::make_heap(victims.begin(), victims.end(), GoesLater);
+  return victims;
+}
+
+bool CellPager::EvictUntil(const std::function<bool()>& is_enough) {
+  return EvictNeededFrom(0, is_enough);
+}
+
+bool CellPager::EvictNeededFrom(uint64_t first_use,
+                                const std::function<bool()>& is_enough) {
+  if (is_enough()) {
+    return true;
+  }
+  std::vector<Victim> victims = FindVictims();
+  do {
+    const Victim links = AsVictim(LastLinks());
+    const bool is_links = victims.empty() || GoesLater(victims.front(), links);
+    const Victim& last = is_links ? links : victims.front();
+    if (!last.exists || last.rank.first < first_use) {
+      return false;
+    }
+    Drop(last.item);
+    if (!is_links) {
+      std::pop_heap(victims.begin(), victims.end(), GoesLater);
+      victims.pop_back();
+    }
+  } while (!is_enough());
+  return true;
+}
+
+// What is evicted beyond what is needed now: to look for victims, and to give
+// memory back to the system, takes as long for one as for many.
+uint64_t CellPager::EvictionMargin() const {
+  constexpr uint64_t kMost = 4 << 20;
+  constexpr uint64_t kParts = 64;
+  return std::min(kMost, budget_->LimitBytes() / kParts);
+}
+
+void CellPager::EvictAll() {
+  EvictUntil([] { return false; });
+  trace_.Restart();
+  ReleaseFreedMemory();
+}
+
+// -------------------------------------------------------------- room
+
+void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
+  if (!budget_->TryCharge(bytes)) {
+    const uint64_t wanted = bytes + EvictionMargin();
+    EvictUntil([&] { return budget_->FreeBytes() >= wanted; });
+    budget_->Charge(bytes, what);  // throws, naming the least cap
+  }
+  HoldResident(bytes);
+}
+
+// What is evicted may be of use for what is coming: only what is left of it
+// beyond that is given back.
+void CellPager::HoldResident(uint64_t coming_bytes) {
+  if (budget_->ResidentExcess(coming_bytes) <= accepted_excess_) {
+    return;
+  }
+  // Room for what is freed until the next time.
+  const uint64_t headroom = EvictionMargin();
+  const auto excess_in_use = [&] {
+    return budget_->InUseExcess(coming_bytes + headroom);
+  };
+  bool is_gone = true;  // what was to be evicted
+  while (is_gone && held_bytes_ > 0) {
+    const uint64_t excess = excess_in_use();
+    if (excess == 0) {
+      break;
+    }
+    const uint64_t wanted = held_bytes_ - std::min(held_bytes_, excess);
+    is_gone = EvictUntil([&] { return held_bytes_ <= wanted; });
+  }
+  if (budget_->ResidentExcess(coming_bytes) > 0) {
+    ReleaseFreedMemory();
+  }
+  constexpr uint64_t kStep = 1 << 20;
+  const uint64_t excess = budget_->ResidentExcess(coming_bytes);
+  accepted_excess_ = excess > 0 ? excess + kStep : 0;
+}
+
+MemoryCharge CellPager::Reserve(uint64_t bytes, std::string_view what) {
+  MakeRoom(bytes, what);
+  budget_->Release(bytes);
+  return {*budget_, bytes, what};
+}
+
+MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
+                                          std::string_view what) {
+  const bool fits = EvictUntil([&] { return budget_->FreeBytes() >= bytes; });
+  HoldResident(bytes);
+  return fits ? MemoryCharge(*budget_, bytes, what) : MemoryCharge();
+}
+
+// Makes room for something that need not be kept: evicts only what is needed
+// later than that.
+bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
+  const auto is_resident_far = [&] {
+    return budget_->ResidentExcess(bytes) <= accepted_excess_;
+  };
+  if (is_resident_far() && budget_->TryCharge(bytes)) {
+    return true;
+  }
+  // What is evicted stays resident until it is given back.
+  const auto has_room = [&](uint64_t wanted) {
+    return budget_->FreeBytes() >= wanted &&
+           budget_->InUseExcess(wanted) <= accepted_excess_;
+  };
+  const uint64_t wanted = bytes + EvictionMargin();
+  EvictNeededFrom(needed_at + 1, [&] { return has_room(wanted); });
+  if (!has_room(bytes)) {
+    return false;
+  }
+  if (!is_resident_far()) {
+    ReleaseFreedMemory();
+  }
+  return budget_->TryCharge(bytes);
+}
+
+// -------------------------------------------------------------- links
+
+CellPager::ItemKey CellPager::LinksKey(CellPair pair, uint32_t chunk) {
+  const bool is_itself = pair.receiver == pair.source;
+  return {ItemKind::kLinks,
+          pair.receiver.value,
+          is_itself ? NextUse::kItself : pair.source.value,
+          chunk};
+}
+
+void CellPager::VisitLinks(CellPair pair,
+                           const LinkEnds& ends,
+                           const std::function<void(const LinkBlock&)>& visit) {
+  for (uint32_t chunk = 0;; ++chunk) {
+    const ItemKey key = LinksKey(pair, chunk);
+    const CachedThing thing = ThingOf(key);
+    if (Item* item = Find(key)) {
+      NoteCapacity();
+      trace_.Touch(thing);
+      item->last_use = ++clock_;
+      visit(*std::static_pointer_cast<LinkBlock>(item->value));
+      continue;
+    }
+    HoldResident();
+    const uint64_t read_before = store_->Stats().bytes_read;
+    auto block = ReadLinks(*store_, pair, chunk, ends);
+    if (!block) {
+      return;
+    }
+    const uint64_t read = store_->Stats().bytes_read - read_before;
+    trace_.AddRead(read);
+    trace_.SetStored(thing, read);
+    trace_.SetHeld(thing, LinkItemBytes(*block));
+    NoteCapacity();
+    trace_.Touch(thing);
+    visit(*block);
+    KeepBlock(key, std::move(*block));
+  }
+}
+
+void CellPager::KeepLinks(CellPair pair, WrittenLinks&& written) {
+  const ItemKey key = LinksKey(pair, written.chunk);
+  const CachedThing thing = ThingOf(key);
+  trace_.SetStored(thing, written.stored_bytes);
+  trace_.SetHeld(thing, LinkItemBytes(written.block));
+  NoteCapacity();
+  trace_.Make(thing);
+  KeepBlock(key, std::move(written.block));
+}
+
+void CellPager::ForgetLinks() {
+  auto it = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
+  while (it != items_.end()) {
+    Drop(it++);
+  }
+}
+
+void CellPager::KeepBlock(ItemKey key, LinkBlock&& block) {
+  const uint64_t bytes = LinkItemBytes(block);
+  if (TryMakeRoom(bytes, NextUseOf(key))) {
+    Insert(key, std::make_shared<LinkBlock>(std::move(block)), bytes);
+    items_.at(key).last_use = ++clock_;
+  }
+}
+
+}  // namespace enfilade

@@ -1,0 +1,372 @@
+#include "solver/refine/cover.h"
+
+#include "base/parallel.h"
+#include "base/random.h"
+#include "solver/refine/cover_candidates.h"
+#include "solver/transfer/cosine_directions.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// A point is covered if this many random directions, cosine-weighted, are all
+// blocked within the reach, and so are as many others, and these again. In a
+// corner between two walls half of them are, below a cover all.
+constexpr int kDirectionsPerTest = 8;
+// Points that a narrow view is left to, as in a bowl, pass a test now and then
+// and fail the next. There is no edge to be found where not this share of those
+// that pass two tests pass the third; fewer failures than these are chance.
+constexpr float kSharpShare = 0.7F;
+constexpr size_t kLeastFailures = 4;
+// One sample point per this area of each projection that may cover. The foot of
+// a chair's leg is about a tenth of the projections of its sides, margins
+// included.
+constexpr float kAreaPerPoint = 8e-4F;  // m2
+// At least so many points of a projection; overlapping ones share them.
+constexpr float kPoints = 32;
+constexpr size_t kLeastPoints = 2;
+constexpr size_t kMostPoints = 256;
+// Where more may cover, the parts of a surface are looked at instead of all.
+constexpr size_t kMostCandidates = 64;
+// Levels of elements whose children are looked at in parallel.
+constexpr size_t kParallelLevels = 4;
+// Receivers of a cell: as many, and so many for each of its patches.
+constexpr size_t kMostReceivers = 16384;
+constexpr size_t kMostReceiversPerPatch = 8;
+// Where there would be more, larger edges are left.
+constexpr double kCoarser = 4;
+// Rays that are traced together.
+constexpr size_t kPacket = std::tuple_size_v<decltype(SegmentPacket::from_x)>;
+
+// The element's, or of a triangle that of the parallelogram around it.
+PatchRect PatchRectOf(ElementFrame frame) {
+  const float end_a = frame.a + frame.scale;
+  const float end_b = frame.b + frame.scale;
+  return {std::min(frame.a, end_a),
+          std::max(frame.a, end_a),
+          std::min(frame.b, end_b),
+          std::max(frame.b, end_b)};
+}
+
+// The receivers of all patches of a cell so far, those included that others
+// have replaced: so it does not depend on the order whether there are too many.
+// Then all searches end: what they found is of no use.
+struct Found {
+  std::atomic<size_t> receivers = 0;
+  size_t most = 0;
+
+  [[nodiscard]] bool TooMany() const { return receivers > most; }
+};
+
+// What was found on an element.
+struct Finding {
+  std::vector<ElementPath> receivers;
+  bool is_covered = false;  // something covers a part of it
+  uint64_t rays = 0;
+
+  void Append(Finding&& other) {
+    receivers.insert(
+        receivers.end(), other.receivers.begin(), other.receivers.end());
+    is_covered |= other.is_covered;
+    rays += other.rays;
+  }
+};
+
+// Looks for covers on one patch.
+class Search {
+ public:
+  Search(const CoverOptions& options,
+         const CoverSide& cell,
+         size_t patch,
+         uint64_t key,
+         std::span<const CellBlockers* const> occluders,
+         Found* all)
+      : options_(&options),
+        cell_(&cell),
+        index_(patch),
+        patch_(&cell.patches[patch]),
+        directions_(*patch_),
+        key_(key),
+        occluders_(occluders),
+        all_(all) {}
+
+  // The receivers of the whole patch.
+  [[nodiscard]] Finding Run() const {
+    const Place whole{.light =
+                          cell_->light->OfPatch(static_cast<uint32_t>(index_))};
+    // Most patches of furniture are too small: nothing is looked up for them.
+    return CanMatter(whole) ? Visit(whole, CoverCandidates(*cell_, index_))
+                            : One(whole, false);
+  }
+
+ private:
+  struct Place {
+    ElementPath path = kRootPath;
+    ElementFrame frame = {};
+    size_t level = 0;
+    ReflectedElement light = {};
+  };
+
+  // The largest error that a cover of a share of the element may make, W/m.
+  // What it hides is what the element has on the whole, and may be all that is
+  // finer.
+  [[nodiscard]] float ErrorOf(const Place& at, float share) const {
+    if (share <= 0 || share >= 1) {
+      return 0;
+    }
+    return (at.light.mean * std::sqrt(share * (1 - share)) +
+            0.5F * at.light.detail) *
+           std::sqrt(AreaOf(*patch_, at.frame));
+  }
+
+  // Whether a cover of a part of the element could matter.
+  [[nodiscard]] bool CanMatter(const Place& at) const {
+    // No cover at all can hide more than that of a half.
+    return ErrorOf(at, 0.5F) > static_cast<float>(options_->tau) &&
+           DiameterOf(*patch_, at.frame) > options_->least_diameter &&
+           !IsDeepest(at.path);
+  }
+
+  // If nothing covers any of an element it is one receiver.
+  [[nodiscard]] Finding Visit(const Place& at,
+                              const std::vector<PatchRect>& candidates) const {
+    if (all_->TooMany()) {
+      return {};
+    }
+    const std::vector<PatchRect> here =
+        Within(PatchRectOf(at.frame), candidates);
+    if (here.empty() || !CanMatter(at)) {
+      return One(at, false);
+    }
+    if (here.size() > kMostCandidates) {
+      Finding finding = VisitChildren(at, here);
+      if (!finding.is_covered) {
+        finding.receivers.clear();
+        finding.Append(One(at, false));
+      }
+      return finding;
+    }
+    Finding finding;
+    const float share = CoveredShare(at, here, &finding.rays);
+    finding.Append(ErrorOf(at, share) <= static_cast<float>(options_->tau)
+                       ? One(at, share > 0)
+                       : VisitChildren(at, here));
+    return finding;
+  }
+
+  [[nodiscard]] Finding One(const Place& at, bool is_covered) const {
+    ++all_->receivers;
+    return {{at.path}, is_covered, 0};
+  }
+
+  [[nodiscard]] Finding VisitChildren(
+      const Place& at, const std::vector<PatchRect>& candidates) const {
+    std::array<Finding, kChildren> children;
+    const auto visit = [&](size_t c) {
+      children[c] = Visit({ChildPath(at.path, c),
+                           ChildOf(at.frame, patch_->shape, c),
+                           at.level + 1,
+                           cell_->light->OfChild(at.light, c)},
+                          candidates);
+    };
+    // A hall is one floor: the patches of a cell are not enough to share out.
+    if (at.level < kParallelLevels) {
+      ParallelForInside(kChildren, visit);
+    } else {
+      for (size_t c = 0; c < kChildren; ++c) {
+        visit(c);
+      }
+    }
+    Finding all;
+    for (Finding& child : children) {
+      all.Append(std::move(child));
+    }
+    return all;
+  }
+
+  static std::vector<PatchRect> Within(const PatchRect& element,
+                                       const std::vector<PatchRect>& rects) {
+    std::vector<PatchRect> within;
+    for (const PatchRect& r : rects) {
+      const PatchRect part = r.ClippedTo(element);
+      if (part.low_a < part.high_a && part.low_b < part.high_b) {
+        within.push_back(part);
+      }
+    }
+    return within;
+  }
+
+  // A point that may be covered, and for how much of the element it counts.
+  struct Suspect {
+    Vec3f point;
+    float share = 0;
+  };
+
+  static float SumOfShares(const std::vector<Suspect>& suspects) {
+    float sum = 0;
+    for (const Suspect& s : suspects) {
+      sum += s.share;
+    }
+    return sum;
+  }
+
+  [[nodiscard]] float CoveredShare(const Place& at,
+                                   const std::vector<PatchRect>& candidates,
+                                   uint64_t* rays) const {
+    Random random(MixKey(key_, at.path));
+    std::vector<Suspect> suspects = DrawSuspects(at.frame, candidates, &random);
+    KeepCovered(&suspects, &random, rays);
+    KeepCovered(&suspects, &random, rays);
+    const float twice = SumOfShares(suspects);
+    const size_t passed = suspects.size();
+    KeepCovered(&suspects, &random, rays);
+    const float thrice = SumOfShares(suspects);
+    return passed - suspects.size() >= kLeastFailures &&
+                   thrice < kSharpShare * twice
+               ? 0
+               : std::min(thrice, 1.0F);
+  }
+
+  // Points are drawn on each of the candidates, which may overlap: one that
+  // lies on several could have come from any of them.
+  [[nodiscard]] std::vector<Suspect> DrawSuspects(
+      ElementFrame frame,
+      const std::vector<PatchRect>& candidates,
+      Random* random) const {
+    // Of the parallelogram around the element.
+    const float fill = patch_->shape == PatchShape::kTriangle ? 0.5F : 1.0F;
+    const float area = AreaOf(*patch_, frame) / fill;
+    const float rect_area = PatchRectOf(frame).Area();
+    float layers = 0;  // of candidates, mean over the element
+    for (const PatchRect& rect : candidates) {
+      layers += rect.Area() / rect_area;
+    }
+    std::vector<Suspect> suspects;
+    for (const PatchRect& rect : candidates) {
+      const float share = rect.Area() / rect_area;
+      const float wanted = std::max(kPoints, share * area / kAreaPerPoint) /
+                           std::max(layers, 1.0F);
+      const size_t points =
+          std::clamp(static_cast<size_t>(wanted), kLeastPoints, kMostPoints);
+      const float scale = share / (fill * static_cast<float>(points));
+      for (size_t i = 0; i < points; ++i) {
+        const auto [s, t] = random->NextTwo();
+        const float a = rect.low_a + s * (rect.high_a - rect.low_a);
+        const float b = rect.low_b + t * (rect.high_b - rect.low_b);
+        if (patch_->shape == PatchShape::kTriangle &&
+            (a - frame.a + b - frame.b) / frame.scale > 1) {
+          continue;
+        }
+        const auto over = std::count_if(
+            candidates.begin(), candidates.end(), [&](const PatchRect& r) {
+              return r.Has(a, b);
+            });
+        suspects.push_back(
+            {PointOn(*patch_, {}, a, b),
+             scale / static_cast<float>(std::max<std::ptrdiff_t>(over, 1))});
+      }
+    }
+    return suspects;
+  }
+
+  // Drops the points from which one of the directions is free.
+  void KeepCovered(std::vector<Suspect>* suspects,
+                   Random* random,
+                   uint64_t* rays) const {
+    for (int k = 0; k < kDirectionsPerTest; ++k) {
+      size_t left = 0;
+      for (size_t first = 0; first < suspects->size(); first += kPacket) {
+        const size_t count = std::min(kPacket, suspects->size() - first);
+        const uint32_t blocked =
+            Look({suspects->data() + first, count}, random);
+        for (size_t i = 0; i < count; ++i) {
+          (*suspects)[left] = (*suspects)[first + i];
+          left += blocked >> i & 1;
+        }
+      }
+      *rays += suspects->size();
+      suspects->resize(left);
+    }
+  }
+
+  // From which points a random direction is blocked.
+  [[nodiscard]] uint32_t Look(std::span<const Suspect> suspects,
+                              Random* random) const {
+    SegmentPacket packet;
+    for (size_t i = 0; i < suspects.size(); ++i) {
+      const Vec3f from = suspects[i].point;
+      const Vec3f to = from + directions_.Draw(random) * kCoverReach;
+      packet.from_x[i] = from.x;
+      packet.from_y[i] = from.y;
+      packet.from_z[i] = from.z;
+      packet.to_x[i] = to.x;
+      packet.to_y[i] = to.y;
+      packet.to_z[i] = to.z;
+    }
+    packet.count = static_cast<uint32_t>(suspects.size());
+    return Occluded(occluders_, packet);
+  }
+
+  const CoverOptions* options_;
+  const CoverSide* cell_;
+  size_t index_;
+  const PatchGeometry* patch_;
+  CosineDirections directions_;
+  uint64_t key_;
+  std::span<const CellBlockers* const> occluders_;
+  Found* all_;
+};
+
+// False, and nothing found, if there are too many receivers.
+bool FindWith(const CoverOptions& options,
+              const CoverSide& cell,
+              Covers* covers) {
+  const auto& patches = cell.patches;
+  const CellBlockers* const occluders[] = {cell.occluders};
+  Found found;
+  found.most = options.most_receivers;
+  std::vector<Finding> findings(patches.size());
+  ParallelFor(patches.size(), [&](size_t i) {
+    if (patches[i].reflects && !found.TooMany()) {
+      const Search search(options,
+                          cell,
+                          i,
+                          MixKey(MixKey(options.seed, cell.id.value), i),
+                          occluders,
+                          &found);
+      findings[i] = search.Run();
+    }
+  });
+  if (found.TooMany()) {
+    return false;
+  }
+  for (size_t i = 0; i < patches.size(); ++i) {
+    covers->rays += findings[i].rays;
+    for (const ElementPath path : findings[i].receivers) {
+      covers->receivers.push_back({static_cast<uint32_t>(i), path});
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Covers FindCovers(const CoverOptions& options, const CoverSide& cell) {
+  CoverOptions now = options;
+  now.most_receivers =
+      std::min(options.most_receivers,
+               kMostReceivers + kMostReceiversPerPatch * cell.patches.size());
+  Covers covers;
+  while (!FindWith(now, cell, &covers)) {
+    now.tau *= kCoarser;
+  }
+  return covers;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,42 @@
+// What may cover a part of a patch: what stands before it within reach,
+// projected onto it.
+
+#pragma once
+
+#include "solver/refine/cover.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace enfilade {
+
+// Light that is cut off within this distance of a surface is covered.
+inline constexpr float kCoverReach = 0.35F;  // m
+
+// A part of a patch, in its coordinates.
+struct PatchRect {
+  float low_a, high_a, low_b, high_b;
+
+  [[nodiscard]] bool Has(float a, float b) const {
+    return a >= low_a && a <= high_a && b >= low_b && b <= high_b;
+  }
+
+  // Requires an overlap.
+  [[nodiscard]] PatchRect ClippedTo(const PatchRect& other) const {
+    return {std::max(low_a, other.low_a),
+            std::min(high_a, other.high_a),
+            std::max(low_b, other.low_b),
+            std::min(high_b, other.high_b)};
+  }
+
+  [[nodiscard]] float Area() const {
+    return (high_a - low_a) * (high_b - low_b);
+  }
+};
+
+// Where on a patch others can cover it: their projections, widened. They
+// may overlap, and reach beyond the patch.
+std::vector<PatchRect> CoverCandidates(const CoverSide& cell, size_t patch);
+
+}  // namespace enfilade

@@ -1,0 +1,255 @@
+#include "solver/refine/refiner.h"
+
+#include "base/random.h"
+#include "solver/refine/refiner_task.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+// Constants of the oracle: docs/decisions/0011-oracle.md.
+// What sixteen rays leave unknown, as a share of the unoccluded transfer: per
+// root of p (1 - p) where some are blocked, and where all are; where none is:
+// kUnprovenClear.
+constexpr float kMixedVisibility = 0.5F;
+constexpr float kUnprovenBlocked = 0.04F;
+// Sixteen rays seldom miss shadows of more of the receiver: one time in ten.
+constexpr float kMostMissed = 0.125F;
+// Shadows cost bases of higher order more, on their larger elements, than rays
+// tell: measured, docs/decisions/0017-higher-orders.md.
+constexpr std::array<float, 5> kShadowsOfOrder = {1, 1, 1, 1.25F, 1.4F};
+// Of a part of what was blocked already, a quarter: so many halvings.
+constexpr int kBlockedHalvings = 2;
+// The first four rays decide alone where they agree and what they leave unknown
+// is at most this share of tau.
+constexpr float kUnprovenByFour = 0.15F;
+constexpr float kDecidedByFour = 0.25F;
+
+// What is unknown where a share is visible, or hidden.
+float MixedShare(float visible) {
+  return kMixedVisibility * std::sqrt(visible * (1 - visible));
+}
+
+}  // namespace
+
+Refiner::Refiner(PairWork work,
+                 const CellTree& source_tree,
+                 const Blockers& blockers)
+    : work_(std::move(work)),
+      options_(work_.Options()),
+      receiver_(work_.Receiver()),
+      source_(work_.Source()),
+      blockers_(&blockers),
+      basis_(receiver_.tree->Shape().basis),
+      shadows_(basis_->kind.flat ? 1 : kShadowsOfOrder[basis_->kind.order]),
+      constant_basis_(receiver_.tree->Shape().NodeStride() == 1),
+      is_partial_(!receiver_.part.IsEverything() ||
+                  !source_.part.IsEverything()) {
+  source_.tree = &source_tree;
+}
+
+uint64_t Refiner::KeyOf(const Receiver& r, const Source& s) const {
+  const uint64_t patches = uint64_t{r.patch} << 32 | s.patch;
+  return MixKey(MixKey(MixKey(work_.Key(), patches), r.path), s.path);
+}
+
+void Refiner::Visit(const Receiver& r,
+                    const Source& s,
+                    int blocked,
+                    Task* task) const {
+  if (task->out->overflowed || !MaySee(r, s) || IsBehind(s.end, *r.end.patch) ||
+      IsBehind(r.end, *s.end.patch)) {
+    return;
+  }
+  const float form_factor = FormFactorBound(r.end, s.end);
+  const float bound = r.weight * PeakOf(s) * form_factor;
+  if (bound < static_cast<float>(options_.tau_weak)) {
+    AddWeak(r, s, form_factor, bound, 1, task);
+    return;
+  }
+  const Shaft shaft =
+      ShaftBetween(*r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
+  if (blockers_->Separate(shaft)) {
+    return;
+  }
+  LinkRays rays(*blockers_, r.end, s.end, KeyOf(r, s), &task->rays);
+  if (FewDecide(bound, blocked)) {
+    rays.TraceFew();
+    if (rays.NoneSeen() && !rays.SeesPeak()) {
+      AcceptBlocked(r, s, bound * UnknownBlocked(true, blocked), &rays, task);
+      return;
+    }
+  }
+  VisitSeen(r, s, shaft, blocked, &rays, task);
+}
+
+// The part of a visit that needs the kernel.
+void Refiner::VisitSeen(const Receiver& r,
+                        const Source& s,
+                        const Shaft& shaft,
+                        int blocked,
+                        LinkRays* rays,
+                        Task* task) const {
+  Judgement judgement = JudgeTransfer(r.end, s);
+  const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
+  const float unknown =
+      judgement.transfer * shadows_ *
+      UnknownShare(look.fraction, look.proven, look.few, blocked);
+  const bool is_seen = look.fraction > 0 || rays->SeesPeak();
+  float error_at_receiver = 0;
+  float error_at_source = 0;
+  if (is_seen) {
+    JudgeErrors(r.end, s, *basis_, &judgement);
+    error_at_receiver = judgement.receiver_error;
+    error_at_source =
+        std::max(judgement.source_error, NearDetail(r, s, judgement));
+  }
+  blocked += is_seen ? 0 : 1;
+  const float share = ReceiverShare(look.bits, r.end, s.end);
+  const float missed = judgement.transfer * shadows_ *
+                       MissedShadow(r, s, judgement.transfer, look);
+  const float by_receiver = error_at_receiver + share * unknown + missed;
+  const float by_source = error_at_source + (1 - share) * unknown;
+  // What cannot be split cannot be helped: splitting the other end instead
+  // would only make more links of the same error together.
+  const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
+  const float at_source = CanSplit(s.end, s.path) ? by_source : 0;
+  if (r.weight * (at_receiver + at_source) > static_cast<float>(options_.tau)) {
+    if (at_receiver >= at_source) {
+      SplitReceiver(r, s, blocked, task);
+    } else {
+      SplitSource(r, s, blocked, task);
+    }
+    return;
+  }
+  if (!task->Takes(r)) {
+    return;
+  }
+  const float error = r.weight * (by_receiver + by_source);
+  if (is_seen) {
+    AddError(TrueError(r, error), task);
+  } else {
+    AddBlockedError(TrueError(r, error), task);
+  }
+  const uint16_t bits = look.proven ? look.bits
+                        : look.few  ? rays->AskFewAnew()
+                                    : rays->AskAllAnew();
+  Accept(r, s, judgement, bits, task);
+}
+
+// A transfer of which few rays saw nothing. Others may see something of it.
+void Refiner::AcceptBlocked(const Receiver& r,
+                            const Source& s,
+                            float error,
+                            LinkRays* rays,
+                            Task* task) const {
+  if (!task->Takes(r)) {
+    return;
+  }
+  AddBlockedError(TrueError(r, error), task);
+  const uint16_t bits = rays->AskFewAnew();
+  if (bits != 0) {
+    Accept(r, s, JudgeTransfer(r.end, s), bits, task);
+  }
+}
+
+// What rays that are all blocked leave unknown, per unoccluded transfer.
+float Refiner::UnknownBlocked(bool few, int blocked) {
+  return std::ldexp(few ? kUnprovenByFour : kUnprovenBlocked,
+                    -kBlockedHalvings * blocked);
+}
+
+// The error that the rays of a link leave, likewise.
+float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
+  if (proven) {
+    return 0;
+  }
+  if (visible <= 0) {
+    return UnknownBlocked(few, blocked);
+  }
+  return MixedShare(visible) + (few ? kUnprovenByFour : kUnprovenClear);
+}
+
+// What the outlines of blockers say of shadows where all rays got through,
+// likewise, beyond what is taken for unknown. Looked for only where it could
+// decide by itself.
+float Refiner::MissedShadow(const Receiver& r,
+                            const Source& s,
+                            float transfer,
+                            const Visibility& look) const {
+  if (look.proven || look.few || look.fraction < 1 ||
+      r.weight * transfer * shadows_ * MixedShare(kMostMissed) <=
+          static_cast<float>(options_.tau)) {
+    return 0;
+  }
+  const float hidden =
+      blockers_->SumOfShadows(CastShadow(r.end, s.end.center), kMostMissed);
+  return std::max(0.0F, MixedShare(hidden) - kUnprovenClear);
+}
+
+// Whether what four rays leave unknown of a transfer, where they agree, is
+// little.
+bool Refiner::FewDecide(float transfer, int blocked) const {
+  return transfer * UnknownBlocked(true, blocked) <=
+         kDecidedByFour * static_cast<float>(options_.tau);
+}
+
+void Refiner::SplitReceiver(const Receiver& r,
+                            const Source& s,
+                            int blocked,
+                            Task* task) const {
+  for (size_t c = 0; c < kChildren; ++c) {
+    if (task->Enters(r, c)) {
+      Visit(ChildReceiver(r, c), s, blocked, task);
+    }
+  }
+}
+
+void Refiner::SplitSource(const Receiver& r,
+                          const Source& s,
+                          int blocked,
+                          Task* task) const {
+  for (size_t c = 0; c < kChildren; ++c) {
+    Visit(r, ChildSource(s, c), blocked, task);
+  }
+}
+
+// ------------------------------------------------------------- the visibility
+
+Refiner::Visibility Refiner::Look(const Receiver& r,
+                                  const Source& s,
+                                  const Sight& sight,
+                                  LinkRays* rays) const {
+  Visibility look;
+  look.proven = blockers_->LeaveEmpty(*sight.shaft);
+  if (look.proven) {
+    look.bits = AllPairs(r.end, s.end);
+    return look;
+  }
+  rays->TraceFew();
+  look.few = rays->Agree() &&
+             FewDecide(r.weight * sight.judgement->transfer, sight.blocked);
+  if (look.few) {
+    look.bits = rays->NoneSeen() ? uint16_t{0} : AllPairs(r.end, s.end);
+    look.fraction = rays->NoneSeen() ? 0.0F : 1.0F;
+    return look;
+  }
+  rays->TraceAll();
+  look.bits = rays->Seen();
+  float all = 0;
+  float visible = 0;
+  for (size_t bit = 0; bit < sight.judgement->kernel.size(); ++bit) {
+    const float share =
+        sight.judgement->kernel[bit] * s.radiosity[bit % kTransferNodes] +
+        1e-20F;
+    all += (rays->Traced() >> bit & 1) != 0 ? share : 0;
+    visible += (rays->Seen() >> bit & 1) != 0 ? share : 0;
+  }
+  look.fraction = rays->Traced() == 0 ? 1.0F : visible / all;
+  return look;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,328 @@
+// Refinement: from two patches down to the pairs of elements whose transfer is
+// accurate enough to be a link.
+//
+//   paper          here
+//   oracle         JudgeErrors (oracle.h) and what rays leave unknown: error of
+//                  the transferred radiosity on the receiver, W/m2 (RMS over
+//                  the element); weighed in VisitSeen
+//   epsilon        tau: a link is accepted when its error, weighted by the
+//                  root of the receiver's area, is at most tau, W/m
+//   link           Link, in element paths until ids are given (RawLink)
+//
+// The error of a link has three parts: what the basis cannot follow on the
+// receiver, what the nodes cannot see of the source's radiosity, and occlusion
+// that the rays leave unknown. The end that contributes most is split.
+// Transfers below tau as a whole become weak links: each is kept with the
+// probability that its bound has of tau, and is then divided by it, so that
+// their sum is unbiased and their number follows the light and not the square
+// of the patches. Neither does the time: where the bounds of two clusters say
+// that few of their pairs will be kept, those few are drawn at once.
+
+#pragma once
+
+#include "solver/elements/element_tree.h"
+#include "solver/elements/received_light.h"
+#include "solver/links/link_block.h"
+#include "solver/refine/pair_work.h"
+#include "solver/refine/refine_side.h"
+#include "solver/refine/source_weights.h"
+#include "solver/state/work_part.h"
+#include "solver/transfer/form_factor.h"
+#include "solver/transfer/group_transfer.h"
+#include "solver/transfer/link_rays.h"
+#include "solver/transfer/oracle.h"
+#include "solver/transfer/shaft.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// A link before its elements have ids.
+struct RawLink {
+  uint32_t receiver_patch = 0;
+  uint32_t source_patch = 0;  // group: which group
+  ElementPath receiver_path = kRootPath;
+  ElementPath source_path = kRootPath;
+  LinkKind kind{};
+  uint16_t value = 0;
+  uint32_t more = 0;  // as of a Link; shaped: which of the RawLinks' shapes
+  // What a source of 1 W/m2 brings to the receiver's nodes, W/m2.
+  std::array<float, kTransferNodes> gain{};
+};
+
+struct RawLinks {
+  std::vector<RawLink> links;
+  std::vector<KernelShape> shapes;
+  // The sum of the squares of weighted errors that count, (W/m)^2.
+  double squared_error = 0;
+  uint64_t rays = 0;
+  bool overflowed = false;  // there were too many: of no use
+};
+
+// How many links a part of the work may make.
+struct LinkLimit {
+  // A part that makes more is to be cut, if it can be.
+  size_t most = SIZE_MAX;
+  // Counts the links of all parts that are made at the same time. A part that
+  // brings it above `most_together` is to be made again later.
+  std::atomic<size_t>* together = nullptr;
+  size_t most_together = SIZE_MAX;
+};
+
+// A cell whose tree grows with its links.
+struct GrowingSide {
+  std::span<const PatchGeometry> patches;
+  CellTree* tree = nullptr;
+};
+
+// Appends raw links to a block, making the elements that they name, and adds
+// to the receiver's gains.
+void ApplyLinks(const RawLinks& raw,
+                const GrowingSide& receiver,
+                const GrowingSide& source,
+                ReceivedLight* received,
+                LinkBlock* block);
+
+// Refines the transfers from one source cell to one receiver cell.
+class Refiner {
+ public:
+  // Trees and blockers are borrowed.
+  Refiner(PairWork work, const CellTree& source_tree, const Blockers& blockers);
+
+  [[nodiscard]] size_t ItemCount() const { return work_.Items().size(); }
+
+  // Appends the links of a part of an item; stops, overflowed, where there are
+  // too many. Thread-safe: touches nothing but `out` and the limit. The same
+  // links however much the trees have grown since the cells were balanced.
+  void Refine(const WorkPart& part,
+              const LinkLimit& limit,
+              RawLinks* out) const;
+
+ private:
+  struct Source : RadiantEnd {
+    uint32_t patch = 0;
+    ElementPath path = kRootPath;
+    ElementId element;  // itself, or an ancestor that has no detail
+  };
+
+  struct Receiver {
+    TransferEnd end;
+    uint32_t patch = 0;
+    ElementPath path = kRootPath;
+    uint32_t level = 0;  // below the element where refinement begins
+    float care = 1;      // of its patch
+    float weight = 0;    // reflectance times root of area, times care
+  };
+
+  // What rays say of a transfer.
+  struct Visibility {
+    uint16_t bits = 0;   // per pair of nodes
+    float fraction = 1;  // weighted by the kernel and the radiosity
+    bool proven = false;
+    bool few = false;  // four rays sufficed
+  };
+
+  // What is known when visibility is looked at.
+  struct Sight {
+    const Judgement* judgement = nullptr;
+    const Shaft* shaft = nullptr;
+    int blocked = 0;
+  };
+
+  // A weak link that waits for its ray.
+  struct PendingLink {
+    RawLink link;
+    float coefficient = 0;
+    float error = 0;  // W/m, if the ray gets through
+  };
+
+  struct Task;
+
+  [[nodiscard]] Source RootSource(const ClusterItem& item) const;
+  [[nodiscard]] Source ChildSource(const Source& parent, size_t child) const;
+  [[nodiscard]] Receiver RootReceiver(const ClusterItem& item) const;
+  [[nodiscard]] Receiver ChildReceiver(const Receiver& parent,
+                                       size_t child) const;
+  [[nodiscard]] std::array<float, kTransferNodes> Pushed(
+      const std::array<float, kTransferNodes>& parent,
+      PatchShape shape,
+      size_t child) const;
+  void SetRadiosity(Source* source) const;
+
+  static float PeakOf(const Source& s) {
+    return enfilade::PeakOf(s.radiosity, s.detail);
+  }
+
+  // Whether both lie in what their cells see of each other.
+  [[nodiscard]] bool MaySee(const Receiver& r, const Source& s) const {
+    return !is_partial_ || (ReachesInto(r.end, receiver_.part) &&
+                            ReachesInto(s.end, source_.part));
+  }
+
+  [[nodiscard]] bool CanSplit(const TransferEnd& end, ElementPath path) const;
+
+  void VisitSources(uint32_t receiver, uint32_t source, Task* task) const;
+  void VisitClusters(uint32_t receiver, uint32_t source, Task* task) const;
+  void VisitItems(const Cluster& r, const Cluster& s, Task* task) const;
+  void DrawItem(const WorkItem& item, Task* task) const;
+  void SamplePairs(ClusterPair pair,
+                   const ClusterVisit& visit,
+                   Task* task) const;
+  const Receiver& ReceiverAt(uint32_t item, Task* task) const;
+  const Source& SourceAt(uint32_t item, Task* task) const;
+
+  // `blocked`: how many splits ago no ray got through any more.
+  void Visit(const Receiver& r, const Source& s, int blocked, Task* task) const;
+  void SplitReceiver(const Receiver& r,
+                     const Source& s,
+                     int blocked,
+                     Task* task) const;
+  void SplitSource(const Receiver& r,
+                   const Source& s,
+                   int blocked,
+                   Task* task) const;
+  void VisitSeen(const Receiver& r,
+                 const Source& s,
+                 const Shaft& shaft,
+                 int blocked,
+                 LinkRays* rays,
+                 Task* task) const;
+
+  void AcceptBlocked(const Receiver& r,
+                     const Source& s,
+                     float error,
+                     LinkRays* rays,
+                     Task* task) const;
+
+  [[nodiscard]] Visibility Look(const Receiver& r,
+                                const Source& s,
+                                const Sight& sight,
+                                LinkRays* rays) const;
+  [[nodiscard]] float NearDetail(const Receiver& r,
+                                 const Source& s,
+                                 const Judgement& judgement) const;
+  static float UnknownBlocked(bool few, int blocked);
+  static float UnknownShare(float visible, bool proven, bool few, int blocked);
+  [[nodiscard]] float MissedShadow(const Receiver& r,
+                                   const Source& s,
+                                   float transfer,
+                                   const Visibility& look) const;
+  // Writes the coefficients of a link down: scaled quadrature where that says
+  // enough, otherwise each of them.
+  void Encode(const Receiver& r,
+              const Source& s,
+              const Kernel& kernel,
+              RawLink* link,
+              Task* task) const;
+  [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
+
+  // What an error adds to those of the solution: without the care of the
+  // receiver, and nothing where that is black.
+  [[nodiscard]] float TrueError(const Receiver& r, float weighted) const {
+    const bool counts =
+        options_.counts_black || r.end.patch->max_reflectance > 0;
+    return counts ? weighted / r.care : 0;
+  }
+
+  static void AddLink(const RawLink& link, Task* task);
+  static void AddError(float error, Task* task);
+  static void AddBlockedError(float error, Task* task);
+  void TakeBlocked(Task* task) const;
+
+  // `drawn`: the probability with which the pair was chosen to be looked at.
+  void AddWeak(const Receiver& r,
+               const Source& s,
+               float form_factor_bound,
+               float bound,
+               float drawn,
+               Task* task) const;
+  void AddPending(const PendingLink& link, PointPair ray, Task* task) const;
+  void FlushWeak(Task* task) const;
+  void Accept(const Receiver& r,
+              const Source& s,
+              const Judgement& judgement,
+              uint16_t visible,
+              Task* task) const;
+
+  // The groups: refiner_groups.cpp.
+  // What rays say of a transfer from one.
+  struct GroupLook {
+    GroupSight sight;
+    bool few = false;     // one of each node sufficed
+    bool agreed = false;  // all of one point's rays did alike
+  };
+
+  // What is known when a group is looked at.
+  struct GroupVisit {
+    uint32_t group = 0;
+    int blocked = 0;  // as in Visit
+    // The probability with which it was chosen to be looked at; below 1 only
+    // where the transfer is weak.
+    float drawn = 1;
+  };
+
+  [[nodiscard]] const SourceGroup& GroupAt(uint32_t group) const {
+    return source_.groups->All()[group];
+  }
+
+  [[nodiscard]] const GroupWeight& SentBy(uint32_t group) const {
+    return source_.sent->groups[group];
+  }
+
+  [[nodiscard]] uint64_t KeyOf(const Receiver& r, uint32_t group) const;
+  void VisitGroups(const Cluster& r, uint32_t group, Task* task) const;
+  void SampleGroup(ClusterPair pair,
+                   const ClusterVisit& visit,
+                   Task* task) const;
+  void VisitGroup(const Receiver& r,
+                  GroupVisit visit,
+                  const GroupPart& candidates,
+                  Task* task) const;
+  [[nodiscard]] GroupLook LookAtGroup(const Receiver& r,
+                                      float light,
+                                      int blocked,
+                                      GroupRays* rays) const;
+  void VisitSeenGroup(const Receiver& r,
+                      GroupVisit visit,
+                      GroupTransfer* transfer,
+                      Task* task) const;
+  void SplitGroupReceiver(const Receiver& r,
+                          GroupVisit visit,
+                          const GroupPart& facing,
+                          Task* task) const;
+  void SplitGroup(const Receiver& r,
+                  GroupVisit visit,
+                  const GroupPart& facing,
+                  Task* task) const;
+  void DrawGroup(const Receiver& r,
+                 uint32_t group,
+                 float drawn,
+                 Task* task) const;
+  void AddWeakGroup(const Receiver& r,
+                    GroupVisit visit,
+                    const GroupTransfer& transfer,
+                    Task* task) const;
+  void AcceptGroup(const Receiver& r,
+                   uint32_t group,
+                   const std::array<float, kTransferNodes>& gain,
+                   Task* task) const;
+
+  static RawLink LinkBetween(const Receiver& r, const Source& s);
+  [[nodiscard]] uint64_t KeyOf(const Receiver& r, const Source& s) const;
+
+  PairWork work_;
+  RefineOptions options_;  // of the work, and so are the sides
+  RefineSide receiver_;
+  RefineSide source_;  // with its tree, which the work does without
+  const Blockers* blockers_;
+  const Basis* basis_;
+  float shadows_;  // weight of unknown occlusion; more in higher orders
+  bool constant_basis_;
+  bool is_partial_;  // the cells see parts of each other
+};
+
+}  // namespace enfilade

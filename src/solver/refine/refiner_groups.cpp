@@ -1,0 +1,290 @@
+// The part of refinement whose sources are groups of patches.
+
+#include "base/random.h"
+#include "solver/refine/refiner_task.h"
+#include "solver/refine/source_weights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace enfilade {
+namespace {
+
+// Rays of a look: points about each of the receiver's nodes, and rays of each.
+// What many rays leave unknown is what V varies by over the receiver, and their
+// noise, which strata make about half as large.
+constexpr size_t kManyPoints = 4;
+constexpr size_t kManyRays = 4;
+constexpr float kUnknownByReceiver = 0.5F;
+constexpr float kStratified = 0.5F;
+// Makes the keys of groups others than those of patches.
+constexpr uint64_t kGroupKey = uint64_t{1} << 31;
+
+// What rays leave unknown, as a share of the transfer, and how much of that is
+// the receiver's, whose points see different shares of the group, and not the
+// group's, whose points are seen or not.
+struct Unknown {
+  float share = 0;
+  float of_receiver = 0;
+};
+
+// Where all rays agree it is the larger end's.
+Unknown UnknownByAgreed(float share,
+                        float receiver_diameter,
+                        const Box& group) {
+  return {
+      share,
+      receiver_diameter / (receiver_diameter + Length(group.Extent()) + 1e-9F)};
+}
+
+Unknown UnknownByMixed(const GroupSight& sight) {
+  constexpr auto kRays = static_cast<float>(kManyPoints * kManyRays);
+  return {kUnknownByReceiver * std::sqrt(sight.by_receiver) +
+              kStratified * std::sqrt(sight.by_source / kRays) + kUnprovenClear,
+          sight.by_receiver / (sight.by_receiver + sight.by_source + 1e-9F)};
+}
+
+}  // namespace
+
+uint64_t Refiner::KeyOf(const Receiver& r, uint32_t group) const {
+  const uint64_t ends = uint64_t{r.patch} << 32 | kGroupKey | group;
+  return MixKey(MixKey(work_.Key(), ends), r.path);
+}
+
+void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
+  for (uint32_t i = r.first; i < r.first + r.count; ++i) {
+    if (task->Meets(i, 1)) {
+      DrawGroup(ReceiverAt(i, task), group, 1, task);
+    }
+  }
+}
+
+// As SamplePairs.
+void Refiner::SampleGroup(ClusterPair pair,
+                          const ClusterVisit& visit,
+                          Task* task) const {
+  const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
+  RareDraws draws = work_.DrawsOf(pair, visit, r.count);
+  for (; !draws.AtEnd(); draws.Next()) {
+    const auto i = r.first + static_cast<uint32_t>(draws.Trial());
+    DrawGroup(RootReceiver(receiver_.clusters->Items()[i]),
+              pair.source,
+              visit.probability,
+              task);
+  }
+}
+
+// Looks at a group, or not: most pairs of a hall with many lamps are so weak
+// that the box of the group says so. `drawn`: as of AddWeak.
+void Refiner::DrawGroup(const Receiver& r,
+                        uint32_t group,
+                        float drawn,
+                        Task* task) const {
+  const float form_factor =
+      FormFactorOfGroup(GroupAt(group), r.end.center, r.end.radius);
+  const float bound = r.weight * SentBy(group).Most() * form_factor;
+  const float probability =
+      bound < static_cast<float>(options_.tau_weak)
+          ? std::min(drawn, work_.WeakProbability(bound, form_factor))
+          : drawn;
+  Random random(MixKey(KeyOf(r, group), kGroupKey));
+  if (random.Next() * static_cast<double>(drawn) <
+      static_cast<double>(probability)) {
+    VisitGroup(r, {group, 0, probability}, WholeGroup(GroupAt(group)), task);
+  }
+}
+
+void Refiner::VisitGroup(const Receiver& r,
+                         GroupVisit visit,
+                         const GroupPart& candidates,
+                         Task* task) const {
+  const SourceGroup& group = GroupAt(visit.group);
+  if (task->out->overflowed || !ReachesInto(r.end, receiver_.part) ||
+      !source_.part.Overlaps(group.box)) {
+    return;
+  }
+  GroupTransfer transfer(
+      r.end, source_.patches, *source_.groups, group, candidates);
+  if (transfer.Facing().count == 0) {
+    return;
+  }
+  const float bound =
+      r.weight * SentBy(visit.group).Most() * transfer.FormFactorBound();
+  if (visit.drawn < 1 || bound < static_cast<float>(options_.tau_weak)) {
+    AddWeakGroup(r, visit, transfer, task);
+    return;
+  }
+  if (blockers_->Separate(ShaftBetween(*r.end.patch, r.end.frame, group.box))) {
+    return;
+  }
+  transfer.Evaluate();
+  VisitSeenGroup(r, visit, &transfer, task);
+}
+
+// One ray, more from one point, or from several: until they say enough.
+// `light`: what the group sends at most, weighted.
+Refiner::GroupLook Refiner::LookAtGroup(const Receiver& r,
+                                        float light,
+                                        int blocked,
+                                        GroupRays* rays) const {
+  GroupLook look;
+  look.sight = rays->Look(1, 1);
+  look.few = look.sight.Agrees() && FewDecide(light, blocked);
+  if (!look.few) {
+    look.sight = rays->Look(1, kManyRays);
+  }
+  // One point of an element that mostly faces away says little, unless little
+  // is at stake.
+  look.agreed = look.sight.Agrees() &&
+                (look.few || 2 * look.sight.points >= r.end.node_count);
+  if (!look.agreed) {
+    look.sight = rays->Look(kManyPoints, kManyRays);
+  }
+  return look;
+}
+
+// The part of a visit that needs form factors and rays.
+void Refiner::VisitSeenGroup(const Receiver& r,
+                             GroupVisit visit,
+                             GroupTransfer* transfer,
+                             Task* task) const {
+  const GroupWeight& sent = SentBy(visit.group);
+  const Box& box = GroupAt(visit.group).box;
+  const auto tau = static_cast<float>(options_.tau);
+  const float brightness = r.weight * sent.radiosity;
+  const float light = brightness * transfer->FormFactor();
+  GroupRays rays(
+      *blockers_, r.end, *transfer, KeyOf(r, visit.group), &task->rays);
+  const auto [sight, few, agreed] = LookAtGroup(r, light, visit.blocked, &rays);
+  const float visible = sight.fraction;
+  const bool is_seen = visible > 0 || rays.SeesPeak();
+  const float rough = is_seen ? brightness * transfer->Residual(*basis_) : 0.0F;
+  const Unknown unknown =
+      agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
+                               r.end.diameter,
+                               box)
+             : UnknownByMixed(sight);
+  const float hidden = light * shadows_ * unknown.share;
+  float by_receiver = rough + unknown.of_receiver * hidden;
+  float by_source = (1 - unknown.of_receiver) * hidden;
+  // A proof costs as much as a kernel: only where it decides.
+  const bool proven = visible >= 1 && rough <= tau && rough + hidden > tau &&
+                      transfer->IsProvenClear(*blockers_);
+  if (proven) {
+    by_receiver = rough;
+    by_source = 0;
+  }
+  by_source += is_seen ? r.weight * sent.spread * transfer->FormFactor() : 0.0F;
+  visit.blocked += is_seen ? 0 : 1;
+  // As in VisitSeen, but a group can always be split.
+  const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
+  if (at_receiver + by_source > tau) {
+    if (at_receiver >= by_source) {
+      SplitGroupReceiver(r, visit, transfer->Facing(), task);
+    } else {
+      SplitGroup(r, visit, transfer->Facing(), task);
+    }
+    return;
+  }
+  if (!task->Takes(r)) {
+    return;
+  }
+  if (is_seen) {
+    AddError(TrueError(r, by_receiver + by_source), task);
+  } else {
+    AddBlockedError(TrueError(r, by_receiver + by_source), task);
+  }
+  std::array<float, kTransferNodes> gain = transfer->AtNodes();
+  if (!proven) {
+    const auto shares =
+        rays.Look(few ? 1 : kManyPoints, agreed ? 1 : kManyRays);
+    std::transform(gain.begin(),
+                   gain.end(),
+                   shares.at_nodes.begin(),
+                   gain.begin(),
+                   std::multiplies<>());
+  }
+  AcceptGroup(r, visit.group, gain, task);
+}
+
+void Refiner::SplitGroupReceiver(const Receiver& r,
+                                 GroupVisit visit,
+                                 const GroupPart& facing,
+                                 Task* task) const {
+  for (size_t c = 0; c < kChildren; ++c) {
+    if (task->Enters(r, c)) {
+      VisitGroup(ChildReceiver(r, c), visit, facing, task);
+    }
+  }
+}
+
+void Refiner::SplitGroup(const Receiver& r,
+                         GroupVisit visit,
+                         const GroupPart& facing,
+                         Task* task) const {
+  const SourceGroup& group = GroupAt(visit.group);
+  if (group.child != 0) {
+    for (const uint32_t half : {group.child, group.child + 1}) {
+      VisitGroup(r, {half, visit.blocked, 1}, WholeGroup(GroupAt(half)), task);
+    }
+    return;
+  }
+  const auto patches = source_.groups->PatchesOf(group);
+  for (size_t i = 0; i < facing.count; ++i) {
+    Visit(r,
+          RootSource({patches[facing.members[i]], kRootPath}),
+          visit.blocked,
+          task);
+  }
+}
+
+void Refiner::AcceptGroup(const Receiver& r,
+                          uint32_t group,
+                          const std::array<float, kTransferNodes>& gain,
+                          Task* task) const {
+  RawLink link{r.patch, group, r.path, kRootPath, LinkKind::kGroup, 0, 0, gain};
+  const float mean =
+      std::inner_product(gain.begin(), gain.end(), r.end.weight.begin(), 0.0F);
+  if (!(mean > 0)) {
+    return;
+  }
+  if (constant_basis_) {
+    link.gain.fill(mean);
+  }
+  AddLink(link, task);
+}
+
+// As AddWeak.
+void Refiner::AddWeakGroup(const Receiver& r,
+                           GroupVisit visit,
+                           const GroupTransfer& transfer,
+                           Task* task) const {
+  if (!task->Takes(r)) {
+    return;
+  }
+  const float brightness = r.weight * SentBy(visit.group).Most();
+  const float probability =
+      std::min(visit.drawn,
+               work_.WeakProbability(brightness * transfer.FormFactorBound(),
+                                     transfer.FormFactorBound()));
+  Random random(KeyOf(r, visit.group));
+  if (random.Next() * static_cast<double>(visit.drawn) >=
+      static_cast<double>(probability)) {
+    return;
+  }
+  const SampledTransfer sample = transfer.Sample(&random);
+  if (!(sample.form_factor > 0)) {
+    return;
+  }
+  const float coefficient = sample.form_factor / probability;
+  AddPending(
+      {{r.patch, visit.group, r.path, kRootPath, LinkKind::kGroup, 0, 0, {}},
+       coefficient,
+       TrueError(r, brightness * coefficient * std::sqrt(1 - probability))},
+      sample.ray,
+      task);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,283 @@
+// The part of refinement that makes links: of transfers that are accepted, of
+// weak ones that are drawn, and in the blocks of cells.
+
+#include "base/random.h"
+#include "solver/refine/refiner_task.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace enfilade {
+namespace {
+
+// What quadrature scaled to the true sum may add to a near link's error, in
+// tau.
+constexpr float kRebuiltShare = 0.03125F;
+
+// Adds gains at transfer nodes to those at the nodes of a basis.
+void AddGain(const TreeShape& shape,
+             PatchShape patch_shape,
+             const std::array<float, kTransferNodes>& from,
+             float* to) {
+  if (!shape.basis->HasOwnNodes()) {
+    for (size_t g = 0; g < shape.NodeStride(); ++g) {
+      to[g] += from[g];
+    }
+    return;
+  }
+  const auto& rows = shape.basis->SamplesOn(patch_shape).from_samples;
+  for (size_t g = 0; g < shape.basis->On(patch_shape).NodeCount(); ++g) {
+    to[g] +=
+        std::inner_product(from.begin(), from.end(), rows[g].begin(), 0.0F);
+  }
+}
+
+GroupCoefficients EncodedGain(const std::array<float, kTransferNodes>& gain) {
+  GroupCoefficients coefficients{};
+  std::transform(
+      gain.begin(), gain.end(), coefficients.begin(), EncodeCoefficient);
+  return coefficients;
+}
+
+// QuadratureKernel of what is visible, scaled to a sum.
+Kernel ScaledQuadrature(const TransferEnd& receiver,
+                        const TransferEnd& source,
+                        uint16_t visible,
+                        uint16_t sum) {
+  Kernel kernel = QuadratureKernel(receiver, source);
+  MaskKernel(visible, &kernel);
+  std::array<float, kTransferNodes> totals{};
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    totals[i / kTransferNodes] += kernel[i];
+  }
+  const float scale = ScaleTo(sum, totals);
+  for (float& k : kernel) {
+    k *= scale;
+  }
+  return kernel;
+}
+
+bool IsZero(const Kernel& kernel) {
+  return std::all_of(
+      kernel.begin(), kernel.end(), [](float k) { return k == 0; });
+}
+
+// By what the irradiance that a source with these nodes and this detail brings
+// differs for another kernel, W/m2, root of the mean square over the receiver's
+// nodes.
+float Difference(const Kernel& kernel,
+                 const Kernel& other,
+                 const std::array<float, kTransferNodes>& radiosity,
+                 float detail) {
+  float square = 0;
+  for (size_t g = 0; g < kTransferNodes; ++g) {
+    float even = 0;
+    float uneven = 0;
+    for (size_t q = 0; q < kTransferNodes; ++q) {
+      const size_t i = g * kTransferNodes + q;
+      const float off = other[i] - kernel[i];
+      even += off * radiosity[q];
+      uneven += off * off;
+    }
+    square += even * even + uneven * detail * detail;
+  }
+  return std::sqrt(square / kTransferNodes);
+}
+
+}  // namespace
+
+void ApplyLinks(const RawLinks& raw,
+                const GrowingSide& receiver,
+                const GrowingSide& source,
+                ReceivedLight* received,
+                LinkBlock* block) {
+  for (const RawLink& link : raw.links) {
+    Link out;
+    out.receiver = receiver.tree
+                       ->FindOrCreate(PatchId(link.receiver_patch),
+                                      link.receiver_path,
+                                      receiver.patches)
+                       .value;
+    if (link.kind == LinkKind::kGroup) {
+      out.source = link.source_patch;
+    } else {
+      out.source =
+          source.tree
+              ->FindOrCreate(
+                  PatchId(link.source_patch), link.source_path, source.patches)
+              .value;
+    }
+    out.kind = link.kind;
+    out.value = link.value;
+    received->GrowTo(receiver.tree->Size());
+    AddGain(receiver.tree->Shape(),
+            receiver.patches[link.receiver_patch].shape,
+            link.gain,
+            received->gain.At(out.receiver));
+    if (link.kind == LinkKind::kShaped) {
+      out.more = static_cast<uint32_t>(block->shapes.size());
+      block->shapes.push_back(raw.shapes[link.more]);
+    } else if (link.kind == LinkKind::kGroup) {
+      out.more = static_cast<uint32_t>(block->group.size());
+      block->group.push_back(EncodedGain(link.gain));
+    } else {
+      out.more = link.more;
+    }
+    block->links.push_back(out);
+  }
+}
+
+void Refiner::AddLink(const RawLink& link, Task* task) {
+  const LinkLimit& limit = task->limit;
+  RawLinks& out = *task->out;
+  out.links.push_back(link);
+  out.overflowed |=
+      out.links.size() > limit.most ||
+      (limit.together != nullptr && ++*limit.together > limit.most_together);
+}
+
+void Refiner::AddError(float error, Task* task) {
+  task->out->squared_error +=
+      static_cast<double>(error) * static_cast<double>(error);
+}
+
+// Where all rays of a link are blocked, what may have got through depends on
+// how many do elsewhere: behind a wall none.
+void Refiner::AddBlockedError(float error, Task* task) {
+  task->blocked_squared +=
+      static_cast<double>(error) * static_cast<double>(error);
+}
+
+// The sources that the task was at are done. Weak links wait for their rays
+// beyond that, but where these decide on what was blocked.
+void Refiner::TakeBlocked(Task* task) const {
+  if (task->blocked_squared > 0) {
+    FlushWeak(task);
+  }
+  const auto seen =
+      static_cast<double>(task->rays.seen - task->rays_before.seen);
+  const auto traced =
+      static_cast<double>(task->rays.traced - task->rays_before.traced);
+  task->out->squared_error +=
+      task->blocked_squared * std::min(1.0, 2 * (seen + 1) / (traced + 4));
+  task->blocked_squared = 0;
+  task->rays_before = task->rays;
+}
+
+RawLink Refiner::LinkBetween(const Receiver& r, const Source& s) {
+  return {r.patch, s.patch, r.path, s.path, LinkKind::kWeak, 0, 0, {}};
+}
+
+void Refiner::Accept(const Receiver& r,
+                     const Source& s,
+                     const Judgement& judgement,
+                     uint16_t visible,
+                     Task* task) const {
+  if (visible == 0) {
+    return;
+  }
+  RawLink link = LinkBetween(r, s);
+  link.kind = LinkKind::kFar;
+  link.more = visible;
+  Kernel seen = judgement.kernel;
+  MaskKernel(visible, &seen);
+  for (size_t i = 0; i < seen.size(); ++i) {
+    link.gain[i / kTransferNodes] += seen[i];
+  }
+  if (constant_basis_) {
+    const float mean = std::inner_product(
+        link.gain.begin(), link.gain.end(), r.end.weight.begin(), 0.0F);
+    link.gain.fill(mean);
+    link.kind = LinkKind::kWeak;
+    link.value = EncodeCoefficient(mean);
+    link.more = 0;
+  } else if (judgement.near && !basis_->HasOwnNodes()) {
+    Encode(r, s, seen, &link, task);
+  }
+  AddLink(link, task);
+}
+
+void Refiner::Encode(const Receiver& r,
+                     const Source& s,
+                     const Kernel& kernel,
+                     RawLink* link,
+                     Task* task) const {
+  link->kind = LinkKind::kNear;
+  link->value = EncodeSum(kernel);
+  const Kernel rebuilt = ScaledQuadrature(
+      r.end, s.end, static_cast<uint16_t>(link->more), link->value);
+  const float error = Difference(kernel, rebuilt, s.radiosity, s.detail);
+  // Quadrature that finds nothing has no sum to be scaled.
+  if (IsZero(rebuilt) ||
+      r.weight * error > kRebuiltShare * static_cast<float>(options_.tau)) {
+    auto& shapes = task->out->shapes;
+    link->kind = LinkKind::kShaped;
+    link->more = static_cast<uint32_t>(shapes.size());
+    shapes.push_back(EncodeKernel(kernel).shape);
+  }
+}
+
+void Refiner::AddWeak(const Receiver& r,
+                      const Source& s,
+                      float form_factor_bound,
+                      float bound,
+                      float drawn,
+                      Task* task) const {
+  if (!task->Takes(r) || IsBehind(s.end, *r.end.patch) ||
+      IsBehind(r.end, *s.end.patch)) {
+    return;
+  }
+  const float probability =
+      std::min(drawn, work_.WeakProbability(bound, form_factor_bound));
+  Random random(KeyOf(r, s));
+  if (random.Next() * static_cast<double>(drawn) >=
+      static_cast<double>(probability)) {
+    return;
+  }
+  const SampledTransfer sample =
+      SampleTransfer(r.end, s.end, IsNear(r.end, s.end), &random);
+  if (!(sample.form_factor > 0)) {
+    return;
+  }
+  const float coefficient = sample.form_factor / probability;
+  AddPending(
+      {LinkBetween(r, s),
+       coefficient,
+       TrueError(
+           r, r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability))},
+      sample.ray,
+      task);
+}
+
+void Refiner::AddPending(const PendingLink& link,
+                         PointPair ray,
+                         Task* task) const {
+  task->pending.Put(task->packet.count, link);
+  AddSegment(ray, &task->packet);
+  if (task->packet.count == kPacketRays) {
+    FlushWeak(task);
+  }
+}
+
+void Refiner::FlushWeak(Task* task) const {
+  if (task->packet.count == 0) {
+    return;
+  }
+  const uint32_t blocked = blockers_->Occlude(task->packet);
+  task->rays.traced += task->packet.count;
+  for (uint32_t i = 0; i < task->packet.count; ++i) {
+    if ((blocked >> i & 1) == 0) {
+      ++task->rays.seen;
+      const PendingLink& pending = task->pending[i];
+      RawLink link = pending.link;
+      link.gain.fill(pending.coefficient);
+      AddError(pending.error, task);
+      link.value = EncodeCoefficient(pending.coefficient);
+      AddLink(link, task);
+    }
+  }
+  task->packet.count = 0;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,191 @@
+#include "solver/residual/residual_check.h"
+
+#include "base/error.h"
+#include "base/random.h"
+#include "partition/partition.h"
+#include "solver/residual/lamps.h"
+#include "solver/residual/reflected_error.h"
+#include "solver/residual/residual_probes.h"
+#include "solver/residual/residual_rays.h"
+#include "solver/solution/solution.h"
+#include "visibility/ray_tracer.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace enfilade {
+namespace {
+
+// Keeps the samples apart from those of every other part of the program.
+constexpr uint64_t kSeedDomain = 0x726573696475616cULL;
+// Points of the first rounds; every four rounds twice as many, up to eight
+// times.
+constexpr uint32_t kPointsPerRound = 3072;
+constexpr uint64_t kRoundsOfASize = 4;
+constexpr uint64_t kMostDoublings = 3;
+constexpr uint64_t kRaysPerPoint = ResidualSamples::kRaysPerProbe;
+
+// Of a point whose rays are traced, and of one that is looked up.
+constexpr uint64_t kTracedBytes = ResidualRays::kBytesPerProbe;
+constexpr uint64_t kPointBytes =
+    BatchSight::kBytesPerProbe +
+    ResidualSamples::kPointsPerProbe * (sizeof(Rgb) + sizeof(size_t)) +
+    sizeof(ResidualProbe) + ProbeChooser::kWorkBytesPerProbe;
+constexpr uint64_t kMostBatchBytes = 48ULL << 20;
+constexpr size_t kLeastBatchPoints = 8;
+
+// How many points of so many bytes fit in an eighth of what is free: one eighth
+// for those that are traced, one for those that are looked up.
+size_t PointsIn(const MemoryBudget& budget, uint64_t bytes) {
+  const uint64_t room = std::min(budget.FreeBytes() / 4, kMostBatchBytes) / 2;
+  return std::clamp<uint64_t>(
+      room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
+}
+
+// Takes half of what is free beside a cell's solution.
+std::unique_ptr<RayTracer> TracerBeside(const Solution& solution,
+                                        const BlockStorage& store,
+                                        MemoryBudget& budget) {
+  const MemoryCharge room(
+      budget, solution.MostCellBytes(), "a cell's solution");
+  return std::make_unique<RayTracer>(store, budget);
+}
+
+class ResidualMeter {
+ public:
+  ResidualMeter(const BlockStorage& store,
+                const ResidualOptions& options,
+                MemoryBudget& budget)
+      : options_(options),
+        partition_(LoadPartition(store)),
+        solution_(store, budget),
+        lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
+        reflected_(partition_.cells, budget),
+        chooser_(store, partition_, solution_, options.mean_reflected, budget),
+        by_patch_(chooser_.FirstPatches(),
+                  options.most_rays / kRaysPerPoint + kPointsPerRound,
+                  budget),
+        traced_points_(PointsIn(budget, kTracedBytes)),
+        batch_points_(PointsIn(budget, kPointBytes)),
+        batch_charge_(
+            budget,
+            traced_points_ * kTracedBytes + batch_points_ * kPointBytes,
+            "rays of the residual"),
+        tracer_(TracerBeside(solution_, store, budget)),
+        rays_(lamps_, *tracer_, chooser_.Offset(), traced_points_),
+        sum_({options.mean_reflected,
+              chooser_.ReflectingArea(),
+              options.unseen}) {}
+
+  ResidualEstimate Run() {
+    if (chooser_.IsEmpty()) {
+      return {};
+    }
+    for (uint64_t round = 0;; ++round) {
+      const auto points = static_cast<uint32_t>(
+          kPointsPerRound << std::min(round / kRoundsOfASize, kMostDoublings));
+      if (round > 0 &&
+          (IsDone() || traced_ + points * kRaysPerPoint > options_.most_rays)) {
+        return estimate_;
+      }
+      AddRound(MixKey(MixKey(kSeedDomain, options_.seed), round), points);
+      estimate_ = sum_.Estimate(reflected_.Integral(), traced_);
+    }
+  }
+
+  PatchErrors TakePatchErrors() {
+    by_patch_.Sort();
+    return std::move(by_patch_);
+  }
+
+ private:
+  [[nodiscard]] bool IsDone() const {
+    return IsDecided(estimate_, options_.decide_at, options_.least_rays);
+  }
+
+  void AddRound(uint64_t key, uint32_t points) {
+    const auto most = static_cast<uint32_t>(batch_points_);
+    for (uint32_t first = 0; first < points; first += most) {
+      AddBatch(key, {first, std::min(points - first, most), points});
+    }
+  }
+
+  void AddBatch(uint64_t key, const ProbeStrata& strata) {
+    if (options_.stop != nullptr && options_.stop->load()) {
+      throw InterruptedError("stopped as asked; all work is kept");
+    }
+    const ProbeBatch batch = chooser_.Choose(key, strata);
+    BatchSight seen = rays_.Look(batch, &reflected_);
+    traced_ += batch.probes.size() * kRaysPerPoint;
+    const std::vector<Rgb> radiosity = solution_.Radiosity(seen.points);
+    seen.AddRadiosity(radiosity);
+    for (size_t i = 0; i < batch.probes.size(); ++i) {
+      AddResidual(batch.probes[i], seen.probes[i], radiosity[i]);
+    }
+    if (options_.progress) {
+      options_.progress(std::min(1.0,
+                                 static_cast<double>(traced_) /
+                                     static_cast<double>(options_.most_rays)),
+                        estimate_);
+    }
+  }
+
+  // `solved`: the solution's radiosity at the probe.
+  void AddResidual(const ResidualProbe& probe,
+                   const ProbeSight& sight,
+                   const Rgb& solved) {
+    const Material& material =
+        solution_.Scene().materials.at(probe.patch.material.Index());
+    const Rgb& rho = material.reflectance;
+    ErrorProbe seen{sight.group, probe.weight, {}, rho};
+    double square = 0;
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      const double reflected =
+          solved[c] - (probe.patch.emits ? material.exitance[c] : 0.0);
+      const double first = rho[c] * sight.arriving[0][c] - reflected;
+      const double second = rho[c] * sight.arriving[1][c] - reflected;
+      square += first * second / kRgbChannels;
+      seen.residual[c] = (first + second) / 2;
+    }
+    reflected_.AddProbe(seen);
+    by_patch_.Add(probe.on.cell,
+                  probe.on.patch,
+                  chooser_.ShareOf(probe.on.cell, probe.on.patch),
+                  square * probe.weight);
+    sum_.Add({probe.weight, square, sight.enclosed, rho});
+  }
+
+  ResidualOptions options_;
+  Partition partition_;
+  Solution solution_;
+  Lamps lamps_;
+  ReflectedError reflected_;
+  ProbeChooser chooser_;
+  PatchErrors by_patch_;
+  size_t traced_points_;  // at a time
+  size_t batch_points_;   // looked up at a time
+  MemoryCharge batch_charge_;
+  std::unique_ptr<RayTracer> tracer_;
+  ResidualRays rays_;
+  ResidualSum sum_;
+  ResidualEstimate estimate_;  // by all rounds that are done
+  uint64_t traced_ = 0;        // rays
+};
+
+}  // namespace
+
+ResidualEstimate MeasureResidual(const BlockStorage& store,
+                                 const ResidualOptions& options,
+                                 MemoryBudget& budget,
+                                 PatchErrors* by_patch) {
+  ResidualMeter meter(store, options, budget);
+  const ResidualEstimate estimate = meter.Run();
+  if (by_patch != nullptr) {
+    *by_patch = meter.TakePatchErrors();
+  }
+  return estimate;
+}
+
+}  // namespace enfilade

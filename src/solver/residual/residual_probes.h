@@ -1,0 +1,121 @@
+// Where the residual of a solution is measured: random points, one in each
+// stratum of a line along which every leaf of every element tree has the length
+// of its weight. A leaf weighs as much as it reflects, and a share of the mean
+// besides, for the light that the solution may have missed there. So a spot of
+// light is looked at as often as it is bright, and not as its wall is large.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+#include "partition/partition.h"
+#include "partition/patch.h"
+#include "solver/solution/solution.h"
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace enfilade {
+
+struct ResidualProbe {
+  PatchPoint on;
+  Patch patch;
+  Vec3 normal;
+  Point3 origin;      // of its rays
+  double weight = 0;  // m2: the area that it stands for
+  uint64_t key = 0;
+  uint32_t visible = 0;  // index into ProbeBatch::visible
+};
+
+struct ProbeBatch {
+  std::vector<ResidualProbe> probes;
+  std::vector<std::vector<CellId>> visible;  // what the cells of probes see
+};
+
+// Some of the strata of a round.
+struct ProbeStrata {
+  uint32_t first = 0;
+  uint32_t count = 0;
+  uint32_t all = 0;
+};
+
+class ProbeChooser {
+ public:
+  // What choosing takes for each probe, beside the probe.
+  static constexpr uint64_t kWorkBytesPerProbe = 32;
+
+  // Reads every cell once; what it borrows must outlive it. `mean_reflected`:
+  // W/m2.
+  ProbeChooser(const BlockStorage& store,
+               const Partition& partition,
+               const Solution& solution,
+               double mean_reflected,
+               MemoryBudget& budget);
+
+  // Nothing reflects.
+  [[nodiscard]] bool IsEmpty() const { return !(weights_.back() > 0); }
+
+  [[nodiscard]] std::span<const uint32_t> FirstPatches() const {
+    return first_patch_;
+  }
+
+  // Of all probes, those on a patch.
+  [[nodiscard]] double ShareOf(CellId cell, PatchId patch) const {
+    const size_t i = first_patch_[cell.Index()] + patch.Index();
+    return (weights_[i + 1] - weights_[i]) / weights_.back();
+  }
+
+  // Of all reflecting sides, m2.
+  [[nodiscard]] double ReflectingArea() const { return area_; }
+
+  // How far rays start off their surface, m.
+  [[nodiscard]] double Offset() const { return offset_; }
+
+  // One probe in each of the strata. Requires !IsEmpty().
+  [[nodiscard]] ProbeBatch Choose(uint64_t key, ProbeStrata strata) const;
+
+ private:
+  // A probe's place on the line, counted from the beginning of its patch.
+  // kWorkBytesPerProbe: one of these, and a patch.
+  struct Place {
+    size_t probe = 0;  // index into the batch
+    PatchId patch;
+    double along = 0;
+  };
+
+  [[nodiscard]] std::vector<double> WeightsOf(CellId id,
+                                              const CellPatches& cell) const;
+  [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
+  [[nodiscard]] size_t PatchAt(double at) const;
+  void SetOnLeaves(CellId cell,
+                   std::span<const Place> places,
+                   ProbeBatch* batch) const;
+  void SetOnLeaf(const LeafMean& leaf, ResidualProbe* probe) const;
+
+  const BlockStorage* store_;
+  const Solution* solution_;
+  MemoryBudget* budget_;
+  double mean_reflected_;
+  MemoryCharge charge_;
+  std::vector<double> weights_;        // sums over the patches before; one more
+  std::vector<uint32_t> first_patch_;  // by cell
+  double area_ = 0;
+  double offset_ = 0;
+};
+
+Point3 PointAt(const Patch& p, double a, double b);
+
+// The patch coordinates of a point uniform over a patch.
+std::pair<double, double> UniformOn(const Patch& p, double s, double t);
+
+// Term k of an additive recurrence, shifted: spread evenly over [0, 1), and
+// over the square together with that of power 2 (Roberts' R2, by the plastic
+// number).
+double EvenlySpread(size_t k, int power, double shift);
+
+}  // namespace enfilade

@@ -1,0 +1,226 @@
+#include "solver/residual/residual_rays.h"
+
+#include "base/parallel.h"
+#include "base/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace enfilade {
+namespace {
+
+using Samples = ResidualSamples;
+
+// cos_x cos_y / (pi r^2); 0 if the points are behind one another.
+double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
+  const Vec3 d = y - x;
+  const double square = Dot(d, d);
+  const double cosines = Dot(d, at_x) * -Dot(d, at_y);
+  return Dot(d, at_x) > 0 && Dot(d, at_y) < 0 && square > 0
+             ? cosines / (kPi * square * square)
+             : 0;
+}
+
+// One over the density of all samples together, 1/m2.
+double WeightOf(double geometry, double lamp_density) {
+  return 1 / (Samples::kDirections * geometry + Samples::kLamps * lamp_density);
+}
+
+// Sample k of the lamps: which one, and two coordinates on it. Evenly spread
+// both over all lamps and on the only one there may be.
+std::array<double, 3> LampSample(uint32_t k,
+                                 const std::array<double, 3>& shift) {
+  const double along = static_cast<double>(k) / Samples::kLamps + shift[0];
+  return {along - std::floor(along),
+          EvenlySpread(k, 1, shift[1]),
+          EvenlySpread(k, 2, shift[2])};
+}
+
+Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
+  const Vec3 u = Normalize(p.u);
+  const Vec3 v = Cross(normal, u);
+  const double r = std::sqrt(s);
+  const double phi = 2 * kPi * t;
+  return u * (r * std::cos(phi)) + v * (r * std::sin(phi)) +
+         normal * std::sqrt(1 - s);
+}
+
+void AddScaled(Rgb* sum, const Rgb& value, double factor) {
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    (*sum)[c] += factor * value[c];
+  }
+}
+
+// Of nothing but the probes themselves, with room for all that their rays meet.
+BatchSight SightOf(const ProbeBatch& batch) {
+  BatchSight seen;
+  const size_t probes = batch.probes.size();
+  seen.probes.resize(probes);
+  seen.points.reserve(probes * (1 + Samples::kPointsPerProbe));
+  seen.owners.reserve(probes * Samples::kPointsPerProbe);
+  for (const ResidualProbe& probe : batch.probes) {
+    seen.points.push_back(probe.on);
+  }
+  return seen;
+}
+
+}  // namespace
+
+void BatchSight::AddRadiosity(std::span<const Rgb> radiosity) {
+  for (size_t k = 0; k < owners.size(); ++k) {
+    const uint32_t owner = owners[k];
+    AddScaled(
+        &probes[owner / Samples::kHalves].arriving[owner % Samples::kHalves],
+        radiosity[probes.size() + k],
+        1.0 / Samples::kDirections);
+  }
+}
+
+BatchSight ResidualRays::Look(const ProbeBatch& batch,
+                              ReflectedError* reflected) {
+  BatchSight seen = SightOf(batch);
+  const size_t probes = batch.probes.size();
+  for (part_.first = 0; part_.first < probes; part_.first += part_.count) {
+    part_.count = std::min(most_traced_, probes - part_.first);
+    Trace(batch);
+    for (size_t i = part_.first; i < part_.first + part_.count; ++i) {
+      AddSight(batch, i, reflected, &seen);
+    }
+  }
+  return seen;
+}
+
+// The rays of a part.
+void ResidualRays::Trace(const ProbeBatch& batch) {
+  const size_t all = part_.count * Samples::kRaysPerProbe;
+  part_.rays.assign(all, {});
+  part_.hits.assign(all, {});
+  part_.light.assign(all, {});
+  ParallelFor(part_.count, [&](size_t i) { MakeRays(batch, part_.first + i); });
+  tracer_->Trace(part_.rays, part_.hits);
+}
+
+void ResidualRays::MakeRays(const ProbeBatch& batch, size_t i) {
+  const ResidualProbe& probe = batch.probes[i];
+  const LampChoice lamps = LampsOf(batch, probe);
+  Random random(MixKey(probe.key, 1));
+  for (uint32_t half = 0; half < Samples::kHalves; ++half) {
+    const size_t first = part_.FirstRayOf(i) + size_t{half} * Samples::kAll;
+    for (uint32_t k = 0; k < Samples::kDirections; ++k) {
+      const uint32_t row = k / Samples::kStrata;
+      const uint32_t column = k % Samples::kStrata;
+      const double s = (row + random.Next()) / Samples::kStrata;
+      const double t = (column + random.Next()) / Samples::kStrata;
+      part_.rays[first + k].origin = probe.origin;
+      part_.rays[first + k].direction =
+          CosineDirection(probe.patch, probe.normal, s, t);
+    }
+    const std::array<double, 3> shift = {
+        random.Next(), random.Next(), random.Next()};
+    for (uint32_t k = 0; k < Samples::kLamps; ++k) {
+      AimAtLamp(
+          probe, lamps, LampSample(k, shift), first + Samples::kDirections + k);
+    }
+  }
+}
+
+// A ray to a point of a lamp, and the light that it brings if nothing is in its
+// way.
+void ResidualRays::AimAtLamp(const ResidualProbe& probe,
+                             const LampChoice& lamps,
+                             const std::array<double, 3>& at,
+                             size_t ray_index) {
+  TraceRay& ray = part_.rays[ray_index];
+  // What aims at nothing is worth nothing, wherever it goes.
+  ray.origin = probe.origin;
+  ray.direction = probe.normal;
+  ray.max_distance = offset_m_;
+  if (lamps.IsEmpty()) {
+    return;
+  }
+  const Lamp& lamp = lamps.Choose(at[0]);
+  const auto [a, b] = UniformOn(lamp.patch, at[1], at[2]);
+  const Point3 y = PointAt(lamp.patch, a, b);
+  const double g = GeometryTerm(probe.origin, probe.normal, y, lamp.normal);
+  if (g <= 0) {
+    return;
+  }
+  ray.direction = y + lamp.normal * offset_m_ - probe.origin;
+  ray.max_distance = 1;
+  AddScaled(&part_.light[ray_index],
+            lamp.exitance,
+            WeightOf(g, lamps.Density(lamp)) * g);
+}
+
+LampChoice ResidualRays::LampsOf(const ProbeBatch& batch,
+                                 const ResidualProbe& probe) const {
+  return {*lamps_, batch.visible[probe.visible], probe.origin, probe.normal};
+}
+
+// Whether most rays over the hemisphere of a probe end within a distance.
+bool ResidualRays::IsNarrow(size_t i, double distance) const {
+  size_t near = 0;
+  for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
+    const TraceHit& hit = part_.hits[part_.FirstRayOf(i) + k];
+    if (k % Samples::kAll < Samples::kDirections && hit.hit &&
+        hit.distance < distance) {
+      ++near;
+    }
+  }
+  return 2 * near > Samples::kPointsPerProbe;
+}
+
+// Takes from the rays of a probe what they say by themselves, and notes where
+// the solution is to be looked up.
+void ResidualRays::AddSight(const ProbeBatch& batch,
+                            size_t i,
+                            ReflectedError* reflected,
+                            BatchSight* seen) const {
+  const ResidualProbe& probe = batch.probes[i];
+  ProbeSight& sight = seen->probes[i];
+  const double near = reflected->NarrowBelow(probe.on.cell);
+  const bool is_narrow = IsNarrow(i, near);
+  sight.group = reflected->GroupOf(probe.on.cell, probe.origin, is_narrow);
+  const double share =
+      probe.weight / (double{Samples::kHalves} * Samples::kDirections);
+  std::optional<LampChoice> lamps;
+  size_t met = 0;
+  for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
+    const size_t at = part_.FirstRayOf(i) + k;
+    const size_t half = k / Samples::kAll;
+    const TraceHit& hit = part_.hits[at];
+    Rgb* arriving = &sight.arriving[half];
+    if (k % Samples::kAll >= Samples::kDirections) {
+      AddScaled(arriving, part_.light[at], hit.hit ? 0 : 1);
+      continue;
+    }
+    if (!hit.hit || !hit.on_front) {
+      continue;
+    }
+    ++met;
+    const TraceRay& ray = part_.rays[at];
+    const Point3 y = ray.origin + ray.direction * hit.distance;
+    // What is close to a point in a slot is in it too.
+    reflected->AddRay(
+        sight.group,
+        reflected->GroupOf(hit.cell, y, is_narrow && hit.distance < near),
+        share);
+    seen->points.push_back({hit.cell, hit.patch, hit.a, hit.b});
+    seen->owners.push_back(static_cast<uint32_t>(Samples::kHalves * i + half));
+    if (const Lamp* lamp = lamps_->Find(hit.cell, hit.patch)) {
+      if (!lamps) {
+        lamps.emplace(LampsOf(batch, probe));
+      }
+      const double g =
+          GeometryTerm(probe.origin, probe.normal, y, lamp->normal);
+      AddScaled(arriving, lamp->exitance, -1.0 / Samples::kDirections);
+      AddScaled(
+          arriving, lamp->exitance, WeightOf(g, lamps->Density(*lamp)) * g);
+    }
+  }
+  sight.enclosed =
+      static_cast<double>(met) / (Samples::kHalves * Samples::kDirections);
+}
+
+}  // namespace enfilade

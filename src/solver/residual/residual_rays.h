@@ -1,0 +1,134 @@
+// The rays of probes of the residual, and the light that they bring: two
+// estimates of the irradiance at each probe by rays over its hemisphere and to
+// points of lamps, weighed by the balance heuristic (Veach & Guibas 1995).
+//
+// For one of the two halves of a probe x, n_d directions and n_l lamp points:
+//
+//   H(x)   irradiance, W/m2 per channel: E(x) + sum B(y) / n_d over what the
+//          directions meet, less the emission of y, which is in E
+//   E(x)   direct light, of both kinds of rays together
+//   G      cos_x cos_y / (pi r^2), 1/m2: a direction's density on a lamp
+//   p      density of the points of lamps, 1/m2
+//   w      1 / (n_d G + n_l p), the weight of either kind
+//
+// B comes from the solution, later and for many probes in one go, for reading a
+// cell costs far more than a point in it: residual_check does so.
+
+#pragma once
+
+#include "base/photometry.h"
+#include "partition/patch.h"
+#include "solver/residual/lamps.h"
+#include "solver/residual/reflected_error.h"
+#include "solver/residual/residual_probes.h"
+#include "visibility/ray_tracer.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// How many rays a probe has.
+struct ResidualSamples {
+  static constexpr uint32_t kHalves = 2;  // independent of each other
+  static constexpr uint32_t kStrata = 8;  // of directions, along either axis
+  static constexpr uint32_t kDirections = kStrata * kStrata;  // of a half
+  static constexpr uint32_t kLamps = 25;                      // of a half
+  static constexpr uint32_t kAll = kDirections + kLamps;
+  static constexpr uint64_t kRaysPerProbe = uint64_t{kHalves} * kAll;
+  // What is to be looked up for each.
+  static constexpr uint64_t kPointsPerProbe = uint64_t{kHalves} * kDirections;
+};
+
+// What a probe sees.
+struct ProbeSight {
+  // By half, W/m2: at first the light of the lamps that is sampled on them and
+  // by rays, less what the solution's radiosity will bring of it again.
+  std::array<Rgb, ResidualSamples::kHalves> arriving{};
+  size_t group = 0;     // of the probe (reflected_error.h)
+  double enclosed = 0;  // share of the hemisphere that anything came from
+};
+
+// What the probes of a batch see.
+struct BatchSight {
+  static constexpr uint64_t kBytesPerProbe =
+      ResidualSamples::kPointsPerProbe *
+          (sizeof(PatchPoint) + sizeof(uint32_t)) +
+      sizeof(ProbeSight);
+
+  // Completes what arrives at the probes. `radiosity`, W/m2: of the solution,
+  // at `points`. Once.
+  void AddRadiosity(std::span<const Rgb> radiosity);
+
+  std::vector<ProbeSight> probes;
+  // Where the solution is to be looked up: at the probes, in their order, then
+  // wherever their rays have met a front.
+  std::vector<PatchPoint> points;
+  std::vector<uint32_t> owners;  // of the points that are no probes: kHalves *
+                                 // probe + half
+};
+
+class ResidualRays {
+ public:
+  // Of the rays of a probe while they are traced.
+  static constexpr uint64_t kBytesPerProbe =
+      ResidualSamples::kRaysPerProbe *
+      (sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Rgb));
+
+  // Traces the rays of at most so many probes at a time, for which the caller
+  // has room: the same bits for any number. `offset_m`: how far lamp points are
+  // off their lamps. What it borrows must outlive it.
+  ResidualRays(const Lamps& lamps,
+               RayTracer& tracer,
+               double offset_m,
+               size_t most_traced)
+      : lamps_(&lamps),
+        tracer_(&tracer),
+        offset_m_(offset_m),
+        most_traced_(most_traced) {}
+
+  // What the probes see; tells `reflected` which groups of surface their rays
+  // join. Random by the keys of the probes alone.
+  BatchSight Look(const ProbeBatch& batch, ReflectedError* reflected);
+
+ private:
+  // The rays of some probes of a batch.
+  struct Part {
+    [[nodiscard]] size_t FirstRayOf(size_t probe) const {
+      return (probe - first) * ResidualSamples::kRaysPerProbe;
+    }
+
+    size_t first = 0;  // probe
+    size_t count = 0;
+    // All [probe][half][sample], directions first.
+    std::vector<TraceRay> rays;
+    std::vector<TraceHit> hits;
+    std::vector<Rgb> light;  // that a lamp sample brings if its way is free
+  };
+
+  void Trace(const ProbeBatch& batch);
+  // `i`, here and below: a probe of the batch.
+  void MakeRays(const ProbeBatch& batch, size_t i);
+  void AimAtLamp(const ResidualProbe& probe,
+                 const LampChoice& lamps,
+                 const std::array<double, 3>& at,
+                 size_t ray_index);
+  void AddSight(const ProbeBatch& batch,
+                size_t i,
+                ReflectedError* reflected,
+                BatchSight* seen) const;
+  [[nodiscard]] bool IsNarrow(size_t i, double distance) const;
+  [[nodiscard]] LampChoice LampsOf(const ProbeBatch& batch,
+                                   const ResidualProbe& probe) const;
+
+  const Lamps* lamps_;
+  RayTracer* tracer_;
+  double offset_m_;
+  size_t most_traced_;
+  Part part_;  // kept from batch to batch: it is large
+};
+
+}  // namespace enfilade

@@ -1,0 +1,153 @@
+#include "solver/solution/coplanar.h"
+
+#include "partition/polygon.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace enfilade {
+namespace {
+
+// Planes whose keys are equal or neighbours are compared.
+constexpr double kNormalStep = 1e-3;
+constexpr double kOffsetStepM = 1e-3;
+
+using PlaneKey = std::tuple<uint32_t, bool, bool, std::array<int64_t, 4>>;
+
+std::array<double, 4> PlaneNumbers(const Patch& p) {
+  const Vec3 n = PatchNormal(p);
+  return {n.x / kNormalStep,
+          n.y / kNormalStep,
+          n.z / kNormalStep,
+          Dot(n, p.origin - Point3{}) / kOffsetStepM};
+}
+
+// The key of the patch's plane, or for `mask` > 0 one of those next to it:
+// numbers on two sides of a border are found all the same.
+PlaneKey KeyOf(const Patch& p, unsigned mask) {
+  const std::array<double, 4> numbers = PlaneNumbers(p);
+  std::array<int64_t, 4> key{};
+  for (size_t i = 0; i < key.size(); ++i) {
+    const double floor = std::floor(numbers[i]);
+    const int64_t aside = numbers[i] - floor < 0.5 ? -1 : 1;
+    key[i] = static_cast<int64_t>(floor) + ((mask >> i & 1) != 0 ? aside : 0);
+  }
+  return {p.material.value, p.emits, p.reflects, key};
+}
+
+bool InPlane(const PatchPlane& frame, const Patch& patch) {
+  const std::vector<Point3> corners = CornersOf(patch);
+  return Dot(frame.normal, PatchNormal(patch)) > 0 &&
+         std::all_of(corners.begin(), corners.end(), [&](Point3 p) {
+           return std::abs(frame.Height(p)) <= kOnPlaneM;
+         });
+}
+
+// Where a patch meets the plane, if along a segment.
+bool MeetsPlane(const PatchPlane& frame,
+                const Patch& patch,
+                PlaneSegment* segment) {
+  const std::vector<Point3> corners = CornersOf(patch);
+  std::vector<double> height;
+  size_t on_plane = 0;
+  for (const Point3 p : corners) {
+    const double h = frame.Height(p);
+    height.push_back(std::abs(h) <= kOnPlaneM ? 0 : h);
+    on_plane += height.back() == 0 ? 1U : 0U;
+  }
+  if (on_plane > 2) {
+    return false;  // lies in the plane
+  }
+  std::vector<PlanePoint> met;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const size_t next = (i + 1) % corners.size();
+    if (height[i] == 0) {
+      met.push_back(frame.ToPlane(corners[i]));
+    } else if (height[i] * height[next] < 0) {
+      const double t = height[i] / (height[i] - height[next]);
+      met.push_back(frame.ToPlane(Lerp(corners[i], corners[next], t)));
+    }
+  }
+  if (met.size() < 2 || Length(met[1] - met[0]) <= kCrackM) {
+    return false;
+  }
+  *segment = {met[0], met[1]};
+  return true;
+}
+
+}  // namespace
+
+double Length(PlanePoint a) {
+  return std::hypot(a.x, a.y);
+}
+
+PatchPlane::PatchPlane(const Patch& patch)
+    : origin(patch.origin),
+      x_axis(Normalize(patch.u)),
+      normal(PatchNormal(patch)) {
+  y_axis = Cross(normal, x_axis);
+}
+
+std::vector<Point3> CornersOf(const Patch& patch) {
+  const Point3 o = patch.origin;
+  if (patch.shape == PatchShape::kTriangle) {
+    return {o, o + patch.u, o + patch.v};
+  }
+  return {o, o + patch.u, o + patch.u + patch.v, o + patch.v};
+}
+
+CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
+    : patches(cell_patches) {
+  std::map<PlaneKey, std::vector<size_t>> known;
+  constexpr unsigned kMasks = 16;
+  // The group of the same key, or a neighbouring one, that the patch fits in.
+  const auto find = [&](const Patch& patch, const PlaneKey& key) {
+    const auto at = known.find(key);
+    if (at == known.end()) {
+      return groups.size();
+    }
+    const auto fits =
+        std::find_if(at->second.begin(), at->second.end(), [&](size_t group) {
+          return InPlane(PatchPlane(FirstOf(group)), patch);
+        });
+    return fits == at->second.end() ? groups.size() : *fits;
+  };
+  boxes.reserve(patches.size());
+  for (size_t i = 0; i < patches.size(); ++i) {
+    boxes.push_back(BoundsOf(CornersOf(patches[i])));
+    size_t group = groups.size();
+    for (unsigned mask = 0; mask < kMasks && group == groups.size(); ++mask) {
+      group = find(patches[i], KeyOf(patches[i], mask));
+    }
+    if (group == groups.size()) {
+      groups.emplace_back();
+      known[KeyOf(patches[i], 0)].push_back(group);
+    }
+    groups[group].emplace_back(i);
+  }
+}
+
+std::vector<PlaneSegment> StandingSegments(const CoplanarPatches& cell,
+                                           size_t group) {
+  const PatchPlane frame(cell.FirstOf(group));
+  Box3 bounds;
+  for (const PatchId id : cell.groups[group]) {
+    bounds.Include(cell.boxes[id.Index()]);
+  }
+  const Vec3 margin{kCrackM, kCrackM, kCrackM};
+  bounds.low = bounds.low - margin;
+  bounds.high = bounds.high + margin;
+  std::vector<PlaneSegment> segments;
+  for (size_t i = 0; i < cell.patches.size(); ++i) {
+    PlaneSegment segment;
+    if (bounds.Overlaps(cell.boxes[i]) &&
+        MeetsPlane(frame, cell.patches[i], &segment)) {
+      segments.push_back(segment);
+    }
+  }
+  return segments;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,263 @@
+#include "solver/solution/display_forest.h"
+
+#include "base/check.h"
+#include "partition/polygon.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace enfilade {
+namespace {
+
+// A leaf may exceed twice the edge of another by rounding.
+constexpr double kEdgeRatio = 2 * (1 + 1e-6);
+constexpr double kHeightsPerTolerance = 8;
+// Frames are exact in single precision down to here.
+constexpr float kLeastScale = 1.0F / (1 << kMaxLevel);
+
+double Least(const ElementFrame& frame, double root_m) {
+  return static_cast<double>(std::abs(frame.scale)) * root_m;
+}
+
+}  // namespace
+
+DisplayForest::DisplayForest(const CellTree& tree,
+                             const CoplanarPatches& cell,
+                             size_t group,
+                             MemoryBudget& budget)
+    : frame_(cell.FirstOf(group)),
+      charge_(budget, "the display mesh of coplanar patches") {
+  std::vector<PlaneIndex::Box> boxes;
+  for (const PatchId id : cell.groups[group]) {
+    const Patch& patch = cell.patches[id.Index()];
+    AddRoot(patch, id);
+    PlaneIndex::Box& box = boxes.emplace_back();
+    for (const Point3 p : CornersOf(patch)) {
+      box.Include(frame_.ToPlane(p));
+    }
+  }
+  index_.emplace_back(boxes, 4 * kCrackM);
+  CopyTree(tree);
+  EndPass();
+}
+
+void DisplayForest::AddRoot(const Patch& patch, PatchId id) {
+  Root root{id,
+            patch.shape,
+            frame_.ToPlane(patch.origin),
+            frame_.ToPlane(frame_.origin + patch.u),
+            frame_.ToPlane(frame_.origin + patch.v)};
+  const bool triangle = patch.shape == PatchShape::kTriangle;
+  root.longest_m = std::max(Length(root.u), Length(root.v));
+  if (triangle) {
+    root.longest_m = std::max(root.longest_m, Length(root.u - root.v));
+  }
+  root.height_m = std::abs(Cross(root.u, root.v)) / root.longest_m;
+  roots_.push_back(root);
+  DisplayElement& e = elements_.emplace_back();
+  e.parent = e.root = static_cast<uint32_t>(roots_.size() - 1);
+  e.source = ElementId(id.value);
+}
+
+// Level by level, since children come behind their parents.
+void DisplayForest::CopyTree(const CellTree& tree) {
+  for (size_t e = 0; e < elements_.size(); ++e) {
+    const uint32_t first = tree.At(*elements_[e].source).first_child;
+    if (first == 0) {
+      continue;
+    }
+    Split(e);
+    for (size_t c = 0; c < kChildren; ++c) {
+      elements_[elements_[e].first_child + c].source = ElementId(first + c);
+    }
+  }
+}
+
+void DisplayForest::Split(size_t e) {
+  if (elements_.capacity() < elements_.size() + kChildren) {
+    const size_t room = elements_.size() + elements_.size() / 4 + 64;
+    // The old array lives until the new one is filled.
+    charge_.GrowTo(room * (2 * sizeof(DisplayElement) + sizeof(uint32_t)) +
+                   index_.front().SizeBytes() + roots_.size() * sizeof(Root));
+    elements_.reserve(room);
+  }
+  const auto first = static_cast<uint32_t>(elements_.size());
+  elements_[e].first_child = first;
+  const DisplayElement parent = elements_[e];
+  for (size_t c = 0; c < kChildren; ++c) {
+    DisplayElement& child = elements_.emplace_back();
+    child.parent = static_cast<uint32_t>(e);
+    child.root = parent.root;
+    child.frame = ChildOf(parent.frame, ShapeOf(e), c);
+  }
+}
+
+// After the last split of a pass: the tolerance, and the charge of what is
+// left.
+void DisplayForest::EndPass() {
+  elements_.shrink_to_fit();
+  const uint64_t bytes = elements_.capacity() * sizeof(DisplayElement) +
+                         index_.front().SizeBytes() +
+                         roots_.capacity() * sizeof(Root);
+  charge_.ShrinkTo(bytes);
+  charge_.GrowTo(bytes);
+  double least_m = kHeightsPerTolerance * kCrackM;
+  for (const DisplayElement& e : elements_) {
+    if (e.first_child == 0) {
+      least_m = std::min(least_m, Least(e.frame, roots_[e.root].height_m));
+    }
+  }
+  tolerance_m_ = least_m / kHeightsPerTolerance;
+}
+
+void DisplayForest::Balance() {
+  std::vector<uint32_t> work;
+  for (size_t e = elements_.size(); e-- > 0;) {
+    if (IsLeaf(e)) {
+      work.push_back(static_cast<uint32_t>(e));
+    }
+  }
+  std::vector<uint32_t> touching;
+  while (!work.empty()) {
+    const uint32_t e = work.back();
+    const size_t others = work.size();
+    const double most_m = kEdgeRatio * EdgeOf(e);
+    for (size_t k = 0; IsLeaf(e) && k < CornerCount(e); ++k) {
+      LeavesAt(PointOn(e, UnitCorner(ShapeOf(e), k)), &touching);
+      for (const uint32_t other : touching) {
+        SplitIfLarger(other, most_m, &work);
+      }
+    }
+    // Looked at again when its neighbours have been split.
+    if (work.size() == others) {
+      work.pop_back();
+    }
+  }
+  EndPass();
+}
+
+// Splits a leaf with an edge longer than that; adds the children to `work`.
+void DisplayForest::SplitIfLarger(size_t e,
+                                  double most_m,
+                                  std::vector<uint32_t>* work) {
+  if (EdgeOf(e) <= most_m ||
+      std::abs(elements_[e].frame.scale) <= kLeastScale) {
+    return;
+  }
+  Split(e);
+  for (uint32_t c = 0; c < kChildren; ++c) {
+    work->push_back(elements_[e].first_child + c);
+  }
+}
+
+void DisplayForest::SplitLeaves() {
+  const size_t count = elements_.size();
+  for (size_t e = 0; e < count; ++e) {
+    if (IsLeaf(e)) {
+      Split(e);
+    }
+  }
+  EndPass();
+}
+
+UnitPoint DisplayForest::UnitCorner(PatchShape shape, size_t k) {
+  constexpr std::array<UnitPoint, 4> kSquare = {
+      {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  constexpr std::array<UnitPoint, 3> kTriangle = {{{0, 0}, {1, 0}, {0, 1}}};
+  return shape == PatchShape::kTriangle ? kTriangle.at(k) : kSquare.at(k);
+}
+
+PlanePoint DisplayForest::PointOn(size_t e, UnitPoint p) const {
+  const ElementFrame& f = elements_[e].frame;
+  const Root& r = roots_[elements_[e].root];
+  const double a =
+      static_cast<double>(f.a) + static_cast<double>(f.scale) * p.a;
+  const double b =
+      static_cast<double>(f.b) + static_cast<double>(f.scale) * p.b;
+  return {r.origin.x + r.u.x * a + r.v.x * b,
+          r.origin.y + r.u.y * a + r.v.y * b};
+}
+
+UnitPoint DisplayForest::LocalOf(size_t e, PlanePoint p) const {
+  const ElementFrame& f = elements_[e].frame;
+  const Root& r = roots_[elements_[e].root];
+  const PlanePoint d = p - r.origin;
+  const double area = Cross(r.u, r.v);
+  return {(Cross(d, r.v) / area - static_cast<double>(f.a)) / f.scale,
+          (Cross(r.u, d) / area - static_cast<double>(f.b)) / f.scale};
+}
+
+double DisplayForest::EdgeOf(size_t e) const {
+  return Least(elements_[e].frame, roots_[elements_[e].root].longest_m);
+}
+
+bool DisplayForest::Contains(size_t e, PlanePoint p, double margin_m) const {
+  const Root& r = roots_[elements_[e].root];
+  const UnitPoint local = LocalOf(e, p);
+  // Distance from an edge per unit of its coordinate is area / edge length.
+  const double per_m =
+      margin_m / (Cross(r.u, r.v) * std::abs(elements_[e].frame.scale));
+  const double da = per_m * Length(r.v);
+  const double db = per_m * Length(r.u);
+  if (local.a < -da || local.b < -db) {
+    return false;
+  }
+  return r.shape == PatchShape::kTriangle
+             ? local.a + local.b <= 1 + per_m * Length(r.u - r.v)
+             : local.a <= 1 + da && local.b <= 1 + db;
+}
+
+void DisplayForest::LeavesAt(PlanePoint p,
+                             std::vector<uint32_t>* leaves) const {
+  leaves->clear();
+  for (const uint32_t root : index_.front().Near(p)) {
+    if (Contains(root, p, 2 * tolerance_m_)) {
+      DescendTo(p, root, leaves);
+    }
+  }
+}
+
+void DisplayForest::DescendTo(PlanePoint p,
+                              size_t root,
+                              std::vector<uint32_t>* leaves) const {
+  // What is behind `done` is still to be looked into.
+  size_t done = leaves->size();
+  leaves->push_back(static_cast<uint32_t>(root));
+  while (done < leaves->size()) {
+    const uint32_t first = elements_[(*leaves)[done]].first_child;
+    if (first == 0) {
+      ++done;
+      continue;
+    }
+    (*leaves)[done] = leaves->back();
+    leaves->pop_back();
+    for (uint32_t c = first; c < first + kChildren; ++c) {
+      if (Contains(c, p, 2 * tolerance_m_)) {
+        leaves->push_back(c);
+      }
+    }
+  }
+}
+
+size_t DisplayForest::RootOf(PatchId patch) const {
+  const auto at = std::lower_bound(
+      roots_.begin(), roots_.end(), patch, [](const Root& r, PatchId id) {
+        return r.patch < id;
+      });
+  ENFILADE_CHECK(at != roots_.end() && at->patch == patch,
+                 "patch {} is not of this group",
+                 patch.value);
+  return static_cast<size_t>(at - roots_.begin());
+}
+
+size_t DisplayForest::LeafOf(PatchId patch, UnitPoint p) const {
+  size_t e = RootOf(patch);
+  const PatchShape shape = ShapeOf(e);
+  while (!IsLeaf(e)) {
+    e = elements_[e].first_child + ChildAt(shape, &p);
+  }
+  return e;
+}
+
+}  // namespace enfilade

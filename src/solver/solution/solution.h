@@ -1,0 +1,104 @@
+// The stored solution, to be read: radiosity and irradiance anywhere on the
+// scene's patches. One cell's element tree is in memory at a time.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/ids.h"
+#include "base/memory.h"
+#include "base/photometry.h"
+#include "base/vec.h"
+#include "partition/patch.h"
+#include "scene/scene_store.h"
+#include "solver/elements/geometry.h"
+#include "solver/solution/display_mesh.h"
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// A point on a patch, in patch coordinates (partition/patch.h).
+struct PatchPoint {
+  CellId cell;
+  PatchId patch;
+  double a = 0;
+  double b = 0;
+};
+
+// A leaf of an element tree: three or four corners in the order of
+// AreaVector (counter-clockwise seen from the front), and the radiosity and
+// irradiance that the solution has there.
+struct LeafElement {
+  PatchId patch;
+  std::vector<Point3> corners;
+  std::vector<Rgb> radiosity;   // W/m2 at the corners
+  std::vector<Rgb> irradiance;  // W/m2 at the corners
+};
+
+// A leaf, and the mean over it of the irradiance, W/m2.
+struct LeafMean {
+  PatchId patch;
+  ElementFrame frame;
+  double area = 0;  // m2
+  Rgb irradiance{};
+};
+
+class Solution {
+ public:
+  // Throws InputError if the store holds no solution yet.
+  Solution(const BlockStorage& store, MemoryBudget& budget);
+  ~Solution();
+  Solution(const Solution&) = delete;
+  Solution& operator=(const Solution&) = delete;
+
+  [[nodiscard]] const SceneInfo& Scene() const;
+  [[nodiscard]] size_t CellCount() const;
+
+  // What reading the largest cell takes of the budget.
+  [[nodiscard]] uint64_t MostCellBytes() const;
+
+  // One value per point, in the order of the points, none below 0; reads every
+  // cell's tree at most once per call. Thread-safe.
+  [[nodiscard]] std::vector<Rgb> Irradiance(
+      std::span<const PatchPoint> points) const;
+  [[nodiscard]] std::vector<Rgb> Radiosity(
+      std::span<const PatchPoint> points) const;
+
+  // Visits the leaves of a cell in a fixed order.
+  void ForEachLeaf(CellId cell,
+                   const std::function<void(const LeafElement&)>& visit) const;
+
+  // Visits the leaves of some patches of a cell, those of each patch together
+  // and in a fixed order.
+  void ForEachMean(CellId cell,
+                   std::span<const PatchId> patches,
+                   const std::function<void(const LeafMean&)>& visit) const;
+
+  // The radiosity of a patch under so much irradiance.
+  [[nodiscard]] Rgb RadiosityOf(const Patch& patch,
+                                const Rgb& irradiance) const;
+
+  // As Radiosity, of the smooth meshes for display. The last cell asked for is
+  // kept with its meshes, so ask cell by cell.
+  [[nodiscard]] std::vector<Rgb> DisplayRadiosity(
+      std::span<const PatchPoint> points) const;
+
+  // Visits the meshes of a cell's groups of coplanar patches in a fixed order,
+  // each with a patch of its group.
+  void ForEachDisplayMesh(
+      CellId cell,
+      const DisplayOptions& options,
+      const std::function<void(const DisplayMesh&, const Patch&)>& visit) const;
+
+  // Hash over the coefficients of all cells: equal for equal bits.
+  [[nodiscard]] std::string Digest() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace enfilade

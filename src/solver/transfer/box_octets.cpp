@@ -1,0 +1,58 @@
+#include "solver/transfer/box_octets.h"
+
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+size_t OctetsFor(size_t count) {
+  return (count + BoxOctet::kCount - 1) / BoxOctet::kCount;
+}
+
+}  // namespace
+
+BoxOctet::BoxOctet() {
+  for (size_t i = 0; i < kCount; ++i) {
+    Set(i, Box{});
+  }
+}
+
+void BoxOctet::Set(size_t i, const Box& box) {
+  low_x[i] = box.low.x;
+  low_y[i] = box.low.y;
+  low_z[i] = box.low.z;
+  high_x[i] = box.high.x;
+  high_y[i] = box.high.y;
+  high_z[i] = box.high.z;
+}
+
+BoxOctets::BoxOctets(std::span<const Box> boxes) {
+  std::vector<Box> below(boxes.begin(), boxes.end());
+  octets_.reserve(BytesFor(boxes.size()) / sizeof(BoxOctet));
+  while (!below.empty() && (levels_.empty() || below.size() > 1)) {
+    levels_.push_back({octets_.size(), below.size()});
+    std::vector<Box> unions(OctetsFor(below.size()));
+    for (size_t i = 0; i < below.size(); ++i) {
+      if (i % BoxOctet::kCount == 0) {
+        octets_.emplace_back();
+      }
+      octets_.back().Set(i % BoxOctet::kCount, below[i]);
+      unions[i / BoxOctet::kCount].Add(below[i]);
+    }
+    below = std::move(unions);
+  }
+}
+
+uint64_t BoxOctets::SizeBytes() const {
+  return octets_.size() * sizeof(BoxOctet);
+}
+
+uint64_t BoxOctets::BytesFor(size_t boxes) {
+  uint64_t octets = OctetsFor(boxes);
+  for (size_t count = octets; count > 1; count = OctetsFor(count)) {
+    octets += OctetsFor(count);
+  }
+  return octets * sizeof(BoxOctet);
+}
+
+}  // namespace enfilade

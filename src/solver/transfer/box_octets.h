@@ -1,0 +1,95 @@
+// Boxes in a tree of eight children per node, whose boxes lie side by side so
+// that a query tests all eight at once.
+
+#pragma once
+
+#include "solver/elements/geometry.h"
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace enfilade {
+
+// Eight boxes; those that are not set overlap nothing that is within Box::kFar.
+struct BoxOctet {
+  static constexpr size_t kCount = 8;
+  using Lanes = std::array<float, kCount>;
+  static constexpr std::array<uint32_t, kCount> kBits = {
+      1, 2, 4, 8, 16, 32, 64, 128};
+
+  Lanes low_x{}, low_y{}, low_z{};
+  Lanes high_x{}, high_y{}, high_z{};
+
+  BoxOctet();
+
+  void Set(size_t i, const Box& box);
+
+  // A bit for each that overlaps the box.
+  [[nodiscard]] uint32_t Overlapping(const Box& box) const {
+    uint32_t bits = 0;
+    for (size_t i = 0; i < kCount; ++i) {  // becomes vector code
+      bits |= kBits[i] & (low_x[i] <= box.high.x ? ~0U : 0U) &
+              (box.low.x <= high_x[i] ? ~0U : 0U) &
+              (low_y[i] <= box.high.y ? ~0U : 0U) &
+              (box.low.y <= high_y[i] ? ~0U : 0U) &
+              (low_z[i] <= box.high.z ? ~0U : 0U) &
+              (box.low.z <= high_z[i] ? ~0U : 0U);
+    }
+    return bits;
+  }
+};
+
+// Of boxes in spatial order, neighbours together.
+class BoxOctets {
+ public:
+  explicit BoxOctets(std::span<const Box> boxes);
+
+  // Calls visit(i) for boxes that `reaches`, which says so of an octet by bits
+  // and may say it of too many, until it returns false. Returns whether it
+  // never did.
+  template <typename Reaches, typename Visit>
+  bool VisitAll(const Reaches& reaches, const Visit& visit) const {
+    return levels_.empty() || VisitNode(levels_.size() - 1, 0, reaches, visit);
+  }
+
+  [[nodiscard]] uint64_t SizeBytes() const;
+
+  // What SizeBytes() of so many will be.
+  static uint64_t BytesFor(size_t boxes);
+
+ private:
+  // Octets of one level: of boxes, or of the octets of the level before.
+  struct Level {
+    size_t first = 0;  // octet
+    size_t count = 0;  // of what is in its octets
+  };
+
+  template <typename Reaches, typename Visit>
+  bool VisitNode(size_t level,
+                 size_t node,
+                 const Reaches& reaches,
+                 const Visit& visit) const {
+    const Level& of = levels_[level];
+    const size_t first = BoxOctet::kCount * node;
+    uint32_t bits = reaches(octets_[of.first + node]);
+    if (of.count - first < BoxOctet::kCount) {
+      bits &= (1U << (of.count - first)) - 1;
+    }
+    for (; bits != 0; bits &= bits - 1) {
+      const size_t i = first + static_cast<size_t>(std::countr_zero(bits));
+      if (level == 0 ? !visit(i) : !VisitNode(level - 1, i, reaches, visit)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  std::vector<BoxOctet> octets_;
+  std::vector<Level> levels_;  // the root's last
+};
+
+}  // namespace enfilade

@@ -1,0 +1,30 @@
+// Random directions about the normal of a patch, cosine-distributed.
+
+#pragma once
+
+#include "base/random.h"
+#include "solver/elements/geometry.h"
+
+namespace enfilade {
+
+// A point of the unit circle.
+struct CirclePoint {
+  double cosine = 0;
+  double sine = 0;
+};
+
+// At the share t of a turn, 0 <= t <= 1; to 1e-11.
+CirclePoint OnCircle(double t);
+
+class CosineDirections {
+ public:
+  explicit CosineDirections(const PatchGeometry& patch);
+
+  Vec3f Draw(Random* random) const;
+
+ private:
+  // Orthonormal; z_ is the normal.
+  Vec3f x_, y_, z_;
+};
+
+}  // namespace enfilade

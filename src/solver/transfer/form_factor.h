@@ -1,0 +1,100 @@
+// Form factors between points and polygons, and quadrature kernels between the
+// nodes of two elements, unoccluded.
+//
+//   paper          here
+//   G without V    cos_x cos_y / (pi r^2)
+//   F(x, P)        PointToPolygon (W, eq. 5)
+//   K_gq           Kernel: irradiance at receiver node g per radiosity at
+//                  source node q; rows sum to the form factor of the node
+
+#pragma once
+
+#include "solver/elements/geometry.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace enfilade {
+
+// The form factor from a differential area at x with unit normal n to a convex
+// planar polygon: the share of x's hemisphere, cosine-weighted, that the
+// polygon covers; in [0, 1]. What lies below x's horizon is clipped. Which
+// side of the polygon faces x does not matter. At most five corners.
+//
+// F = 1/(2 pi) sum over edges of angle(v_i, v_i+1) n . (v_i x v_i+1)/|...|,
+// Lambert's formula (W, eq. 5), signed by the polygon's orientation.
+float PointToPolygon(Vec3f x, Vec3f n, std::span<const Vec3f> polygon);
+
+// Nodes per element in a transfer: four on parallelograms; three on triangles,
+// padded by a fourth of weight zero.
+inline constexpr size_t kTransferNodes = 4;
+
+// An element as one end of a transfer.
+struct TransferEnd {
+  const PatchGeometry* patch = nullptr;
+  ElementFrame frame;
+  float area = 0;
+  float diameter = 0;
+  float radius = 0;  // all of it is within this of its center, m
+  float rim = 0;     // share of the element that random points keep off its rim
+  Vec3f center;
+  size_t node_count = 0;
+  std::array<float, kTransferNodes> x{};  // of the nodes, m
+  std::array<float, kTransferNodes> y{};
+  std::array<float, kTransferNodes> z{};
+  std::array<float, kTransferNodes> weight{};  // quadrature; sums to 1
+};
+
+// The nodes are those of the second-order basis, whatever the solver's basis.
+TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame);
+
+// Whether some of an element may lie in a box: true where it does.
+bool ReachesInto(const TransferEnd& end, const Box& box);
+
+// K_gq at [g * kTransferNodes + q].
+using Kernel = std::array<float, kTransferNodes * kTransferNodes>;
+
+// The same at [q][g], so that the receiver's nodes lie side by side.
+using KernelColumns =
+    std::array<std::array<float, kTransferNodes>, kTransferNodes>;
+
+// Plain product quadrature: A_s w_q cos_x cos_y / (pi r^2). Accurate to about
+// (diameter / distance)^4 / 10.
+Kernel QuadratureKernel(const TransferEnd& receiver, const TransferEnd& source);
+
+// Makes K_gq zero where bit (g * kTransferNodes + q) is not set.
+void MaskKernel(uint16_t visible, Kernel* kernel);
+
+// One row of the kernel at any point x with normal n of the receiver.
+std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
+                                                Vec3f n,
+                                                const TransferEnd& source);
+
+// Some of `end` lies before the plane of the patch and some behind it.
+bool IsCut(const TransferEnd& end, const PatchGeometry& patch);
+
+// Whether a near transfer gets the exact form factors of the source's nodes to
+// the receiver (by reciprocity) rather than those of the receiver's nodes to
+// the source: it gets those of the smaller end, but the nodes of a source that
+// the receiver's horizon cuts say nothing of the part which is seen.
+bool IsByColumns(const TransferEnd& receiver, const TransferEnd& source);
+
+// For ends that are close: scaled to exact form factors.
+Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source);
+
+// A source that is looked at from points close to it. Borrowed.
+class NearSource {
+ public:
+  explicit NearSource(const TransferEnd& source);
+
+  // The exact form factor of x to the source, zero behind it, spread over the
+  // source's nodes like QuadratureRow.
+  [[nodiscard]] std::array<float, kTransferNodes> Row(Vec3f x, Vec3f n) const;
+
+ private:
+  const TransferEnd* source_;
+  Corners corners_;
+};
+
+}  // namespace enfilade

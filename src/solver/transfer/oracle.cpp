@@ -1,0 +1,398 @@
+#include "solver/transfer/oracle.h"
+
+#include "partition/overlap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+
+namespace enfilade {
+namespace {
+
+// A source nearer than this many of its diameters gets exact form factors.
+constexpr float kNearDiameters = 2.0F;
+// RMS over the element per RMS over the test points, of a residual of the first
+// degree in the receiver's coordinates that a basis of order 1, 2, 3 or 4
+// cannot follow: the Legendre polynomial of degree 1 .. 4. The first two are
+// measured.
+constexpr std::array<float, 5> kResidual = {0, 0.9F, 0.6F, 1.05F, 0.92F};
+// Of the variance of sixteen samples, the part that is blamed on the larger
+// end rather than on the end with which they vary.
+constexpr float kVarianceNoise = 0.15F;
+
+// The values of the functions of a basis at the test points. Of the constant
+// basis those of second order: its receivers are sampled as well.
+struct TestTable {
+  Basis basis;
+  std::array<std::array<std::array<float, kMaxNodes>, 5>, 2> values{};
+
+  explicit TestTable(BasisKind kind) : basis(kind) {
+    for (const PatchShape shape :
+         {PatchShape::kParallelogram, PatchShape::kTriangle}) {
+      const auto points = TestPoints(shape);
+      for (size_t i = 0; i < points.size(); ++i) {
+        const auto all = basis.On(shape).Evaluate(points[i]);
+        for (size_t g = 0; g < kMaxNodes; ++g) {
+          values[static_cast<size_t>(shape)][i][g] = static_cast<float>(all[g]);
+        }
+      }
+    }
+  }
+};
+
+const TestTable& TestsOf(BasisKind kind) {
+  static const TestTable second({2, false});
+  static const TestTable third({3, false});
+  static const TestTable fourth({4, false});
+  static const TestTable flat_second({2, true});
+  static const TestTable flat_third({3, true});
+  if (kind.flat) {
+    return kind.order == 2 ? flat_second : flat_third;
+  }
+  return kind.order == 4 ? fourth : kind.order == 3 ? third : second;
+}
+
+float WeightedSum(const float* row,
+                  const std::array<float, kTransferNodes>& radiosity) {
+  return (row[0] * radiosity[0] + row[1] * radiosity[1]) +
+         (row[2] * radiosity[2] + row[3] * radiosity[3]);
+}
+
+}  // namespace
+
+UnitPoint CornerAlong(const TransferEnd& end, Vec3f direction) {
+  constexpr float kRim = 0.03F;
+  const PatchGeometry& patch = *end.patch;
+  const float sign = end.frame.scale < 0 ? -1.0F : 1.0F;
+  const float along_u = sign * Dot(patch.u, direction);
+  const float along_v = sign * Dot(patch.v, direction);
+  const bool is_triangle = patch.shape == PatchShape::kTriangle;
+  const double low = kRim;
+  const double high = is_triangle ? 1 - 2 * kRim : 1 - kRim;
+  const bool far_u = along_u > 0 && !(is_triangle && along_v > along_u);
+  const bool far_v = along_v > 0 && !(is_triangle && far_u);
+  return {far_u ? high : low, far_v ? high : low};
+}
+
+UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
+  const PatchGeometry& patch = *end.patch;
+  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
+  const Vec3f u = patch.u * end.frame.scale;
+  const Vec3f v = patch.v * end.frame.scale;
+  const float uu = Dot(u, u);
+  const float uv = Dot(u, v);
+  const float vv = Dot(v, v);
+  const float determinant = std::max(uu * vv - uv * uv, 1e-20F);
+  const float du = Dot(d, u);
+  const float dv = Dot(d, v);
+  constexpr float kRim = 0.03F;
+  float s = std::clamp((vv * du - uv * dv) / determinant, kRim, 1 - kRim);
+  float t = std::clamp((uu * dv - uv * du) / determinant, kRim, 1 - kRim);
+  if (patch.shape == PatchShape::kTriangle && s + t > 1 - kRim) {
+    const float scale = (1 - kRim) / (s + t);
+    s *= scale;
+    t *= scale;
+  }
+  return {static_cast<double>(s), static_cast<double>(t)};
+}
+
+std::span<const UnitPoint> TestPoints(PatchShape shape) {
+  static constexpr std::array<UnitPoint, 5> kSquare = {
+      {{0.5, 0.5}, {0.04, 0.5}, {0.96, 0.5}, {0.5, 0.04}, {0.5, 0.96}}};
+  static constexpr std::array<UnitPoint, 4> kTriangle = {
+      {{1.0 / 3, 1.0 / 3}, {0.48, 0.04}, {0.04, 0.48}, {0.48, 0.48}}};
+  if (shape == PatchShape::kTriangle) {
+    return kTriangle;
+  }
+  return kSquare;
+}
+
+float SecondOrderAt(PatchShape shape,
+                    UnitPoint at,
+                    const std::array<float, kTransferNodes>& at_nodes) {
+  const auto functions = TestsOf({2, false}).basis.On(shape).Evaluate(at);
+  float value = 0;
+  for (size_t g = 0; g < kTransferNodes; ++g) {
+    value += static_cast<float>(functions[g]) * at_nodes[g];
+  }
+  return value;
+}
+
+float ResidualScale(const Basis& basis) {
+  return kResidual[basis.kind.order];
+}
+
+bool IsNear(const TransferEnd& r, const TransferEnd& s) {
+  return Length(s.center - r.center) - 0.5F * r.diameter <
+             kNearDiameters * s.diameter ||
+         IsCut(s, *r.patch);
+}
+
+bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
+  constexpr auto kClosed = static_cast<float>(kCoincidentM);
+  const float rounding = PlaneTolerance(patch);
+  // Most are well in front: so is a corner then, whatever the rounding.
+  if (Dot(end.center - patch.origin, patch.normal) >
+      std::max(10 * rounding, 2 * kClosed)) {
+    return false;
+  }
+  const bool faces =
+      Dot(end.patch->normal, patch.normal) < -static_cast<float>(kLeastFacing);
+  const float tolerance = faces ? std::max(kClosed, rounding) : rounding;
+  const Corners corners = CornersOf(*end.patch, end.frame);
+  return std::all_of(
+      corners.View().begin(), corners.View().end(), [&](Vec3f p) {
+        return Dot(p - patch.origin, patch.normal) <= tolerance;
+      });
+}
+
+float FormFactorBound(const TransferEnd& r, const TransferEnd& s) {
+  const Vec3f d = s.center - r.center;
+  const float distance = Length(d);
+  const float reach = r.radius + s.radius;
+  const float gap = distance - reach;
+  if (gap <= 0.25F * s.diameter) {
+    return 1;
+  }
+  const float cos_x =
+      std::clamp((Dot(d, r.patch->normal) + reach) / gap, 0.0F, 1.0F);
+  const float cos_y =
+      std::clamp((reach - Dot(d, s.patch->normal)) / gap, 0.0F, 1.0F);
+  return std::min(
+      1.0F, s.area * cos_x * cos_y / (static_cast<float>(kPi) * gap * gap));
+}
+
+float ReceiverShare(uint16_t bits, const TransferEnd& r, const TransferEnd& s) {
+  std::array<float, kTransferNodes> rows{};
+  std::array<float, kTransferNodes> columns{};
+  float mean = 0;
+  for (size_t g = 0; g < r.node_count; ++g) {
+    for (size_t q = 0; q < s.node_count; ++q) {
+      const size_t bit = g * kTransferNodes + q;
+      const float v = (bits >> bit & 1) != 0 ? 1.0F : 0.0F;
+      rows[g] += v * s.weight[q];
+      columns[q] += v * r.weight[g];
+      mean += v * s.weight[q] * r.weight[g];
+    }
+  }
+  float by_row = 0;
+  for (size_t g = 0; g < r.node_count; ++g) {
+    by_row += r.weight[g] * (rows[g] - mean) * (rows[g] - mean);
+  }
+  float by_column = 0;
+  for (size_t q = 0; q < s.node_count; ++q) {
+    by_column += s.weight[q] * (columns[q] - mean) * (columns[q] - mean);
+  }
+  const float size = r.diameter / (r.diameter + s.diameter + 1e-9F);
+  const float noise = kVarianceNoise * mean * (1 - mean) + 1e-3F;
+  return (by_row + noise * size) / (by_row + by_column + noise);
+}
+
+namespace {
+
+// The irradiance that the transfer brings to points of the receiver, and the
+// function of the receiver's basis that a link would make of it.
+class LinkFit {
+ public:
+  LinkFit(const TransferEnd& receiver,
+          const RadiantEnd& source,
+          const Basis& basis,
+          bool near)
+      : receiver_(&receiver),
+        source_(&source),
+        tests_(&TestsOf(basis.kind)),
+        constant_(basis.kind.order == 1),
+        near_(near) {
+    if (near) {
+      near_source_.emplace(source.end);
+    }
+  }
+
+  // The mean and the values at the second-order nodes.
+  void TakeFrom(const Judgement& judgement,
+                const std::array<float, kTransferNodes>& at_nodes) {
+    mean_ = judgement.transfer;
+    std::copy(at_nodes.begin(), at_nodes.end(), at_nodes_.begin());
+  }
+
+  // Samples the nodes of a basis that has its own. `flux`: the mean that a near
+  // source smaller than the receiver is scaled to (KernelByColumns), so that
+  // the nodes have what a link would give them.
+  void SampleNodes(float flux) {
+    const ShapeBasis& basis = tests_->basis.On(receiver_->patch->shape);
+    count_ = basis.NodeCount();
+    float mean = 0;
+    for (size_t g = 0; g < count_; ++g) {
+      at_nodes_[g] =
+          WeightedSum(RowAt(basis.Node(g)).data(), source_->radiosity);
+      mean += static_cast<float>(basis.Weight(g)) * at_nodes_[g];
+    }
+    if (near_ && IsByColumns(*receiver_, source_->end) && mean > 0) {
+      for (size_t g = 0; g < count_; ++g) {
+        at_nodes_[g] *= flux / mean;
+      }
+    }
+  }
+
+  // What the basis cannot follow at a test point; at any point.
+  float ResidualAtTest(size_t i) {
+    const PatchShape shape = receiver_->patch->shape;
+    return ResidualAt(TestPoints(shape)[i],
+                      tests_->values[static_cast<size_t>(shape)][i]);
+  }
+
+  float ResidualAt(UnitPoint at) {
+    const auto values = tests_->basis.On(receiver_->patch->shape).Evaluate(at);
+    std::array<float, kMaxNodes> functions{};
+    std::transform(
+        values.begin(), values.end(), functions.begin(), [](double v) {
+          return static_cast<float>(v);
+        });
+    return ResidualAt(at, functions);
+  }
+
+  // The largest form factor of a point that was looked at.
+  [[nodiscard]] float LargestFormFactor() const { return form_factor_; }
+
+  void NoteFormFactor(float form_factor) {
+    form_factor_ = std::max(form_factor_, form_factor);
+  }
+
+ private:
+  [[nodiscard]] std::array<float, kTransferNodes> RowAt(UnitPoint at) const {
+    const Vec3f x = PointOn(*receiver_->patch,
+                            receiver_->frame,
+                            static_cast<float>(at.a),
+                            static_cast<float>(at.b));
+    return near_ ? near_source_->Row(x, receiver_->patch->normal)
+                 : QuadratureRow(x, receiver_->patch->normal, source_->end);
+  }
+
+  float ResidualAt(UnitPoint at,
+                   const std::array<float, kMaxNodes>& functions) {
+    const auto row = RowAt(at);
+    NoteFormFactor((row[0] + row[1]) + (row[2] + row[3]));
+    return WeightedSum(row.data(), source_->radiosity) - Fit(functions);
+  }
+
+  [[nodiscard]] float Fit(const std::array<float, kMaxNodes>& functions) const {
+    if (constant_) {
+      return mean_;
+    }
+    float fit = (functions[0] * at_nodes_[0] + functions[1] * at_nodes_[1]) +
+                (functions[2] * at_nodes_[2] + functions[3] * at_nodes_[3]);
+    for (size_t g = kTransferNodes; g < count_; ++g) {
+      fit += functions[g] * at_nodes_[g];
+    }
+    return fit;
+  }
+
+  const TransferEnd* receiver_;
+  const RadiantEnd* source_;
+  const TestTable* tests_;
+  bool constant_;
+  bool near_;
+  std::optional<NearSource> near_source_;
+  size_t count_ = kTransferNodes;
+  float mean_ = 0;
+  float form_factor_ = 0;
+  std::array<float, kMaxNodes> at_nodes_{};
+};
+
+// The mean square of what the basis cannot follow on the receiver.
+float MeanSquareResidual(const TransferEnd& r,
+                         const RadiantEnd& s,
+                         bool near,
+                         LinkFit* light) {
+  const size_t tests = TestPoints(r.patch->shape).size();
+  float square = 0;
+  for (size_t i = 0; i < tests; ++i) {
+    const float residual = light->ResidualAtTest(i);
+    square += residual * residual;
+  }
+  square /= static_cast<float>(tests);
+  if (IsCut(r, *s.end.patch)) {
+    // What is lit may be a corner that no other point lies in.
+    const float residual =
+        light->ResidualAt(CornerAlong(r, s.end.patch->normal));
+    square = std::max(square, kCornerShare * residual * residual);
+  }
+  if (s.end.diameter < 2 * r.diameter && near) {
+    // A small source close to a large receiver peaks between its nodes: over
+    // an area like the source's, widened by its distance.
+    const UnitPoint at = NearestOn(r, s.end.center);
+    const Vec3f x = PointOn(
+        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
+    const Vec3f d = s.end.center - x;
+    const float residual = light->ResidualAt(at);
+    square +=
+        residual * residual * std::min(1.0F, (s.end.area + Dot(d, d)) / r.area);
+  }
+  return square;
+}
+
+// The irradiance of the receiver's transfer nodes.
+std::array<float, kTransferNodes> AtNodes(const Judgement& j,
+                                          const TransferEnd& r,
+                                          const RadiantEnd& s) {
+  std::array<float, kTransferNodes> at_nodes{};
+  for (size_t g = 0; g < r.node_count; ++g) {
+    at_nodes[g] = WeightedSum(&j.kernel[g * kTransferNodes], s.radiosity);
+  }
+  return at_nodes;
+}
+
+}  // namespace
+
+Judgement JudgeTransfer(const TransferEnd& r, const RadiantEnd& s) {
+  Judgement j;
+  j.near = IsNear(r, s.end);
+  j.kernel = j.near ? NearKernel(r, s.end) : QuadratureKernel(r, s.end);
+  const auto at_nodes = AtNodes(j, r, s);
+  for (size_t g = 0; g < r.node_count; ++g) {
+    const float* row = &j.kernel[g * kTransferNodes];
+    j.transfer += r.weight[g] * at_nodes[g];
+    j.form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
+  }
+  return j;
+}
+
+void JudgeErrors(const TransferEnd& r,
+                 const RadiantEnd& s,
+                 const Basis& basis,
+                 Judgement* judgement) {
+  Judgement& j = *judgement;
+  LinkFit light(r, s, basis, j.near);
+  light.NoteFormFactor(j.form_factor);
+  if (basis.HasOwnNodes()) {
+    light.SampleNodes(j.transfer);
+  } else {
+    light.TakeFrom(j, AtNodes(j, r, s));
+  }
+  j.receiver_error = ResidualScale(basis) *
+                     std::sqrt(MeanSquareResidual(r, s, j.near, &light));
+  // The source's radiosity beyond its nodes, damped by the kernel's
+  // smoothness: one order of distance per order of the basis.
+  const float distance = Length(s.end.center - r.center);
+  const float ratio =
+      std::min(1.0F, s.end.diameter / std::max(distance, 1e-6F));
+  float damping = ratio;
+  for (size_t i = 1; i < basis.kind.order; ++i) {
+    damping *= ratio;
+  }
+  const auto [low, high] = std::minmax_element(
+      s.radiosity.begin(),
+      s.radiosity.begin() + static_cast<std::ptrdiff_t>(s.end.node_count));
+  const float spread = j.near ? 0.25F * (*high - *low) * damping : 0.0F;
+  j.form_factor = light.LargestFormFactor();
+  j.source_error = j.form_factor * (s.detail * damping + spread);
+}
+
+Judgement Judge(const TransferEnd& r, const RadiantEnd& s, const Basis& basis) {
+  Judgement j = JudgeTransfer(r, s);
+  JudgeErrors(r, s, basis, &j);
+  return j;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,262 @@
+#include "solver/transfer/shaft.h"
+
+#include "partition/polygon.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace enfilade {
+namespace {
+
+constexpr size_t kBoxCorners = 8;
+// Cosine of the angle between a portal and an element that may stick out of its
+// cell over some length.
+constexpr float kNearlyParallel = 0.99F;
+// As far as that may be, and rounding, m.
+constexpr auto kBeyond = static_cast<float>(kOnPlaneM) * 1.5F;
+
+// Interleaves the low ten bits of three numbers.
+uint32_t Morton(uint32_t x, uint32_t y, uint32_t z) {
+  const auto spread = [](uint32_t v) {
+    v = (v | v << 16) & 0x030000FFU;
+    v = (v | v << 8) & 0x0300F00FU;
+    v = (v | v << 4) & 0x030C30C3U;
+    return (v | v << 2) & 0x09249249U;
+  };
+  return spread(x) | spread(y) << 1 | spread(z) << 2;
+}
+
+Box BoxAround(std::span<const Vec3f> points) {
+  Box box;
+  for (const Vec3f p : points) {
+    box.Add(p);
+  }
+  return box;
+}
+
+Box BoxOf(const PatchGeometry& patch) {
+  const Corners corners = CornersOf(patch, {});
+  return BoxAround(corners.View());
+}
+
+// By the middles of their boxes.
+std::vector<size_t> SpatialOrder(std::span<const PatchGeometry> patches) {
+  std::vector<Vec3f> middles;
+  middles.reserve(patches.size());
+  Box all;
+  for (const PatchGeometry& p : patches) {
+    const Box box = BoxOf(p);
+    middles.push_back((box.low + box.high) * 0.5F);
+    all.Add(middles.back());
+  }
+  const auto cell = [](float v, float from, float to) {
+    return static_cast<uint32_t>(1023 * (v - from) / (to - from + 1e-6F));
+  };
+  std::vector<uint32_t> codes;
+  codes.reserve(patches.size());
+  for (const Vec3f m : middles) {
+    codes.push_back(Morton(cell(m.x, all.low.x, all.high.x),
+                           cell(m.y, all.low.y, all.high.y),
+                           cell(m.z, all.low.z, all.high.z)));
+  }
+  std::vector<size_t> order(patches.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return codes[a] < codes[b];
+  });
+  return order;
+}
+
+std::vector<Box> BoxesOf(std::span<const PatchGeometry> patches,
+                         std::span<const size_t> order) {
+  std::vector<Box> boxes;
+  boxes.reserve(order.size());
+  for (const size_t i : order) {
+    boxes.push_back(BoxOf(patches[i]));
+  }
+  return boxes;
+}
+
+// All points on one (closed) side of the plane, or within `tolerance` of it;
+// `sign` +1: in front.
+bool AllOnSide(std::span<const Vec3f> points,
+               Vec3f on_plane,
+               Vec3f normal,
+               float sign,
+               float tolerance) {
+  return std::all_of(points.begin(), points.end(), [&](Vec3f p) {
+    return sign * Dot(p - on_plane, normal) >= -tolerance;
+  });
+}
+
+Box Grown(Box box, float margin) {
+  box.low = box.low - Vec3f{margin, margin, margin};
+  box.high = box.high + Vec3f{margin, margin, margin};
+  return box;
+}
+
+size_t CornerCount(const PatchGeometry& patch) {
+  return patch.shape == PatchShape::kTriangle ? 3 : 4;
+}
+
+}  // namespace
+
+Shaft ShaftBetween(const PatchGeometry& receiver,
+                   ElementFrame receiver_frame,
+                   const PatchGeometry& source,
+                   ElementFrame source_frame) {
+  Shaft shaft;
+  shaft.receiver = &receiver;
+  shaft.source = &source;
+  shaft.on_receiver = receiver.origin;
+  shaft.on_source = source.origin;
+  const Corners r = CornersOf(receiver, receiver_frame);
+  const Corners s = CornersOf(source, source_frame);
+  for (const Corners* c : {&r, &s}) {
+    for (const Vec3f p : c->View()) {
+      shaft.ends[shaft.count++] = p;
+      shaft.box.Add(p);
+    }
+  }
+  return shaft;
+}
+
+Shaft ShaftBetween(const PatchGeometry& receiver,
+                   ElementFrame receiver_frame,
+                   const Box& source) {
+  Shaft shaft;
+  shaft.receiver = &receiver;
+  shaft.on_receiver = receiver.origin;
+  const Corners r = CornersOf(receiver, receiver_frame);
+  for (const Vec3f p : r.View()) {
+    shaft.ends[shaft.count++] = p;
+    shaft.box.Add(p);
+  }
+  const auto corner = [&](size_t i) {
+    return Vec3f{(i & 1) != 0 ? source.high.x : source.low.x,
+                 (i & 2) != 0 ? source.high.y : source.low.y,
+                 (i & 4) != 0 ? source.high.z : source.low.z};
+  };
+  for (size_t i = 0; i < kBoxCorners; ++i) {
+    shaft.ends[shaft.count++] = corner(i);
+  }
+  shaft.box.Add(source);
+  return shaft;
+}
+
+Shaft AcrossPortals(Shaft shaft) {
+  constexpr auto kApart = static_cast<float>(kApartM);
+  const size_t of_receiver = CornerCount(*shaft.receiver);
+  const auto put_back = [&](const PatchGeometry& end, auto points, Vec3f* on) {
+    const Vec3f back = end.normal * (-kApart * static_cast<float>(end.layer));
+    *on = *on + back;
+    for (Vec3f& p : points) {
+      p = p + back;
+      shaft.box.Add(p);
+    }
+  };
+  const auto ends = std::span(shaft.ends).first(shaft.count);
+  shaft.box = Grown(shaft.box, kBeyond);
+  put_back(*shaft.receiver, ends.first(of_receiver), &shaft.on_receiver);
+  if (shaft.source != nullptr) {
+    put_back(*shaft.source, ends.subspan(of_receiver), &shaft.on_source);
+    return shaft;
+  }
+  // Any of many may have been put before others, whichever way it faces.
+  constexpr float kMost = kApart * kMostLayers;
+  for (size_t i = 0; i < kBoxCorners; ++i) {
+    Vec3f& corner = shaft.ends[of_receiver + i];
+    corner = corner + Vec3f{(i & 1) != 0 ? kMost : -kMost,
+                            (i & 2) != 0 ? kMost : -kMost,
+                            (i & 4) != 0 ? kMost : -kMost};
+    shaft.box.Add(corner);
+  }
+  return shaft;
+}
+
+ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
+                             BlockerKind kind)
+    : ShaftBlockers(patches, kind, SpatialOrder(patches)) {}
+
+ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
+                             BlockerKind kind,
+                             std::span<const size_t> order)
+    : kind_(kind),
+      coplanar_m_(CoplanarM(kind)),
+      boxes_(BoxesOf(patches, order)) {
+  points_.reserve(4 * patches.size());
+  normals_.reserve(patches.size());
+  for (const size_t i : order) {
+    const Corners c = CornersOf(patches[i], {});
+    for (size_t k = 0; k < 4; ++k) {
+      points_.push_back(c.points[std::min(k, c.count - 1)]);
+    }
+    normals_.push_back(patches[i].normal);
+  }
+}
+
+bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
+  const auto both = std::span<const Vec3f>(shaft.ends).first(shaft.count);
+  const std::span<const Vec3f> blocker = CornersOfBlocker(i);
+  const auto has_both_on = [&](float sign) {
+    return AllOnSide(both, blocker[0], normals_[i], sign, coplanar_m_);
+  };
+  const auto is_behind = [&](const PatchGeometry& end, Vec3f on) {
+    return AllOnSide(blocker, on, end.normal, -1, coplanar_m_);
+  };
+  return !has_both_on(1) && !has_both_on(-1) &&
+         !is_behind(*shaft.receiver, shaft.on_receiver) &&
+         (shaft.source == nullptr ||
+          !is_behind(*shaft.source, shaft.on_source));
+}
+
+bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
+  const std::span<const Vec3f> portal = CornersOfBlocker(i);
+  const Box opening = Grown(BoxAround(portal), kBeyond);
+  const auto holds =
+      [&](std::span<const Vec3f> end, const PatchGeometry& patch, Vec3f on) {
+        return std::abs(Dot(patch.normal, normals_[i])) > kNearlyParallel &&
+               opening.Overlaps(BoxAround(end)) &&
+               !AllOnSide(portal, on, patch.normal, -1, -kBeyond);
+      };
+  const size_t of_receiver = CornerCount(*shaft.receiver);
+  const auto ends = std::span<const Vec3f>(shaft.ends).first(shaft.count);
+  return holds(ends.first(of_receiver), *shaft.receiver, shaft.on_receiver) ||
+         (shaft.source != nullptr &&
+          holds(ends.subspan(of_receiver), *shaft.source, shaft.on_source));
+}
+
+bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
+  return boxes_.VisitAll(
+      [&](const BoxOctet& boxes) { return boxes.Overlapping(shaft.box); },
+      [&](size_t i) {
+        return !MayCut(i, shaft) &&
+               !(kind_ == BlockerKind::kPortals && MayHold(i, shaft));
+      });
+}
+
+ShadowSum ShaftBlockers::SumOfShadows(const CastShadow& shadow,
+                                      uint64_t enough) const {
+  ShadowSum sum;
+  boxes_.VisitAll([&](const BoxOctet& boxes) { return shadow.MayMeet(boxes); },
+                  [&](size_t i) {
+                    const std::span<const Vec3f> blocker = CornersOfBlocker(i);
+                    (shadow.IsLit(blocker[0], normals_[i]) ? sum.of_fronts
+                                                           : sum.of_backs) +=
+                        shadow.ShareOf(blocker);
+                    return sum.Larger() < enough;
+                  });
+  return sum;
+}
+
+uint64_t ShaftBlockers::BytesFor(size_t blockers) {
+  return BoxOctets::BytesFor(blockers) + blockers * (4 + 1) * sizeof(Vec3f);
+}
+
+uint64_t ShaftBlockers::SizeBytes() const {
+  return boxes_.SizeBytes() +
+         (points_.size() + normals_.size()) * sizeof(Vec3f);
+}
+
+}  // namespace enfilade

@@ -1,0 +1,269 @@
+// The verb `info`.
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "scene/import.h"
+#include "store/store_files.h"
+#include "visibility/audit.h"
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "tools/commands/command.h"
+#include "tools/commands/options.h"
+#include "tools/cost_estimate.h"
+#include "tools/pipeline.h"
+#include "tools/progress.h"
+#include "tools/signal.h"
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+struct InfoCommand {
+  CommonOptions common;
+  std::string path;                          // of a store or a scene
+  SceneOptions scene_options;                // if it is a scene
+  std::vector<const CLI::Option*> of_scene;  // those options
+  uint64_t audit_rays = 0;
+
+  void Run() const;
+  [[nodiscard]] bool AsksForError() const;
+  void RunOnScene() const;
+  void RunOnStore() const;
+  // Audits if asked, and writes the report.
+  void Finish(const BlockStorage& storage,
+              Json& report,
+              MemoryBudget& budget) const;
+};
+
+// A store that goes away with its owner.
+class TemporaryStore {
+ public:
+  TemporaryStore()
+      : path_(std::filesystem::temp_directory_path() /
+              fmt::format("enfilade_info_{}.enf", getpid())),
+        store_(CreateStore(path_)) {}
+
+  ~TemporaryStore() {
+    store_.reset();
+    RemoveStoreFiles(path_);
+  }
+
+  TemporaryStore(const TemporaryStore&) = delete;
+  TemporaryStore& operator=(const TemporaryStore&) = delete;
+  TemporaryStore(TemporaryStore&&) = delete;
+  TemporaryStore& operator=(TemporaryStore&&) = delete;
+
+  [[nodiscard]] BlockStorage& Store() { return *store_; }
+
+ private:
+  std::filesystem::path path_;
+  std::unique_ptr<BlockStorage> store_;
+};
+
+// What is left to do, in a line.
+std::string OutlookText(const Json& report, const std::string& store) {
+  if (report.at("converged").get<bool>()) {
+    return "state     solved\n";
+  }
+  if (report.at("exhausted").get<bool>()) {
+    return fmt::format(
+        "state     ended short of the error that was asked for; 'enfilade "
+        "resume {} --error E' asks for another\n",
+        store);
+  }
+  return fmt::format(
+      "state     unfinished ({}); go on with 'enfilade resume {}'\n",
+      report.at("stage").get<std::string>(),
+      store);
+}
+
+// Shoots the rays; warns of the first pairs that were missed.
+AuditSummary RunAudit(const BlockStorage& store,
+                      const CommonOptions& common,
+                      uint64_t rays,
+                      MemoryBudget& budget) {
+  if (LoadStage(store) < Stage::kTraceable) {
+    throw InputError("the store has no visible sets to audit yet");
+  }
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("audit");
+  AuditSummary audit = Audit(store, rays, budget, [&](double fraction) {
+    ThrowIfStopRequested();
+    progress.Update(fraction);
+  });
+  progress.End();
+  for (const MissedPair& pair : audit.first_missed) {
+    spdlog::warn(
+        "cells {} and {} see each other from ({}, {}, {}) to ({}, {}, "
+        "{}), but not by the visible sets",
+        pair.origin.value,
+        pair.target.value,
+        pair.from.x,
+        pair.from.y,
+        pair.from.z,
+        pair.to.x,
+        pair.to.y,
+        pair.to.z);
+  }
+  return audit;
+}
+
+void AddAuditKeys(const AuditSummary& audit, Json& report) {
+  report["audit_rays"] = audit.audit_rays;
+  report["audit_missed"] = audit.audit_missed;
+  report["audit_leaks"] = audit.audit_leaks;
+  report["conservative_pairs"] = audit.conservative_pairs;
+  report["sampled_pairs"] = audit.sampled_pairs;
+}
+
+std::string AuditText(const AuditSummary& audit) {
+  return fmt::format(
+      "audit     {} rays, {} missed, {} leaks; {} conservative pairs over {} "
+      "sampled\n",
+      audit.audit_rays,
+      audit.audit_missed,
+      audit.audit_leaks,
+      audit.conservative_pairs,
+      audit.sampled_pairs);
+}
+
+void InfoCommand::Finish(const BlockStorage& storage,
+                         Json& report,
+                         MemoryBudget& budget) const {
+  uint64_t missed = 0;
+  if (audit_rays > 0) {
+    const AuditSummary audit = RunAudit(storage, common, audit_rays, budget);
+    AddAuditKeys(audit, report);
+    fmt::print("{}", AuditText(audit));
+    missed = audit.audit_missed;
+  }
+  WriteReportIfAsked(common, report);
+  if (missed > 0) {
+    throw Error(ExitCode::kNotDone,
+                fmt::format("{} rays join cells that the visible sets keep "
+                            "apart; please report this with the scene",
+                            missed));
+  }
+}
+
+// The stages before the solve, and what they let expect of it.
+void InfoCommand::RunOnScene() const {
+  const SolveSettings settings = SettingsOf(path, scene_options);
+  LimitsInForce limits(common.limits);
+  TemporaryStore temporary;
+  BlockStorage& storage = temporary.Store();
+  SaveSettings(storage, settings);
+  SaveStage(storage, Stage::kCreated);
+  {
+    Progress progress(Progress::ChooseOutput(common.verbose));
+    PreparePipeline(
+        storage, settings, common.limits, limits.Budget(), progress);
+  }
+  const SolveOptions options = SolveOptionsOf(settings);
+  const CostEstimate estimate =
+      EstimateCost(storage, options, common.limits.threads)
+          .WithCap(MemoryBudget::CapForBudget(BytesToImport(path)));
+  Json report =
+      SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
+  report["estimate"] = EstimateReport(estimate);
+  fmt::print("{}{}{}",
+             SummaryText(report),
+             NotesText(report),
+             EstimateText(estimate, options));
+  Finish(storage, report, limits.Budget());
+}
+
+// Whether `error` is asked for what a resume would take.
+bool InfoCommand::AsksForError() const {
+  bool asks = false;
+  for (const CLI::Option* option : of_scene) {
+    if (option->count() == 0) {
+      continue;
+    }
+    asks = option->get_name() == "--error";
+    if (!asks) {
+      throw UsageError(
+          fmt::format("{} is for a scene file; '{}' is a store, which has its "
+                      "own settings",
+                      option->get_name(),
+                      path));
+    }
+  }
+  return asks;
+}
+
+// What is there, and what it would take to go on with it.
+void InfoCommand::RunOnStore() const {
+  const bool asks = AsksForError();
+  LimitsInForce limits(common.limits);
+  const auto storage = OpenExistingStore(path, StoreAccess::kRead);
+  SolveSettings settings = LoadSettings(*storage);
+  Json report =
+      SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
+  fmt::print("{}{}{}",
+             SummaryText(report),
+             NotesText(report),
+             OutlookText(report, path));
+  const bool is_solved = report.at("converged").get<bool>();
+  if ((asks || !is_solved) && settings.method.name == "wavelet" &&
+      LoadStage(*storage) >= Stage::kVisible) {
+    settings.error = asks ? scene_options.settings.error : settings.error;
+    const SolveOptions options = SolveOptionsOf(settings);
+    options.Validate();
+    const CostEstimate estimate =
+        EstimateCost(*storage, options, common.limits.threads);
+    report["estimate"] = EstimateReport(estimate);
+    fmt::print("{}", EstimateText(estimate, options));
+  }
+  Finish(*storage, report, limits.Budget());
+}
+
+void InfoCommand::Run() const {
+  BeginRun(common, {path, scene_options.overrides});
+  if (IsSceneName(path)) {
+    RunOnScene();
+  } else {
+    RunOnStore();
+  }
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app) {
+  auto options = std::make_shared<InfoCommand>();
+  CLI::App* command =
+      app.add_subcommand("info",
+                         "What a store holds and how far it is, or what a "
+                         "scene would take");
+  command
+      ->add_option("store",
+                   options->path,
+                   "The store; or a scene file, to estimate what a solve of it "
+                   "would take")
+      ->required()
+      ->type_name("STORE|SCENE");
+  command
+      ->add_option("--audit",
+                   options->audit_rays,
+                   "Check the visible sets with this many rays")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("RAYS");
+  const size_t others = command->get_options().size();
+  AddSceneOptions(*command, options->scene_options);
+  const auto all = command->get_options();
+  options->of_scene.assign(all.begin() + static_cast<ptrdiff_t>(others),
+                           all.end());
+  AddCommonOptions(*command, options->common);
+  SetExample(*command,
+             "enfilade info office.enf --report office.json\n"
+             "  enfilade info office.enf --error 0.02\n"
+             "  enfilade info office.obj --error 0.05 --audit 1000000");
+  command->callback([options] { options->Run(); });
+}
+
+}  // namespace enfilade

@@ -1,0 +1,27 @@
+// The camera that shows a solution well when the user leaves it open.
+
+#pragma once
+
+#include "base/memory.h"
+
+#include "tools/building_view.h"
+#include "tools/export/camera.h"
+
+namespace enfilade {
+
+// `up` itself, or the axis, Y or Z, along which most of the area of the
+// patches that are parallel to an axis faces; Z in doubt.
+UpAxis ChooseUpAxis(const BuildingView& view, UpAxis up);
+
+inline Vec3 UpVector(UpAxis up) {
+  return up == UpAxis::kY ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+}
+
+// Fills in what the options leave open. Needs the view's tracer, radiosity and
+// irradiance. Deterministic.
+Camera ChooseCamera(const BuildingView& view,
+                    const CameraOptions& options,
+                    double aspect,
+                    MemoryBudget& budget);
+
+}  // namespace enfilade

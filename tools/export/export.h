@@ -1,0 +1,74 @@
+// Export: a solution as a file that other programs read, by extension.
+//
+//   .ply        a mesh with vertex colours and float radiosity
+//   .glb .gltf  the same for viewers; linear COLOR_0, unlit (.gltf embeds
+//               nothing: it writes OUT.bin beside itself)
+//   .vtu        a mesh for ParaView: radiosity, irradiance, cell, patch
+//   .csv        one line per patch: corners, mean radiosity and irradiance
+//   .png        a picture, tone-mapped
+//   .exr        the same picture, linear
+//
+// The mesh is that of the leaves, or one for display
+// (solver/solution/display_mesh.h); pictures show the same.
+//
+// Streams: memory does not grow with the solution. A file appears under its
+// name only when it is complete.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+#include "tools/export/camera.h"
+
+namespace enfilade {
+
+// What is shown of a solution.
+enum class MeshKind {
+  kLeaves,    // the elements that were solved for, as they are
+  kAnchored,  // balanced, without T-vertices; every element its own values
+  kSmooth,    // the same, values averaged at vertices
+};
+
+struct ExportOptions {
+  // Smooth where it is looked at, leaves in .vtu if not given. Pictures know
+  // leaves and smooth, .csv means over patches only.
+  std::optional<MeshKind> mesh;
+
+  // Pictures only (.png, .exr).
+  CameraOptions camera;
+  uint32_t width = 1280;  // pixels
+  uint32_t height = 720;
+  uint32_t samples = 2;  // per pixel and direction: 2 means 2 x 2
+
+  // Stops of brightness added to the automatic exposure (.png and colours).
+  double exposure_stops = 0;
+
+  // Called with the fraction done; may be empty; may throw to stop.
+  std::function<void(double fraction)> progress;
+
+  // Throws UsageError with what is wrong.
+  void Validate() const;
+};
+
+struct ExportSummary {
+  uint64_t elements = 0;  // faces or patches written; 0 for pictures
+  uint64_t rays = 0;      // pictures only
+  uint64_t bytes = 0;     // of the file(s)
+  double seconds = 0;
+};
+
+// Throws UsageError for an unknown extension (the message lists those known),
+// InputError if the store holds no solution, DiskError if writing fails; a file
+// that was there before is then left as it was.
+ExportSummary Export(const BlockStorage& store,
+                     const std::filesystem::path& out,
+                     const ExportOptions& options,
+                     MemoryBudget& budget);
+
+}  // namespace enfilade

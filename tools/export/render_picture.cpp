@@ -1,0 +1,330 @@
+#include "tools/export/render_picture.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <tuple>
+
+#include "tools/building_surfaces.h"
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kSampleBytes = 384;  // of a sample in all arrays of a band
+constexpr size_t kLeastSamples = 4096;
+constexpr size_t kMostSamples = 131072;
+
+enum class Seen : uint8_t { kNothing, kBack, kFront };
+
+// A sample of a band that sees the front of a patch.
+struct SeenPoint {
+  uint32_t sample = 0;  // within the band
+  uint32_t patch = 0;
+  float a = 0;
+  float b = 0;
+};
+
+// The seen points of a band that lie in one cell, in a row.
+struct Section {
+  uint32_t cell = 0;
+  uint32_t first_row = 0;  // of the band
+  uint64_t first = 0;
+  uint32_t count = 0;
+};
+
+using Value = std::array<float, kRgbChannels>;
+
+class Renderer {
+ public:
+  Renderer(const BuildingView& view,
+           const Camera& camera,
+           const RenderOptions& options,
+           MemoryBudget& budget)
+      : view_(view),
+        camera_(camera),
+        options_(options),
+        row_samples_(static_cast<size_t>(options.width) * options.samples *
+                     options.samples),
+        band_rows_(BandRows(budget)),
+        charge_(budget,
+                band_rows_ * row_samples_ * kSampleBytes,
+                "the rays of a picture"),
+        section_charge_(budget, "the cells seen in a picture"),
+        surfaces_(view, budget, budget.FreeBytes() / 16),
+        seen_(sizeof(Seen)),
+        points_(sizeof(SeenPoint)),
+        values_(sizeof(Value)) {}
+
+  Picture Render() {
+    ForEachBand(
+        0, 0.5, [&](uint32_t first, uint32_t rows) { See(first, rows); });
+    ShadeSections();
+    Picture picture(options_.width, options_.height);
+    ForEachBand(0.9, 1, [&](uint32_t first, uint32_t rows) {
+      picture.SetRows(first, Shade(first, rows));
+    });
+    return picture;
+  }
+
+ private:
+  [[nodiscard]] uint32_t BandRows(const MemoryBudget& budget) const {
+    const size_t samples =
+        std::clamp(static_cast<size_t>(budget.FreeBytes() / 6 / kSampleBytes),
+                   kLeastSamples,
+                   kMostSamples);
+    return static_cast<uint32_t>(
+        std::clamp<size_t>(samples / row_samples_, 1, options_.height));
+  }
+
+  template <typename Body>
+  void ForEachBand(double begin, double end, const Body& body) const {
+    for (uint32_t row = 0; row < options_.height; row += band_rows_) {
+      body(row, std::min(band_rows_, options_.height - row));
+      Report(begin + (end - begin) * row / options_.height);
+    }
+  }
+
+  void Report(double done) const {
+    if (options_.progress) {
+      options_.progress(done);
+    }
+  }
+
+  // Sample (i, j) of a pixel at the middle of its part of the pixel.
+  [[nodiscard]] TraceRay Ray(uint32_t row, uint32_t column, uint32_t k) const {
+    const uint32_t n = options_.samples;
+    const uint32_t right = k % n;
+    const uint32_t down = k / n;
+    const double x = 2 * (column + (right + 0.5) / n) / options_.width - 1;
+    const double y = 1 - 2 * (row + (down + 0.5) / n) / options_.height;
+    TraceRay ray;
+    ray.origin = camera_.origin + camera_.origin_x * x + camera_.origin_y * y;
+    ray.direction =
+        camera_.direction + camera_.direction_x * x + camera_.direction_y * y;
+    return ray;
+  }
+
+  void See(uint32_t first_row, uint32_t rows) {
+    const uint32_t per_pixel = options_.samples * options_.samples;
+    std::vector<TraceRay> rays;
+    rays.reserve(rows * row_samples_);
+    for (uint32_t row = first_row; row < first_row + rows; ++row) {
+      for (uint32_t column = 0; column < options_.width; ++column) {
+        for (uint32_t k = 0; k < per_pixel; ++k) {
+          rays.push_back(Ray(row, column, k));
+        }
+      }
+    }
+    std::vector<TraceHit> hits(rays.size());
+    view_.trace(rays, hits);
+    std::vector<Surface> surfaces(rays.size());
+    surfaces_.Read(rays, hits, surfaces);
+    std::vector<Seen> seen(rays.size());
+    std::vector<uint32_t> fronts;
+    for (uint32_t i = 0; i < rays.size(); ++i) {
+      if (hits[i].hit) {
+        seen[i] = surfaces[i].front ? Seen::kFront : Seen::kBack;
+      }
+      if (seen[i] == Seen::kFront) {
+        fronts.push_back(i);
+      }
+    }
+    seen_.Write(first_row * row_samples_, std::as_bytes(std::span(seen)));
+    std::stable_sort(fronts.begin(), fronts.end(), [&](uint32_t i, uint32_t j) {
+      return std::tie(hits[i].cell, hits[i].patch) <
+             std::tie(hits[j].cell, hits[j].patch);
+    });
+    KeepSections(first_row, fronts, hits);
+  }
+
+  // `fronts`: the samples of a band that see a front, cell by cell.
+  void KeepSections(uint32_t first_row,
+                    std::span<const uint32_t> fronts,
+                    std::span<const TraceHit> hits) {
+    std::vector<SeenPoint> points;
+    const uint64_t first = first_row * row_samples_;
+    for (const uint32_t i : fronts) {
+      const TraceHit& hit = hits[i];
+      const uint64_t at = first + points.size();
+      if (points.empty() || sections_.back().cell != hit.cell.value) {
+        section_charge_.GrowTo(3 * sizeof(Section) * (sections_.size() + 1));
+        sections_.push_back({hit.cell.value, first_row, at});
+      }
+      ++sections_.back().count;
+      points.push_back({i,
+                        hit.patch.value,
+                        static_cast<float>(hit.a),
+                        static_cast<float>(hit.b)});
+    }
+    points_.Write(first, std::as_bytes(std::span(points)));
+  }
+
+  // The radiosity of all seen points, cell by cell.
+  void ShadeSections() {
+    std::sort(sections_.begin(),
+              sections_.end(),
+              [](const Section& a, const Section& b) {
+                return std::tie(a.cell, a.first) < std::tie(b.cell, b.first);
+              });
+    for (size_t i = 0; i < sections_.size(); ++i) {
+      ShadeSection(sections_[i]);
+      Report(0.5 + 0.4 * static_cast<double>(i) /
+                       static_cast<double>(sections_.size()));
+    }
+  }
+
+  void ShadeSection(const Section& section) {
+    std::vector<SeenPoint> seen(section.count);
+    points_.Read(section.first, std::as_writable_bytes(std::span(seen)));
+    std::vector<PatchPoint> points;
+    points.reserve(seen.size());
+    for (const SeenPoint& s : seen) {
+      points.push_back({CellId(section.cell), PatchId(s.patch), s.a, s.b});
+    }
+    const std::vector<Rgb> radiosity = options_.smooth
+                                           ? view_.display_radiosity(points)
+                                           : view_.radiosity(points);
+    std::vector<Value> values(radiosity.size());
+    for (size_t i = 0; i < values.size(); ++i) {
+      for (size_t c = 0; c < kRgbChannels; ++c) {
+        values[i].at(c) = static_cast<float>(radiosity[i].at(c));
+      }
+    }
+    values_.Write(section.first, std::as_bytes(std::span(values)));
+  }
+
+  std::vector<Pixel> Shade(uint32_t first_row, uint32_t rows) const {
+    const uint64_t first = first_row * row_samples_;
+    std::vector<Seen> seen(rows * row_samples_);
+    seen_.Read(first, std::as_writable_bytes(std::span(seen)));
+    const auto fronts =
+        static_cast<size_t>(std::count(seen.begin(), seen.end(), Seen::kFront));
+    std::vector<SeenPoint> points(fronts);
+    points_.Read(first, std::as_writable_bytes(std::span(points)));
+    std::vector<Value> values(fronts);
+    values_.Read(first, std::as_writable_bytes(std::span(values)));
+    std::vector<Value> radiosity(seen.size());
+    for (size_t i = 0; i < fronts; ++i) {
+      radiosity[points[i].sample] = values[i];
+    }
+    const size_t per_pixel =
+        static_cast<size_t>(options_.samples) * options_.samples;
+    std::vector<Pixel> pixels(seen.size() / per_pixel);
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      pixels[i] =
+          ShadePixel(std::span(seen).subspan(i * per_pixel, per_pixel),
+                     std::span(radiosity).subspan(i * per_pixel, per_pixel));
+    }
+    return pixels;
+  }
+
+  static Pixel ShadePixel(std::span<const Seen> seen,
+                          std::span<const Value> radiosity) {
+    Rgb sum{};
+    double fronts = 0;
+    double backs = 0;
+    for (size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i] == Seen::kFront) {
+        for (size_t c = 0; c < kRgbChannels; ++c) {
+          sum[c] += static_cast<double>(radiosity[i].at(c));
+        }
+        ++fronts;
+      } else if (seen[i] == Seen::kBack) {
+        ++backs;
+      }
+    }
+    Pixel pixel;
+    const auto count = static_cast<double>(seen.size());
+    pixel.front = static_cast<float>(fronts / count);
+    pixel.back = static_cast<float>(backs / count);
+    for (size_t c = 0; c < kRgbChannels && fronts > 0; ++c) {
+      pixel.radiosity[c] = static_cast<float>(sum[c] / fronts);
+    }
+    return pixel;
+  }
+
+  const BuildingView& view_;
+  const Camera& camera_;
+  const RenderOptions& options_;
+  size_t row_samples_;
+  uint32_t band_rows_;
+  MemoryCharge charge_;
+  GrowingCharge section_charge_;
+  SurfaceReader surfaces_;
+  std::vector<Section> sections_;
+  Spool seen_;    // of every sample, in the order of the rows
+  Spool points_;  // SeenPoint, band by band and within it section by section
+  Spool values_;  // their radiosity
+};
+
+}  // namespace
+
+Spool::Spool(size_t record_bytes)
+    : record_bytes_(record_bytes), file_(std::tmpfile()) {
+  if (!file_) {
+    throw DiskError(fmt::format("cannot create a temporary file: {}",
+                                std::generic_category().message(errno)));
+  }
+}
+
+void Spool::Write(uint64_t first, std::span<const std::byte> records) {
+  auto offset = static_cast<off_t>(first * record_bytes_);
+  while (!records.empty()) {
+    const ssize_t written =
+        pwrite(fileno(file_.get()), records.data(), records.size(), offset);
+    if (written < 0 && errno == EINTR) {
+      continue;
+    }
+    if (written <= 0) {
+      throw DiskError(fmt::format(
+          "cannot write a temporary file: {}",
+          std::generic_category().message(written < 0 ? errno : ENOSPC)));
+    }
+    records = records.subspan(static_cast<size_t>(written));
+    offset += written;
+  }
+}
+
+void Spool::Read(uint64_t first, std::span<std::byte> records) const {
+  auto offset = static_cast<off_t>(first * record_bytes_);
+  while (!records.empty()) {
+    const ssize_t got =
+        pread(fileno(file_.get()), records.data(), records.size(), offset);
+    if (got < 0 && errno == EINTR) {
+      continue;
+    }
+    if (got <= 0) {
+      throw DiskError("cannot read back a temporary file");
+    }
+    records = records.subspan(static_cast<size_t>(got));
+    offset += got;
+  }
+}
+
+Picture::Picture(uint32_t width, uint32_t height)
+    : width_(width), height_(height), spool_(sizeof(Pixel)) {}
+
+void Picture::SetRows(uint32_t first_row, std::span<const Pixel> pixels) {
+  spool_.Write(static_cast<uint64_t>(first_row) * width_,
+               std::as_bytes(pixels));
+}
+
+std::vector<Pixel> Picture::Row(uint32_t row) const {
+  std::vector<Pixel> pixels(width_);
+  spool_.Read(static_cast<uint64_t>(row) * width_,
+              std::as_writable_bytes(std::span(pixels)));
+  return pixels;
+}
+
+Picture RenderPicture(const BuildingView& view,
+                      const Camera& camera,
+                      const RenderOptions& options,
+                      MemoryBudget& budget) {
+  return Renderer(view, camera, options, budget).Render();
+}
+
+}  // namespace enfilade

@@ -1,0 +1,82 @@
+// Pictures of a solution: what a camera sees, as linear radiosity.
+
+#pragma once
+
+#include "base/memory.h"
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "tools/building_view.h"
+#include "tools/export/camera.h"
+
+namespace enfilade {
+
+struct Pixel {
+  // Mean radiosity over the pixel's samples that see the front of a patch.
+  std::array<float, 3> radiosity{};
+  // Shares of the samples that see a front, and a back (solid cut open, or the
+  // black back of a one-sided face). The rest sees nothing.
+  float front = 0;
+  float back = 0;
+};
+
+// Records of one size in a temporary file without a name. Throws DiskError.
+class Spool {
+ public:
+  explicit Spool(size_t record_bytes);
+
+  void Write(uint64_t first, std::span<const std::byte> records);
+  void Read(uint64_t first, std::span<std::byte> records) const;
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  size_t record_bytes_;
+  std::unique_ptr<std::FILE, Closer> file_;
+};
+
+// A rendered picture, kept on disk.
+class Picture {
+ public:
+  Picture(uint32_t width, uint32_t height);
+
+  [[nodiscard]] uint32_t Width() const { return width_; }
+
+  [[nodiscard]] uint32_t Height() const { return height_; }
+
+  void SetRows(uint32_t first_row, std::span<const Pixel> pixels);
+
+  // Row 0 is the top.
+  [[nodiscard]] std::vector<Pixel> Row(uint32_t row) const;
+
+ private:
+  uint32_t width_;
+  uint32_t height_;
+  Spool spool_;
+};
+
+struct RenderOptions {
+  uint32_t width = 1280;
+  uint32_t height = 720;
+  uint32_t samples = 2;  // per pixel and direction
+  bool smooth = true;    // the display mesh; else the leaves as they are
+  std::function<void(double fraction)> progress;
+};
+
+// Needs the view's tracer and radiosity; traces everything before it asks for
+// radiosity, so that the two need no memory at the same time. Radiosity is
+// asked for cell by cell, each cell in a run of calls.
+Picture RenderPicture(const BuildingView& view,
+                      const Camera& camera,
+                      const RenderOptions& options,
+                      MemoryBudget& budget);
+
+}  // namespace enfilade

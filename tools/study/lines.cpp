@@ -1,0 +1,81 @@
+#include "tools/study/lines.h"
+
+#include <cmath>
+#include <fstream>
+
+namespace enfilade {
+
+std::vector<Json> LoadStudy(const std::filesystem::path& file) {
+  std::vector<Json> lines;
+  std::ifstream in(file);
+  for (std::string text; std::getline(in, text);) {
+    Json line = Json::parse(text, nullptr, false);
+    if (line.is_object() && line.contains("key")) {
+      lines.push_back(std::move(line));
+    }
+  }
+  return lines;
+}
+
+double Number(const Json& line, const char* key) {
+  const auto at = line.find(key);
+  return at != line.end() && at->is_number() ? at->get<double>() : NAN;
+}
+
+std::string MethodOf(const Json& line) {
+  return line.at("method").get<std::string>();
+}
+
+double ErrorOf(const Json& line) {
+  const double verified = Number(line, "verified_error");
+  return std::isfinite(verified) ? verified : Number(line, "rms_error");
+}
+
+bool IsFinished(const Json& line) {
+  return !line.at("out_of_time").get<bool>() && line.contains("links");
+}
+
+std::set<std::string> MethodsOf(const std::vector<Json>& lines) {
+  std::set<std::string> methods;
+  for (const Json& line : lines) {
+    methods.insert(MethodOf(line));
+  }
+  return methods;
+}
+
+std::set<double> ValuesOf(const std::vector<Json>& lines) {
+  std::set<double> values;
+  for (const Json& line : lines) {
+    values.insert(Number(line, "value"));
+  }
+  return values;
+}
+
+NumberOf NumberAt(const char* key) {
+  return [key](const Json& line) { return Number(line, key); };
+}
+
+Groups Collect(const std::vector<Json>& lines,
+               const std::function<std::string(const Json&)>& group,
+               const NumberOf& x,
+               const NumberOf& y) {
+  Groups groups;
+  for (const Json& line : lines) {
+    if (IsFinished(line)) {
+      groups[group(line)].emplace_back(x(line), y(line));
+    }
+  }
+  return groups;
+}
+
+Groups RunsAt(double value, const std::vector<Json>& lines, const char* cost) {
+  std::vector<Json> at;
+  for (const Json& line : lines) {
+    if (Number(line, "value") == value) {
+      at.push_back(line);
+    }
+  }
+  return Collect(at, MethodOf, NumberAt(cost), ErrorOf);
+}
+
+}  // namespace enfilade

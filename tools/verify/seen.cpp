@@ -1,0 +1,344 @@
+#include "tools/verify/seen.h"
+
+#include "base/random.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "tools/verify/survey.h"
+
+namespace enfilade {
+namespace {
+
+constexpr uint64_t kMostGroup = 8;    // cells of one batch of rays
+constexpr size_t kMostSeen = 1024;    // lamps of a cell
+constexpr size_t kTests = 16;         // rays from a cell to a lamp
+constexpr size_t kTestedAtOnce = 48;  // lamps
+constexpr uint64_t kSearchBytes =     // of a cell of a group
+    (kTestedAtOnce * kTests + CellSurveyor::kMostPoints) * 192;
+
+// What counts as seen at least: of a lamp of the same cell, of others.
+constexpr double kHiddenShare = 0.5 / kTests;
+constexpr double kHiddenBeyondShare = 0.1 / kTests;
+
+// What is so many radii away is seen for sure.
+constexpr float kNearRadii = 3;
+
+// What is left to the tree, which knows all emitters.
+constexpr double kTreeShare = 0.15;
+
+// The candidates that promise most, by the tree's bound at some of the points.
+void KeepTheStrongest(const EmitterTree& tree,
+                      std::span<const Receiver> points,
+                      size_t count,
+                      std::vector<uint32_t>& candidates) {
+  if (candidates.size() <= count) {
+    return;
+  }
+  std::vector<std::pair<double, uint32_t>> ranked;
+  for (const uint32_t lamp : candidates) {
+    double sum = 0;
+    for (size_t i = 0; i < points.size(); i += 8) {
+      sum += tree.LampImportance(
+          tree.Lamps()[lamp], points[i].position, points[i].normal);
+    }
+    ranked.emplace_back(-sum, lamp);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(count);
+  candidates.clear();
+  for (const auto& [rank, lamp] : ranked) {
+    candidates.push_back(lamp);
+  }
+  std::sort(candidates.begin(), candidates.end());
+}
+
+// All lamps of the cells that were met, or the strongest. Of a cell that
+// reflects nothing (the sky before a window) no path asks.
+std::vector<uint32_t> FindCandidates(const EmitterTree& tree,
+                                     const CellSurvey& survey) {
+  std::vector<uint32_t> candidates;
+  if (survey.points.empty()) {
+    return candidates;
+  }
+  for (const CellId cell : survey.cells) {
+    tree.AppendLampsOfCell(cell, candidates);
+  }
+  std::sort(candidates.begin(), candidates.end());
+  candidates.erase(std::unique(candidates.begin(), candidates.end()),
+                   candidates.end());
+  KeepTheStrongest(tree, survey.points, kMostSeen, candidates);
+  return candidates;
+}
+
+}  // namespace
+
+uint64_t SeenEmitters::Learn(const BuildingView& view,
+                             MemoryBudget& budget,
+                             uint64_t max_bytes,
+                             uint64_t key) {
+  const size_t cells = view.partition->cells.size();
+  const uint64_t group_cells =
+      std::clamp<uint64_t>(max_bytes / 4 / kSearchBytes, 1, kMostGroup);
+  const uint64_t search_bytes =
+      group_cells * kSearchBytes + CellSurveyor::Bytes(view);
+  const uint64_t least_bytes =
+      search_bytes + CellLists<Seen>::LeastBytes(cells);
+  if (tree_->Emitters().empty() || least_bytes > max_bytes) {
+    return 0;
+  }
+  const MemoryCharge search_charge(
+      budget, search_bytes, "looking for the light sources that cells see");
+  lists_.Reserve(budget,
+                 cells,
+                 std::min(max_bytes - search_bytes,
+                          CellLists<Seen>::MostBytes(cells, kMostSeen)),
+                 "the light sources that cells see");
+  const uint64_t rays = LearnCells(view, group_cells, key);
+  lists_.Finish();
+  return rays;
+}
+
+uint64_t SeenEmitters::LearnCells(const BuildingView& view,
+                                  uint64_t group_cells,
+                                  uint64_t key) {
+  const size_t cells = view.partition->cells.size();
+  const CellSurveyor surveyor(view);
+  uint64_t rays = 0;
+  for (size_t first = 0; first < cells; first += group_cells) {
+    for (const CellSurvey& survey : surveyor.Survey(first, group_cells, key)) {
+      rays += survey.points.size();
+      const std::vector<uint32_t> candidates = FindCandidates(*tree_, survey);
+      if (!lists_.HasRoomFor(candidates.size())) {
+        return rays;  // the cells from here on keep no list
+      }
+      const std::span<const uint32_t> all(candidates);
+      for (size_t i = 0; i < all.size(); i += kTestedAtOnce) {
+        rays += Test(view,
+                     survey.cell,
+                     survey.points,
+                     all.subspan(i, std::min(kTestedAtOnce, all.size() - i)),
+                     MixKey(survey.key, 2));
+      }
+      lists_.EndCell();
+    }
+  }
+  return rays;
+}
+
+// Finds the share of each candidate. None is dropped: a shade may hide a bulb
+// from all but what is inside of it, where nothing else matters.
+uint64_t SeenEmitters::Test(const BuildingView& view,
+                            CellId cell,
+                            std::span<const Receiver> points,
+                            std::span<const uint32_t> candidates,
+                            uint64_t key) {
+  const double offset = RayOffset(view.scene->bounds);
+  std::vector<TraceRay> rays;
+  std::vector<size_t> ends;
+  for (const uint32_t candidate : candidates) {
+    const EmitterTree::Lamp& lamp = tree_->Lamps()[candidate];
+    Random random(MixKey(key, candidate));
+    // More tries than tests: a point may lie behind the emitter.
+    for (size_t i = 0, found = 0; i < 4 * kTests && found < kTests; ++i) {
+      const Receiver& r =
+          points[random.NextBelow(static_cast<uint32_t>(points.size()))];
+      const Emitter& e =
+          tree_->Emitters()[lamp.first + random.NextBelow(lamp.count)];
+      const double s = random.Next();
+      const Receiver y = PointOnEmitter(e, s, random.Next());
+      const Point3 x = r.position + r.normal * offset;
+      if (GeometryTerm(x, r.normal, y.position, y.normal) > 0) {
+        rays.push_back({x, (y.position + y.normal * offset) - x, 1});
+        ++found;
+      }
+    }
+    ends.push_back(rays.size());
+  }
+  std::vector<TraceHit> hits(rays.size());
+  view.trace(rays, hits);
+  size_t i = 0;
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    const size_t tested = ends[k] - i;
+    size_t open = 0;
+    for (; i < ends[k]; ++i) {
+      open += hits[i].hit ? 0U : 1U;
+    }
+    const bool is_own = HasEmitterIn(cell, tree_->Lamps()[candidates[k]]);
+    const double share = static_cast<double>(open) /
+                         static_cast<double>(std::max<size_t>(tested, 1));
+    lists_.Add(
+        MakeSeen(candidates[k],
+                 std::max(share, is_own ? kHiddenShare : kHiddenBeyondShare)));
+  }
+  return rays.size();
+}
+
+bool SeenEmitters::HasEmitterIn(CellId cell,
+                                const EmitterTree::Lamp& lamp) const {
+  const auto emitters =
+      std::span(tree_->Emitters()).subspan(lamp.first, lamp.count);
+  return std::any_of(emitters.begin(), emitters.end(), [&](const Emitter& e) {
+    return e.cell == cell;
+  });
+}
+
+SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
+  const EmitterTree::Lamp& l = tree_->Lamps()[lamp];
+  const Point3 center = tree_->Center(l);
+  const auto floats = [](double x, double y, double z) {
+    return std::array{
+        static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  };
+  Seen seen;
+  seen.lamp = lamp;
+  seen.power = static_cast<float>(tree_->Power(l));
+  seen.share = static_cast<float>(share);
+  // A little more than the sphere's, against the rounding of the centre.
+  seen.radius = static_cast<float>(1.01 * tree_->Radius(l) + 1e-3);
+  seen.center = floats(center.x, center.y, center.z);
+  if (l.count > 1) {
+    seen.roundness = 1;
+  } else {
+    const Vec3 normal = tree_->Emitters()[l.first].normal;
+    seen.normal = floats(normal.x, normal.y, normal.z);
+  }
+  return seen;
+}
+
+// Of one list at one point: unnormalised weights, as many as it has entries,
+// and their sum. Clearing all would take longer than most lists.
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
+struct SeenEmitters::Weights {
+  std::array<float, kMostSeen> of;  // in the order of the list
+  double sum = 0;
+
+  // The probability of this lamp among those of the list.
+  [[nodiscard]] double ShareOf(std::span<const Seen> list,
+                               uint32_t lamp) const {
+    for (size_t i = 0; i < list.size(); ++i) {
+      if (list[i].lamp == lamp) {
+        return of[i] / sum;
+      }
+    }
+    return 0;
+  }
+
+  // The entry chosen by `s`, uniform in [0, 1), with these probabilities;
+  // leaves a number uniform in [0, 1) there.
+  [[nodiscard]] size_t Choose(size_t count, double& s) const {
+    double left = s * sum;
+    size_t chosen = 0;
+    double within = 0;
+    for (size_t i = 0; i < count && left >= 0; ++i) {
+      if (of[i] > 0) {
+        chosen = i;
+        within = left / of[i];
+        left -= of[i];
+      }
+    }
+    s = std::clamp(within, 0.0, 0x1.fffffffffffffp-1);
+    return chosen;
+  }
+};
+
+SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
+                                              Point3 x,
+                                              Vec3 normal) {
+  const auto px = static_cast<float>(x.x);
+  const auto py = static_cast<float>(x.y);
+  const auto pz = static_cast<float>(x.z);
+  const auto nx = static_cast<float>(normal.x);
+  const auto ny = static_cast<float>(normal.y);
+  const auto nz = static_cast<float>(normal.z);
+  Weights weights;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const Seen& e = list[i];
+    const float dx = e.center[0] - px;
+    const float dy = e.center[1] - py;
+    const float dz = e.center[2] - pz;
+    const float near_x = nx * dx + ny * dy + nz * dz + e.radius;
+    const float d2 = std::max(dx * dx + dy * dy + dz * dz, e.radius * e.radius);
+    const float near_e =
+        e.radius + e.roundness * std::sqrt(d2) -
+        (e.normal[0] * dx + e.normal[1] * dy + e.normal[2] * dz);
+    const float near_share = kNearRadii * kNearRadii * e.radius * e.radius / d2;
+    const float share = std::min(1.0F, std::max(e.share, near_share));
+    weights.of[i] = share * e.power * std::max(0.0F, near_x) *
+                    std::max(0.0F, near_e) / (d2 * d2);
+  }
+  for (size_t i = 0; i < list.size(); ++i) {
+    weights.sum += weights.of[i];
+  }
+  return weights;
+}
+
+std::optional<EmitterTree::Choice> SeenEmitters::Choose(
+    std::optional<CellId> at, Point3 x, Vec3 normal, double s) const {
+  const std::span<const Seen> list = lists_.Of(at);
+  const Weights weights = WeightsAt(list, x, normal);
+  if (weights.sum <= 0) {
+    return tree_->Choose(x, normal, s);
+  }
+  const auto index_of = [&](const EmitterTree::Choice& choice) {
+    return static_cast<uint32_t>(choice.emitter - tree_->Emitters().data());
+  };
+  if (s < kTreeShare) {
+    auto choice = tree_->Choose(x, normal, s / kTreeShare);
+    if (choice) {
+      choice->probability =
+          kTreeShare * choice->probability +
+          (1 - kTreeShare) *
+              ListProbability(list, weights, index_of(*choice), x, normal);
+    }
+    return choice;
+  }
+  double rest = (s - kTreeShare) / (1 - kTreeShare);
+  const size_t entry = weights.Choose(list.size(), rest);
+  auto choice =
+      tree_->ChooseIn(tree_->Lamps()[list[entry].lamp], x, normal, rest);
+  if (choice) {
+    choice->probability =
+        kTreeShare * tree_->Probability(index_of(*choice), x, normal) +
+        (1 - kTreeShare) * choice->probability * weights.of[entry] /
+            weights.sum;
+  }
+  return choice;
+}
+
+// Of an emitter among those of the list.
+double SeenEmitters::ListProbability(std::span<const Seen> list,
+                                     const Weights& weights,
+                                     uint32_t emitter,
+                                     Point3 x,
+                                     Vec3 normal) const {
+  const uint32_t lamp = tree_->LampOf(emitter);
+  const double share = weights.ShareOf(list, lamp);
+  return share > 0 ? share * tree_->ProbabilityIn(
+                                 tree_->Lamps()[lamp], emitter, x, normal)
+                   : 0;
+}
+
+double SeenEmitters::Density(std::optional<CellId> at,
+                             Point3 x,
+                             Vec3 normal,
+                             const PatchPoint& y) const {
+  const std::optional<uint32_t> e = tree_->Find(y.cell, y.patch);
+  if (!e) {
+    return 0;
+  }
+  const double by_tree = tree_->Probability(*e, x, normal);
+  const double area = tree_->Emitters()[*e].area;
+  const std::span<const Seen> list = lists_.Of(at);
+  const Weights weights = WeightsAt(list, x, normal);
+  if (weights.sum <= 0) {
+    return by_tree / area;
+  }
+  return (kTreeShare * by_tree +
+          (1 - kTreeShare) * ListProbability(list, weights, *e, x, normal)) /
+         area;
+}
+
+}  // namespace enfilade
