@@ -77,7 +77,7 @@ float LargestFormFactor(const PatchGeometry& receiver,
 }
 
 // Single precision of angles of some 1e-7, each of four edges.
-constexpr float kRounding = 2e-6F;
+constexpr float kFormFactorRounding = 2e-6F;
 
 TEST(FormFactorBound, IsNoLessThanAnyFormFactor) {
   Random random(1);
@@ -93,7 +93,7 @@ TEST(FormFactorBound, IsNoLessThanAnyFormFactor) {
     if (IsBehind(r, source)) {
       continue;  // not asked for
     }
-    ASSERT_GE(FormFactorBound(r, s) + kRounding,
+    ASSERT_GE(FormFactorBound(r, s) + kFormFactorRounding,
               LargestFormFactor(receiver, source, &random))
         << "pair " << i;
   }

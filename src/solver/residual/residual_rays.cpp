@@ -52,8 +52,12 @@ void AddScaled(Rgb* sum, const Rgb& value, double factor) {
   }
 }
 
+bool MeetsFront(const TraceHit& hit) {
+  return hit.hit && hit.on_front;
+}
+
 // Of nothing but the probes themselves, with room for all that their rays meet.
-BatchSight SightOf(const ProbeBatch& batch) {
+BatchSight NothingSeen(const ProbeBatch& batch) {
   BatchSight seen;
   const size_t probes = batch.probes.size();
   seen.probes.resize(probes);
@@ -79,13 +83,17 @@ void BatchSight::AddRadiosity(std::span<const Rgb> radiosity) {
 
 BatchSight ResidualRays::Look(const ProbeBatch& batch,
                               ReflectedError* reflected) {
-  BatchSight seen = SightOf(batch);
+  BatchSight seen = NothingSeen(batch);
   const size_t probes = batch.probes.size();
   for (part_.first = 0; part_.first < probes; part_.first += part_.count) {
     part_.count = std::min(most_traced_, probes - part_.first);
     Trace(batch);
+    ParallelFor(part_.count, [&](size_t k) {
+      const size_t i = part_.first + k;
+      seen.probes[i] = SightOf(batch, i, *reflected);
+    });
     for (size_t i = part_.first; i < part_.first + part_.count; ++i) {
-      AddSight(batch, i, reflected, &seen);
+      NoteMet(batch, i, reflected, &seen);
     }
   }
   return seen;
@@ -97,6 +105,7 @@ void ResidualRays::Trace(const ProbeBatch& batch) {
   part_.rays.assign(all, {});
   part_.hits.assign(all, {});
   part_.light.assign(all, {});
+  part_.groups.assign(all, 0);
   ParallelFor(part_.count, [&](size_t i) { MakeRays(batch, part_.first + i); });
   tracer_->Trace(part_.rays, part_.hits);
 }
@@ -163,51 +172,42 @@ bool ResidualRays::IsNarrow(size_t i, double distance) const {
   size_t near = 0;
   for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
     const TraceHit& hit = part_.hits[part_.FirstRayOf(i) + k];
-    if (k % Samples::kAll < Samples::kDirections && hit.hit &&
-        hit.distance < distance) {
+    if (Samples::IsDirection(k) && hit.hit && hit.distance < distance) {
       ++near;
     }
   }
   return 2 * near > Samples::kPointsPerProbe;
 }
 
-// Takes from the rays of a probe what they say by themselves, and notes where
-// the solution is to be looked up.
-void ResidualRays::AddSight(const ProbeBatch& batch,
-                            size_t i,
-                            ReflectedError* reflected,
-                            BatchSight* seen) const {
+// What the rays of a probe say by themselves. Finds the groups of surface that
+// they meet.
+ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
+                                 size_t i,
+                                 const ReflectedError& reflected) {
   const ResidualProbe& probe = batch.probes[i];
-  ProbeSight& sight = seen->probes[i];
-  const double near = reflected->NarrowBelow(probe.on.cell);
+  ProbeSight sight;
+  const double near = reflected.NarrowBelow(probe.on.cell);
   const bool is_narrow = IsNarrow(i, near);
-  sight.group = reflected->GroupOf(probe.on.cell, probe.origin, is_narrow);
-  const double share =
-      probe.weight / (double{Samples::kHalves} * Samples::kDirections);
+  sight.group = reflected.GroupOf(probe.on.cell, probe.origin, is_narrow);
   std::optional<LampChoice> lamps;
   size_t met = 0;
   for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
     const size_t at = part_.FirstRayOf(i) + k;
-    const size_t half = k / Samples::kAll;
     const TraceHit& hit = part_.hits[at];
-    Rgb* arriving = &sight.arriving[half];
-    if (k % Samples::kAll >= Samples::kDirections) {
+    Rgb* arriving = &sight.arriving[k / Samples::kAll];
+    if (!Samples::IsDirection(k)) {
       AddScaled(arriving, part_.light[at], hit.hit ? 0 : 1);
       continue;
     }
-    if (!hit.hit || !hit.on_front) {
+    if (!MeetsFront(hit)) {
       continue;
     }
     ++met;
     const TraceRay& ray = part_.rays[at];
     const Point3 y = ray.origin + ray.direction * hit.distance;
     // What is close to a point in a slot is in it too.
-    reflected->AddRay(
-        sight.group,
-        reflected->GroupOf(hit.cell, y, is_narrow && hit.distance < near),
-        share);
-    seen->points.push_back({hit.cell, hit.patch, hit.a, hit.b});
-    seen->owners.push_back(static_cast<uint32_t>(Samples::kHalves * i + half));
+    part_.groups[at] = static_cast<uint32_t>(
+        reflected.GroupOf(hit.cell, y, is_narrow && hit.distance < near));
     if (const Lamp* lamp = lamps_->Find(hit.cell, hit.patch)) {
       if (!lamps) {
         lamps.emplace(LampsOf(batch, probe));
@@ -221,6 +221,27 @@ void ResidualRays::AddSight(const ProbeBatch& batch,
   }
   sight.enclosed =
       static_cast<double>(met) / (Samples::kHalves * Samples::kDirections);
+  return sight;
+}
+
+// Tells `reflected` which groups the rays of a probe join, and notes where the
+// solution is to be looked up.
+void ResidualRays::NoteMet(const ProbeBatch& batch,
+                           size_t i,
+                           ReflectedError* reflected,
+                           BatchSight* seen) const {
+  const double share = batch.probes[i].weight /
+                       (double{Samples::kHalves} * Samples::kDirections);
+  for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
+    const size_t at = part_.FirstRayOf(i) + k;
+    const TraceHit& hit = part_.hits[at];
+    if (Samples::IsDirection(k) && MeetsFront(hit)) {
+      reflected->AddRay(seen->probes[i].group, part_.groups[at], share);
+      seen->points.push_back({hit.cell, hit.patch, hit.a, hit.b});
+      seen->owners.push_back(
+          static_cast<uint32_t>(Samples::kHalves * i + k / Samples::kAll));
+    }
+  }
 }
 
 }  // namespace enfilade

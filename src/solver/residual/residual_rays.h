@@ -39,6 +39,12 @@ struct ResidualSamples {
   static constexpr uint32_t kLamps = 25;                      // of a half
   static constexpr uint32_t kAll = kDirections + kLamps;
   static constexpr uint64_t kRaysPerProbe = uint64_t{kHalves} * kAll;
+
+  // Of the rays of a probe: it goes in a direction, and not to a lamp.
+  static constexpr bool IsDirection(size_t ray) {
+    return ray % kAll < kDirections;
+  }
+
   // What is to be looked up for each.
   static constexpr uint64_t kPointsPerProbe = uint64_t{kHalves} * kDirections;
 };
@@ -76,7 +82,7 @@ class ResidualRays {
   // Of the rays of a probe while they are traced.
   static constexpr uint64_t kBytesPerProbe =
       ResidualSamples::kRaysPerProbe *
-      (sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Rgb));
+      (sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Rgb) + sizeof(uint32_t));
 
   // Traces the rays of at most so many probes at a time, for which the caller
   // has room: the same bits for any number. `offset_m`: how far lamp points are
@@ -107,6 +113,7 @@ class ResidualRays {
     std::vector<TraceRay> rays;
     std::vector<TraceHit> hits;
     std::vector<Rgb> light;  // that a lamp sample brings if its way is free
+    std::vector<uint32_t> groups;  // of what a direction meets the front of
   };
 
   void Trace(const ProbeBatch& batch);
@@ -116,10 +123,13 @@ class ResidualRays {
                  const LampChoice& lamps,
                  const std::array<double, 3>& at,
                  size_t ray_index);
-  void AddSight(const ProbeBatch& batch,
-                size_t i,
-                ReflectedError* reflected,
-                BatchSight* seen) const;
+  ProbeSight SightOf(const ProbeBatch& batch,
+                     size_t i,
+                     const ReflectedError& reflected);
+  void NoteMet(const ProbeBatch& batch,
+               size_t i,
+               ReflectedError* reflected,
+               BatchSight* seen) const;
   [[nodiscard]] bool IsNarrow(size_t i, double distance) const;
   [[nodiscard]] LampChoice LampsOf(const ProbeBatch& batch,
                                    const ResidualProbe& probe) const;
