@@ -269,6 +269,17 @@ TEST(Cli, StudyAndFlatlandReportToo) {
   EXPECT_EQ(RunProgram({"study", "box", "--report", folder / "none/r.json"})
                 .exit_code,
             6);
+  for (const char* name : {"box.md", "box.jsonl"}) {
+    EXPECT_EQ(RunProgram({"study",
+                          "box",
+                          "--out",
+                          folder / "out",
+                          "--report",
+                          folder / (std::string("out/") + name)})
+                  .exit_code,
+              2)
+        << name;
+  }
 }
 
 TEST(Cli, TheReportIsNotWrittenOverWhatIsMade) {

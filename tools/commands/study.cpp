@@ -59,6 +59,32 @@ void RequireMethods(const Experiment& experiment,
   }
 }
 
+void WriteTables(const std::filesystem::path& path, const std::string& tables) {
+  std::ofstream out(path);
+  out << tables;
+  out.close();
+  if (!out) {
+    throw DiskError(fmt::format("cannot write '{}'", path.string()));
+  }
+  fmt::print("\n{}\n", tables);
+}
+
+// How many there are.
+size_t DrawCurves(const Experiment& experiment,
+                  const std::vector<Json>& lines,
+                  const std::filesystem::path& folder) {
+  const auto pictures = DrawStudy(experiment, lines, folder);
+  for (const auto& picture : pictures) {
+    fmt::print("{}\n", picture.string());
+  }
+  if (pictures.empty()) {
+    fmt::print("no curves: gnuplot is not there or failed ({}/{}.gp)\n",
+               folder.string(),
+               experiment.name);
+  }
+  return pictures.size();
+}
+
 void StudyCommand::Run() {
   if (list) {
     List();
@@ -68,35 +94,20 @@ void StudyCommand::Run() {
     throw UsageError("name an experiment, or give --list");
   }
   const auto start = std::chrono::steady_clock::now();
-  CheckReport(report, {});
   options.folder = std::filesystem::absolute(folder);
   const Experiment& chosen = FindExperiment(experiment);
   RequireMethods(chosen, options.methods);
+  const auto tables = options.folder / (chosen.name + ".md");
+  CheckReport(report, {tables, options.folder / (chosen.name + ".jsonl")});
   const std::vector<Json> lines = RunStudy(chosen, options);
-  const std::string tables = StudyTables(chosen, lines);
-  const auto path = options.folder / (chosen.name + ".md");
-  std::ofstream out(path);
-  out << tables;
-  out.close();
-  if (!out) {
-    throw DiskError(fmt::format("cannot write '{}'", path.string()));
-  }
-  fmt::print("\n{}\n", tables);
-  const auto pictures = DrawStudy(chosen, lines, options.folder);
-  for (const auto& picture : pictures) {
-    fmt::print("{}\n", picture.string());
-  }
-  if (pictures.empty()) {
-    fmt::print("no curves: gnuplot is not there or failed ({}/{}.gp)\n",
-               options.folder.string(),
-               chosen.name);
-  }
+  WriteTables(tables, StudyTables(chosen, lines));
+  const size_t pictures = DrawCurves(chosen, lines, options.folder);
   if (!report.empty()) {
     WriteReport(report,
                 {{"experiment", chosen.name},
                  {"folder", options.folder.string()},
                  {"runs", lines.size()},
-                 {"pictures", pictures.size()},
+                 {"pictures", pictures},
                  {"seconds", SecondsSince(start)},
                  {"version", ProgramVersion()}});
   }
