@@ -114,6 +114,23 @@ TEST(FormFactorBound, KnowsHowFarTheTipOfATriangleIs) {
   EXPECT_GT(FormFactorBound(s, r), 0);
 }
 
+// A skirting board 10 m away stands in the floor's horizon, however long the
+// piece of floor is: all that is seen of it is its height.
+TEST(FormFactorBound, OnlyTheOtherElementsHeightCounts) {
+  const PatchGeometry wall = MakePatch(
+      PatchShape::kParallelogram, {0, -2, 0}, {0, 4, 0}, {0, 0, 0.1F});
+  const PatchGeometry floor = MakePatch(
+      PatchShape::kParallelogram, {9.9F, -2, 0}, {0.1F, 0, 0}, {0, 4, 0});
+  const TransferEnd r = MakeTransferEnd(floor, {});
+  const TransferEnd s = MakeTransferEnd(wall, {});
+  // 0.4 m2, at most 0.1 m above the floor, at no less than the spheres around
+  // both are apart.
+  const float gap = Length(s.center - r.center) - (r.radius + s.radius);
+  EXPECT_LE(FormFactorBound(r, s),
+            0.4F * (0.1F / gap) / (3.14159F * gap * gap) * 1.0001F);
+  EXPECT_GT(FormFactorBound(r, s), 0);
+}
+
 TEST(FormFactorBound, EveryPointIsWithinTheRadius) {
   Random random(2);
   for (size_t i = 0; i < 1'000; ++i) {

@@ -53,6 +53,16 @@ const TestTable& TestsOf(BasisKind kind) {
   return kind.order == 4 ? fourth : kind.order == 3 ? third : second;
 }
 
+// How far an element reaches beyond its center along a direction, m.
+float ExtentAlong(const TransferEnd& end, Vec3f direction) {
+  const float u = end.frame.scale * Dot(end.patch->u, direction);
+  const float v = end.frame.scale * Dot(end.patch->v, direction);
+  if (end.patch->shape == PatchShape::kTriangle) {
+    return (std::max({0.0F, u, v}) * 3 - (u + v)) / 3;
+  }
+  return 0.5F * (std::abs(u) + std::abs(v));
+}
+
 float WeightedSum(const float* row,
                   const std::array<float, kTransferNodes>& radiosity) {
   return (row[0] * radiosity[0] + row[1] * radiosity[1]) +
@@ -149,16 +159,18 @@ bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
 
 float FormFactorBound(const TransferEnd& r, const TransferEnd& s) {
   const Vec3f d = s.center - r.center;
-  const float distance = Length(d);
-  const float reach = r.radius + s.radius;
-  const float gap = distance - reach;
+  const float gap = Length(d) - (r.radius + s.radius);
   if (gap <= 0.25F * s.diameter) {
     return 1;
   }
+  // All of an element lies in its plane: how high the other one rises above
+  // that is known whatever the element's own size.
+  const Vec3f n_r = r.patch->normal;
+  const Vec3f n_s = s.patch->normal;
   const float cos_x =
-      std::clamp((Dot(d, r.patch->normal) + reach) / gap, 0.0F, 1.0F);
+      std::clamp((Dot(d, n_r) + ExtentAlong(s, n_r)) / gap, 0.0F, 1.0F);
   const float cos_y =
-      std::clamp((reach - Dot(d, s.patch->normal)) / gap, 0.0F, 1.0F);
+      std::clamp((ExtentAlong(r, n_s) - Dot(d, n_s)) / gap, 0.0F, 1.0F);
   return std::min(
       1.0F, s.area * cos_x * cos_y / (static_cast<float>(kPi) * gap * gap));
 }
