@@ -12,18 +12,25 @@
 namespace enfilade {
 namespace {
 
-// Box, tree, rank and face area of a patch, and its share of pairs and pieces.
+// Box, tree, rank and face area of a patch, and the pairs of one that is in
+// front of all.
 constexpr uint64_t kOverlapBytesPerPatch = 320;
 
-// Decides patch by patch, all pairs of one front at a time.
-void SettleAll(std::span<const OverlapPair> pairs, OverlapPieces* pieces) {
-  while (!pairs.empty()) {
-    size_t count = 1;
-    while (count < pairs.size() && pairs[count].front == pairs[0].front) {
-      ++count;
+// Decides patch by patch, from back to front.
+void SettleAll(std::span<const Patch> patches,
+               const BoxTree& tree,
+               std::span<const uint32_t> ranks,
+               OverlapPieces* pieces) {
+  std::vector<uint32_t> from_back(ranks.size());
+  for (uint32_t i = 0; i < ranks.size(); ++i) {
+    from_back[ranks[i]] = i;
+  }
+  for (const uint32_t front : from_back) {
+    const std::vector<OverlapPair> pairs =
+        FindPairsOfFront(front, patches, tree, ranks);
+    if (!pairs.empty()) {
+      pieces->Settle(pairs);
     }
-    pieces->Settle(pairs.first(count));
-    pairs = pairs.subspan(count);
   }
 }
 
@@ -58,17 +65,20 @@ std::vector<Patch> Replaced(std::span<const Patch> patches,
 
 }  // namespace
 
-OverlapCounts SeparateOverlaps(std::vector<Patch>& patches) {
+OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
+                               MemoryBudget& budget) {
   const BoxTree tree = TreeOf(patches);
-  std::vector<OverlapPair> pairs = FindOverlapPairs(patches, tree);
-  if (pairs.empty()) {
+  const std::vector<uint32_t> ranks = RanksFromBack(patches);
+  OverlapPieces pieces(patches, tree, ranks, budget);
+  SettleAll(patches, tree, ranks, &pieces);
+  if (pieces.IsEmpty()) {
     return {};
   }
-  const std::vector<uint32_t> ranks = RanksFromBack(patches);
-  SortFrontAfterBehind(ranks, &pairs);
-  OverlapPieces pieces(patches, tree, ranks);
-  SettleAll(pairs, &pieces);
   pieces.RaiseAll();
+  // Twice: a vector that grows.
+  const MemoryCharge charge(budget,
+                            2 * pieces.MostPatches() * sizeof(Patch),
+                            "surfaces that lie in one another");
   patches = Replaced(patches, pieces);
   return pieces.Counts();
 }

@@ -9,6 +9,7 @@
 
 #pragma once
 
+#include "base/memory.h"
 #include "partition/patch.h"
 
 #include <cstdint>
@@ -41,10 +42,11 @@ struct OverlapCounts {
 //   other, on the side it faces.
 //
 // Patches that are not touched keep their order, pieces stand where the patch
-// was.
-OverlapCounts SeparateOverlaps(std::vector<Patch>& patches);
+// was. What pieces take is charged to the budget.
+OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
+                               MemoryBudget& budget);
 
-// What SeparateOverlaps takes for so many patches while it works.
+// What SeparateOverlaps takes for so many patches while it works, pieces aside.
 uint64_t SeparateOverlapsBytes(size_t patches);
 
 }  // namespace enfilade

@@ -23,7 +23,7 @@ Box3 BoxAround(const Polygon& polygon) {
 
 // A pair without numbers, if they are one; `own` lies in `plane`, and is its
 // front.
-std::optional<OverlapPair> PairOf(const Polygon& own,
+std::optional<OverlapPair> PairOn(const Polygon& own,
                                   const Plane& plane,
                                   const Patch& patch) {
   if (Dot(PatchNormal(patch), plane.normal) < kLeastFacing) {
@@ -45,6 +45,23 @@ std::optional<OverlapPair> PairOf(const Polygon& own,
     const double rise = others.Distance(p);
     pair.least_rise = std::min(pair.least_rise, rise);
     pair.most_rise = std::max(pair.most_rise, rise);
+  }
+  return pair;
+}
+
+// Measured from the one of higher number, whichever is in front.
+std::optional<OverlapPair> PairOf(uint32_t front,
+                                  uint32_t behind,
+                                  std::span<const Patch> patches) {
+  const uint32_t first = std::max(front, behind);
+  const Polygon own = PolygonOf(patches[first]);
+  auto pair = PairOn(own, PlaneOf(own), patches[std::min(front, behind)]);
+  if (pair) {
+    pair->front = first;
+    pair->behind = std::min(front, behind);
+    if (first != front) {
+      pair->Swap();
+    }
   }
   return pair;
 }
@@ -83,24 +100,6 @@ BoxTree TreeOf(std::span<const Patch> patches) {
   return BoxTree(std::move(boxes));
 }
 
-std::vector<OverlapPair> FindOverlapPairs(std::span<const Patch> patches,
-                                          const BoxTree& tree) {
-  std::vector<OverlapPair> pairs;
-  for (uint32_t i = 0; i < patches.size(); ++i) {
-    const Polygon own = PolygonOf(patches[i]);
-    const Plane plane = PlaneOf(own);
-    tree.ForOverlaps(BoxAround(own), [&](uint32_t k) {
-      auto pair = k < i ? PairOf(own, plane, patches[k]) : std::nullopt;
-      if (pair) {
-        pair->front = i;
-        pair->behind = k;
-        pairs.push_back(*pair);
-      }
-    });
-  }
-  return pairs;
-}
-
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches) {
   std::unordered_map<uint64_t, double> area_of_side;
   const auto side = [](const Patch& p) {
@@ -126,21 +125,24 @@ std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches) {
   return ranks;
 }
 
-void SortFrontAfterBehind(std::span<const uint32_t> ranks,
-                          std::vector<OverlapPair>* pairs) {
-  for (OverlapPair& pair : *pairs) {
-    if (ranks[pair.front] < ranks[pair.behind]) {
-      pair.Swap();
+std::vector<OverlapPair> FindPairsOfFront(uint32_t front,
+                                          std::span<const Patch> patches,
+                                          const BoxTree& tree,
+                                          std::span<const uint32_t> ranks) {
+  std::vector<OverlapPair> pairs;
+  tree.ForOverlaps(BoxAround(PolygonOf(patches[front])), [&](uint32_t k) {
+    const auto pair =
+        ranks[k] < ranks[front] ? PairOf(front, k, patches) : std::nullopt;
+    if (pair) {
+      pairs.push_back(*pair);
     }
-  }
-  const auto key = [&](const OverlapPair& pair) {
-    return std::pair(ranks[pair.front], ranks[pair.behind]);
-  };
-  std::sort(pairs->begin(),
-            pairs->end(),
+  });
+  std::sort(pairs.begin(),
+            pairs.end(),
             [&](const OverlapPair& a, const OverlapPair& b) {
-              return key(a) < key(b);
+              return ranks[a.behind] < ranks[b.behind];
             });
+  return pairs;
 }
 
 }  // namespace enfilade

@@ -40,19 +40,17 @@ struct OverlapPair {
 // The boxes of the patches, each larger by kCoincidentM on every side.
 BoxTree TreeOf(std::span<const Patch> patches);
 
-// All pairs, each once; either may be in front. Requires TreeOf(patches).
-std::vector<OverlapPair> FindOverlapPairs(std::span<const Patch> patches,
-                                          const BoxTree& tree);
-
 // The rank of each patch, from back to front: what is not inside of a solid
 // before what is, what does not emit before what does, large faces (by their
 // area on this side) before small ones. No two have the same.
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches);
 
-// Puts the one of higher rank in front, and the pairs in the order of the ranks
-// of their fronts: all pairs that a patch is the front of are next to each
-// other, and after those of all that it lies in.
-void SortFrontAfterBehind(std::span<const uint32_t> ranks,
-                          std::vector<OverlapPair>* pairs);
+// The pairs that a patch is the front of, being of higher rank than the other,
+// in the order of the ranks of those. Not those of all patches at once: of many
+// in one place, every two are a pair. Requires TreeOf(patches).
+std::vector<OverlapPair> FindPairsOfFront(uint32_t front,
+                                          std::span<const Patch> patches,
+                                          const BoxTree& tree,
+                                          std::span<const uint32_t> ranks);
 
 }  // namespace enfilade

@@ -26,6 +26,20 @@ uint8_t LayerBefore(uint8_t layer) {
   return layer < kMostLayers ? static_cast<uint8_t>(layer + 1) : kMostLayers;
 }
 
+uint64_t PieceBytes(const Polygon& polygon) {
+  return sizeof(OverlapPiece) + kAllocationHeaderBytes +
+         polygon.capacity() * sizeof(Point3);
+}
+
+uint64_t BytesOf(const std::vector<OverlapPiece>& pieces) {
+  return std::accumulate(pieces.begin(),
+                         pieces.end(),
+                         uint64_t{0},
+                         [](uint64_t sum, const OverlapPiece& piece) {
+                           return sum + PieceBytes(piece.polygon);
+                         });
+}
+
 uint8_t MostLayer(const std::vector<OverlapPiece>& pieces) {
   uint8_t most = 0;
   for (const OverlapPiece& piece : pieces) {
@@ -124,7 +138,41 @@ bool OverlapPieces::IsSame(const OverlapPair& pair) const {
          pair.area_m2 >= (1 - kSmallShare) * PatchArea(behind);
 }
 
+// Copies of all pieces behind, once more as polygons, and about as many of what
+// they leave, while they are cut.
+void OverlapPieces::ChargeSettling(std::span<const OverlapPair> pairs) {
+  constexpr uint64_t kCopies = 4;
+  constexpr uint64_t kUntouchedBytes =
+      sizeof(OverlapPiece) + kAllocationHeaderBytes + 4 * sizeof(Point3);
+  uint64_t behind = 0;
+  for (const OverlapPair& pair : pairs) {
+    const std::vector<OverlapPiece>* pieces = Find(pair.behind);
+    behind += pieces != nullptr ? BytesOf(*pieces) : kUntouchedBytes;
+  }
+  charge_.GrowTo(piece_bytes_ + kCopies * behind);
+}
+
+void OverlapPieces::Keep(uint32_t patch, std::vector<OverlapPiece> pieces) {
+  constexpr uint64_t kBytesPerPatch = 96;  // of the map
+  std::vector<OverlapPiece>& kept = pieces_[patch];
+  piece_bytes_ -= kept.empty() ? 0 : BytesOf(kept);
+  piece_bytes_ += BytesOf(pieces) + kBytesPerPatch;
+  kept = std::move(pieces);
+  charge_.GrowTo(piece_bytes_);
+}
+
+uint64_t OverlapPieces::MostPatches() const {
+  uint64_t most = 0;
+  for (const auto& [patch, pieces] : pieces_) {
+    for (const OverlapPiece& piece : pieces) {
+      most += piece.polygon.size();
+    }
+  }
+  return most;
+}
+
 void OverlapPieces::Settle(std::span<const OverlapPair> pairs) {
+  ChargeSettling(pairs);
   const uint32_t own = pairs.front().front;
   const Vec3 normal = PatchNormal(patches_[own]);
   std::vector<Polygon> same;
@@ -156,7 +204,7 @@ void OverlapPieces::Settle(std::span<const OverlapPair> pairs) {
   const bool moved = MostLayer(after) > 0;
   counts_.moved += moved ? 1 : 0;
   if (moved || gone > kSmallM2) {
-    pieces_[own] = std::move(after);
+    Keep(own, std::move(after));
   }
 }
 
@@ -218,7 +266,7 @@ bool OverlapPieces::Raise(uint32_t patch,
   }
   if (raised) {
     counts_.moved += before == 0 ? 1 : 0;
-    pieces_[patch] = std::move(pieces);
+    Keep(patch, std::move(pieces));
   }
   return raised;
 }

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "base/memory.h"
 #include "partition/overlap.h"
 #include "partition/overlap_pairs.h"
 #include "partition/patch.h"
@@ -23,18 +24,22 @@ struct OverlapPiece {
   uint8_t layer = 0;
 };
 
-// The pieces of the patches of one cell. Borrows patches, tree (TreeOf) and
-// ranks (RanksFromBack).
+// The pieces of the patches of one cell. Borrows patches, tree (TreeOf), ranks
+// (RanksFromBack) and the budget, to which the pieces are charged: of patches
+// that lie in one place there are many.
 class OverlapPieces {
  public:
   OverlapPieces(std::span<const Patch> patches,
                 const BoxTree& tree,
-                std::span<const uint32_t> ranks)
-      : patches_(patches), tree_(&tree), ranks_(ranks) {}
+                std::span<const uint32_t> ranks,
+                MemoryBudget& budget)
+      : patches_(patches),
+        tree_(&tree),
+        ranks_(ranks),
+        charge_(budget, "surfaces that lie in one another") {}
 
   // Decides on one patch by all that it lies in: `pairs` are those that it is
-  // the front of. Requires that those behind are decided
-  // (SortFrontAfterBehind).
+  // the front of (FindPairsOfFront). Requires that those behind are decided.
   void Settle(std::span<const OverlapPair> pairs);
 
   // A carpet a millimetre above a floor with layers in it: they must not come
@@ -45,11 +50,20 @@ class OverlapPieces {
   // What is left of a patch, maybe nothing; nullptr if it is untouched.
   [[nodiscard]] const std::vector<OverlapPiece>* Find(uint32_t patch) const;
 
+  [[nodiscard]] bool IsEmpty() const { return pieces_.empty(); }
+
+  // How many patches the pieces make, at most.
+  [[nodiscard]] uint64_t MostPatches() const;
+
   [[nodiscard]] const OverlapCounts& Counts() const { return counts_; }
 
  private:
   [[nodiscard]] bool IsSame(const OverlapPair& pair) const;
   [[nodiscard]] std::vector<OverlapPiece> PiecesOf(uint32_t patch) const;
+
+  // Charges what settling a patch takes for a while.
+  void ChargeSettling(std::span<const OverlapPair> pairs);
+  void Keep(uint32_t patch, std::vector<OverlapPiece> pieces);
 
   // Puts before it what lies just above it. Adds to `raised` what was.
   void RaiseAbove(uint32_t own, std::set<uint32_t>* raised);
@@ -66,6 +80,8 @@ class OverlapPieces {
   std::span<const uint32_t> ranks_;
   // Of the patches that were touched.
   std::unordered_map<uint32_t, std::vector<OverlapPiece>> pieces_;
+  uint64_t piece_bytes_ = 0;
+  GrowingCharge charge_;
   OverlapCounts counts_;
 };
 

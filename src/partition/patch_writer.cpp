@@ -4,6 +4,7 @@
 #include "scene/box_tree.h"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 namespace enfilade {
@@ -240,16 +241,17 @@ TouchCounts WritePatches(const SceneInfo& info,
               [&cutter](FaceId id, const Face& face) { cutter.Add(id, face); });
   TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {
+    constexpr std::string_view kWhat = "surfaces of a cell that touch";
     const size_t patches = sink.Count(CellId(i));
-    const MemoryCharge charge(budget,
-                              std::max(SeparateOverlapsBytes(patches),
-                                       CutAlongContactsBytes(patches)),
-                              "surfaces of a cell that touch");
+    MemoryCharge charge(budget, SeparateOverlapsBytes(patches), kWhat);
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
-    const OverlapCounts overlaps = SeparateOverlaps(content.patches);
+    const OverlapCounts overlaps = SeparateOverlaps(content.patches, budget);
     counts.overlaps.dropped += overlaps.dropped;
     counts.overlaps.area_m2 += overlaps.area_m2;
     counts.overlaps.moved += overlaps.moved;
+    charge.Reset();
+    charge = MemoryCharge(
+        budget, CutAlongContactsBytes(content.patches.size()), kWhat);
     const ContactCounts contacts = CutAlongContacts(content.patches);
     counts.contacts.cut += contacts.cut;
     counts.contacts.covered_m2 += contacts.covered_m2;

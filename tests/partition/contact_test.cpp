@@ -2,8 +2,6 @@
 
 #include "partition/contact.h"
 
-#include "partition/overlap.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -18,6 +16,7 @@ namespace {
 using testing::Built;
 using testing::kUp;
 using testing::SceneBuilder;
+using testing::Separate;
 
 constexpr FaceId kFloorFace{0U};
 constexpr Vec3 kEast{1, 0, 0};
@@ -338,7 +337,7 @@ TEST(Contact, CutsWhereSomethingGoesThrough) {
 TEST(Contact, EnclosesWhatIsCovered) {
   auto patches =
       FloorWith({Rectangle(FaceId(1U), {1, 1, 0}, kEast * 1, kNorth * 0.5)});
-  SeparateOverlaps(patches);
+  Separate(patches);
   const ContactCounts counts = CutAlongContacts(patches);
   EXPECT_NEAR(counts.covered_m2, 0.5, 1e-9);
   const std::vector<Patch> floor = PartsOf(patches, kFloorFace);
@@ -367,7 +366,7 @@ TEST(Contact, EnclosesAsAWholeWhatIsCoveredAsAWhole) {
       Rectangle(FaceId(1U), {5e-4, 5e-4, 0}, kEast * 3.999, kNorth * 2.999);
   door.emits = true;  // so that it is not the same face twice
   auto patches = FloorWith({door});
-  SeparateOverlaps(patches);
+  Separate(patches);
   CutAlongContacts(patches);
   ASSERT_EQ(patches.size(), 2U);
   EXPECT_TRUE(patches[0].is_enclosed);

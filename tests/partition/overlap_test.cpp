@@ -2,6 +2,8 @@
 
 #include "partition/overlap.h"
 
+#include "base/error.h"
+#include "base/memory.h"
 #include "base/photometry.h"
 #include "base/random.h"
 
@@ -19,6 +21,7 @@ namespace {
 using testing::Built;
 using testing::kUp;
 using testing::SceneBuilder;
+using testing::Separate;
 
 Patch Rectangle(uint32_t face, Point3 origin, Vec3 u, Vec3 v) {
   Patch p;
@@ -99,6 +102,30 @@ const Patch* Seen(const std::vector<const Patch*>& covering, Vec3 facing) {
   return it == covering.end() ? nullptr : *it;
 }
 
+TEST(Overlap, PairsOfManyInOnePlaceAreNotHeldAtOnce) {
+  constexpr size_t kCount = 2000;  // 80 MB of pairs
+  std::vector<Patch> patches;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    patches.push_back(Rectangle(i, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  }
+  const uint64_t before = PeakResidentBytes();
+  EXPECT_EQ(Separate(patches).dropped, kCount - 1);
+  EXPECT_EQ(patches.size(), 1U);
+  EXPECT_LT(PeakResidentBytes() - before, 16U << 20);
+}
+
+TEST(Overlap, PiecesOfManyInOnePlaceAreCharged) {
+  // Each leaves a rim of all that lies behind it.
+  std::vector<Patch> patches;
+  for (uint32_t i = 0; i < 300; ++i) {
+    const double at = 1e-3 * i;
+    patches.push_back(Rectangle(i, {at, at, 0}, {1, 0, 0}, {0, 1, 0}));
+  }
+  MemoryBudget budget(1U << 16);
+  EXPECT_THROW(SeparateOverlaps(patches, budget), DoesNotFitError);
+  EXPECT_EQ(patches.size(), 300U);
+}
+
 TEST(Overlap, WhatDoesNotOverlapIsUntouched) {
   // A floor of tiles, a ceiling a millimetre above, and the floor's backs.
   std::vector<Patch> patches;
@@ -109,7 +136,7 @@ TEST(Overlap, WhatDoesNotOverlapIsUntouched) {
     patches.push_back(Rectangle(i + 5, {x, 0, 1e-3}, {1, 0, 0}, {0, 1, 0}));
   }
   const std::vector<Patch> before = patches;
-  const OverlapCounts counts = SeparateOverlaps(patches);
+  const OverlapCounts counts = Separate(patches);
   EXPECT_EQ(counts.dropped + counts.moved, 0U);
   ASSERT_EQ(patches.size(), before.size());
   for (size_t i = 0; i < patches.size(); ++i) {
@@ -122,7 +149,7 @@ TEST(Overlap, WhatIsThereTwiceIsKeptOnce) {
   std::vector<Patch> patches = {
       Rectangle(1, {0, 0, 0}, {2, 0, 0}, {0, 3, 0}),
       Rectangle(2, {0, 0, 1e-5}, {2, 0, 0}, {0, 3, 0})};
-  const OverlapCounts counts = SeparateOverlaps(patches);
+  const OverlapCounts counts = Separate(patches);
   EXPECT_EQ(counts.dropped, 1U);
   EXPECT_NEAR(counts.area_m2, 6, 1e-9);
   ASSERT_EQ(patches.size(), 1U);
@@ -137,7 +164,7 @@ TEST(Overlap, OfWhatIsThereTwiceTheOneInFrontIsSeen) {
         Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
         Rectangle(2, {1, 1, rise}, {1, 0, 0}, {0, 1, 0})};
     patches[1].material = patches[0].material;
-    SeparateOverlaps(patches);
+    Separate(patches);
     const Patch* seen = Seen(Covering(patches, {1.5, 1.5, 0}, kUp), kUp);
     ASSERT_NE(seen, nullptr);
     EXPECT_EQ(seen->face, FaceId(rise > 0 ? 2U : 1U));
@@ -149,7 +176,7 @@ TEST(Overlap, WallsOfOneMaterialAreCutToFit) {
   std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
                                 Rectangle(2, {3, 0, 0}, {2, 0, 0}, {0, 3, 0})};
   patches[1].material = patches[0].material;
-  const OverlapCounts counts = SeparateOverlaps(patches);
+  const OverlapCounts counts = Separate(patches);
   EXPECT_NEAR(counts.area_m2, 3, 1e-9);
   EXPECT_EQ(counts.moved, 0U);
   double area = 0;
@@ -168,7 +195,7 @@ TEST(Overlap, TheSmallerIsSeen) {
     Patch small = Rectangle(2, {1, 1, 0}, {1, 0, 0}, {0, 1, 0});
     small.is_back = is_back;
     std::vector<Patch> patches = {small, wall};
-    const OverlapCounts counts = SeparateOverlaps(patches);
+    const OverlapCounts counts = Separate(patches);
     EXPECT_EQ(counts.moved, 1U);
     ASSERT_EQ(patches.size(), 2U);
     EXPECT_NEAR(Height(patches[0]), kApartM, 1e-12);
@@ -194,7 +221,7 @@ TEST(Overlap, WhatLiesJustAboveStaysAbove) {
       }
       patches.push_back(Rectangle(99, {1, 1, gap}, {7.6, 0, 0}, {0, 7.6, 0}));
       const size_t count = patches.size();
-      SeparateOverlaps(patches);
+      Separate(patches);
       ASSERT_EQ(patches.size(), count);
       const double carpet = Height(patches.back());
       EXPECT_GE(carpet, gap);
@@ -215,7 +242,7 @@ TEST(Overlap, WhatLiesFarEnoughAboveIsUntouched) {
   const Patch above = Rectangle(3, {1, 1, 8e-4}, {1, 0, 0}, {0, 1, 0});
   const Patch beside = Rectangle(4, {4, 4, 3e-4}, {1, 0, 0}, {0, 1, 0});
   std::vector<Patch> patches = {floor, tile, above, beside};
-  EXPECT_EQ(SeparateOverlaps(patches).moved, 1U);
+  EXPECT_EQ(Separate(patches).moved, 1U);
   EXPECT_EQ(Height(patches[2]), 8e-4);
   EXPECT_EQ(Height(patches[3]), 3e-4);
 }
@@ -224,7 +251,7 @@ TEST(Overlap, OnlyWhatLiesInAnotherIsMoved) {
   // A board that sticks out over the edge of a wall by half.
   std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0}),
                                 Rectangle(2, {3, 1, 0}, {2, 0, 0}, {0, 1, 0})};
-  SeparateOverlaps(patches);
+  Separate(patches);
   const auto inside = Covering(patches, {3.4, 1.6, 0}, kUp);
   ASSERT_EQ(inside.size(), 2U);
   EXPECT_EQ(Seen(inside, kUp)->face, FaceId(2U));
@@ -241,7 +268,7 @@ TEST(Overlap, WhatLiesOnTheUnmovedPartOfAnotherIsMovedOnce) {
   const Patch over_floor = Rectangle(3, {7.5, 1.5, 0}, {1, 0, 0}, {0, 1, 0});
   const Patch outside = Rectangle(4, {9.5, 1.5, 0}, {1, 0, 0}, {0, 1, 0});
   std::vector<Patch> patches = {floor, over_floor, outside, board};
-  SeparateOverlaps(patches);
+  Separate(patches);
   ASSERT_EQ(patches.size(), 5U);
   EXPECT_EQ(patches[1].layer, 2);
   EXPECT_EQ(patches[2].layer, 1);
@@ -253,7 +280,7 @@ TEST(Overlap, WhatEmitsIsSeenHoweverLarge) {
     lamp.emits = true;
     std::vector<Patch> patches = {Rectangle(1, {0, 0, 0}, {2, 0, 0}, {0, 2, 0}),
                                   lamp};
-    SeparateOverlaps(patches);
+    Separate(patches);
     const auto at = Covering(patches, {0.3, 0.2, 0}, kUp);
     ASSERT_FALSE(at.empty());
     EXPECT_TRUE(Seen(at, kUp)->emits) << size;
@@ -266,7 +293,7 @@ TEST(Overlap, SidesThatCameApartBlockRaysEach) {
   Patch back = Turned(front);
   back.is_twin = true;
   std::vector<Patch> patches = {wall, front, back};
-  SeparateOverlaps(patches);
+  Separate(patches);
   ASSERT_EQ(patches.size(), 3U);
   EXPECT_FALSE(patches[2].is_twin);
 }
@@ -353,7 +380,7 @@ TEST(Overlap, OneIsSeenAtEveryPoint) {
     SCOPED_TRACE(seed);
     Heap heap(seed);
     std::vector<Patch> after = heap.Patches();
-    SeparateOverlaps(after);
+    Separate(after);
     for (int k = 0; k < 400; ++k) {
       const Point3 p = heap.DrawPoint();
       for (const Vec3 facing : {Heap::kNormal, -Heap::kNormal}) {

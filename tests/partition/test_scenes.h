@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "partition/bsp_tree.h"
+#include "partition/overlap.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
 #include "store/sqlite_store.h"
@@ -16,6 +17,12 @@
 namespace enfilade::testing {
 
 inline constexpr Vec3 kUp{0, 0, 1};
+
+// Where memory does not matter.
+inline OverlapCounts Separate(std::vector<Patch>& patches) {
+  MemoryBudget budget(uint64_t{1} << 40);
+  return SeparateOverlaps(patches, budget);
+}
 
 // Collects faces; grey is material 0, one-sided grey is material 1, and
 // material 2 emits.
