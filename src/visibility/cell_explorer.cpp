@@ -3,6 +3,7 @@
 #include "visibility/beam_flood.h"
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <utility>
 
@@ -47,10 +48,21 @@ class SeenCells {
     }
   }
 
+  // What Sorted will take.
+  [[nodiscard]] uint64_t SortedBytes() const {
+    uint64_t bytes =
+        cells_.size() * (sizeof(SeenCell) + kAllocationHeaderBytes);
+    for (size_t i = 0; i < cells_.size(); ++i) {
+      bytes += is_loose_[i] ? 0 : CountBits(between_[i]) * sizeof(CellId);
+    }
+    return bytes;
+  }
+
   // The seen cells that were reached, in ascending order, theirs between too.
   [[nodiscard]] std::vector<SeenCell> Sorted(
       const ReachedParts& reached) const {
     std::vector<SeenCell> sorted;
+    sorted.reserve(cells_.size());
     for (size_t i = 0; i < cells_.size(); ++i) {
       const CellId cell = cells_[i];
       if (reached.Holds(cell)) {
@@ -69,9 +81,18 @@ class SeenCells {
   }
 
  private:
+  static size_t CountBits(const std::vector<uint64_t>& bits) {
+    size_t count = 0;
+    for (const uint64_t word : bits) {
+      count += static_cast<size_t>(std::popcount(word));
+    }
+    return count;
+  }
+
   void ListBetween(const std::vector<uint64_t>& bits,
                    const ReachedParts& reached,
                    std::vector<CellId>& between) const {
+    between.reserve(CountBits(bits));
     for (size_t k = 0; k < 64 * bits.size(); ++k) {
       if ((bits[k / 64] >> (k % 64) & 1) != 0 && reached.Holds(cells_[k])) {
         between.push_back(cells_[k]);
@@ -105,7 +126,7 @@ class Explorer {
         origin_(partition.cells[source.Index()].bounds.Center()),
         seen_(graph.CellCount()) {}
 
-  Exploration Run(uint32_t max_steps) {
+  Exploration Run(uint32_t max_steps, MemoryBudget& budget) {
     Exploration result;
     const auto& doors = graph_->Doorways(source_);
     path_ = {seen_.NumberOf(source_)};
@@ -123,6 +144,8 @@ class Explorer {
     if (result.budget_spent) {
       AddLoose(reached);
     }
+    result.charge =
+        MemoryCharge(budget, seen_.SortedBytes(), "what a cell sees");
     result.seen = seen_.Sorted(reached);
     return result;
   }
@@ -248,8 +271,19 @@ Exploration ExploreFrom(CellId source,
                         const Partition& partition,
                         const PortalGraph& graph,
                         const RegionGraph& regions,
-                        uint32_t max_steps) {
-  return Explorer(source, partition, graph, regions).Run(max_steps);
+                        uint32_t max_steps,
+                        MemoryBudget& budget) {
+  return Explorer(source, partition, graph, regions).Run(max_steps, budget);
+}
+
+// A number and a row of bits for each; rows only of those that a step went to,
+// as long as there are such cells.
+uint64_t BytesToNoteSeen(size_t cells, uint32_t max_steps) {
+  constexpr uint64_t kBytesPerCell = 2 * sizeof(uint32_t) +
+                                     sizeof(std::vector<uint64_t>) +
+                                     kAllocationHeaderBytes;
+  const uint64_t rows = std::min<uint64_t>(cells, max_steps);
+  return cells * kBytesPerCell + rows * (rows / 8);
 }
 
 }  // namespace enfilade

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/ids.h"
+#include "base/memory.h"
 #include "partition/partition.h"
 #include "visibility/beam_flood.h"
 #include "visibility/cell_part.h"
@@ -27,6 +28,7 @@ struct SeenCell {
 
 struct Exploration {
   std::vector<SeenCell> seen;  // ascending; the source itself included
+  MemoryCharge charge;         // of these
   uint64_t steps = 0;
   bool budget_spent = false;
 };
@@ -35,11 +37,16 @@ struct Exploration {
 // of the source. Beside that a flood through the openings of regions
 // (beam_flood.h) knows nothing of sequences, but of the walls within cells: it
 // strikes out what it does not reach, and where portals' shares are spent,
-// what it reaches is seen loosely.
+// what it reaches is seen loosely. What is found is charged to the budget; what
+// it takes to find it is not (BeamFlood::MostBytes, BytesToNoteSeen).
 Exploration ExploreFrom(CellId source,
                         const Partition& partition,
                         const PortalGraph& graph,
                         const RegionGraph& regions,
-                        uint32_t max_steps);
+                        uint32_t max_steps,
+                        MemoryBudget& budget);
+
+// What it takes to note which of so many cells are seen.
+uint64_t BytesToNoteSeen(size_t cells, uint32_t max_steps);
 
 }  // namespace enfilade

@@ -5,13 +5,20 @@
 #include <algorithm>
 #include <bit>
 #include <iterator>
+#include <numeric>
 #include <span>
+#include <string_view>
 #include <utility>
 
 namespace enfilade {
 namespace {
 
 constexpr uint64_t kMostCachedBytes = 8 << 20;
+constexpr std::string_view kWhat = "agreeing on what cells see";
+// A block as it is stored, and what is made of it.
+constexpr uint64_t kBlockCopies = 2;
+// What grows is charged in steps.
+constexpr uint64_t kChargeGrowth = 2;
 // Cells whose agreements are sought together: the sets of those that they see
 // are read once for all of them.
 constexpr size_t kCellsAgreedAtOnce = 32;
@@ -92,6 +99,18 @@ std::vector<CellId> Common(const std::vector<CellId>& a,
   return common;
 }
 
+uint64_t BytesOf(const SeenCell& seen) {
+  return sizeof(SeenCell) + kAllocationHeaderBytes +
+         seen.between.size() * sizeof(CellId);
+}
+
+uint64_t BytesOf(const std::vector<SeenCell>& seen) {
+  return std::accumulate(
+      seen.begin(), seen.end(), uint64_t{0}, [](uint64_t sum, const auto& s) {
+        return sum + BytesOf(s);
+      });
+}
+
 // What two ends make of each other.
 SeenCell Both(const SeenCell& there, const SeenCell& back) {
   SeenCell both{there.cell, there.is_loose && back.is_loose};
@@ -105,9 +124,28 @@ SeenCell Both(const SeenCell& there, const SeenCell& back) {
   return both;
 }
 
+// Most of an encoded set of so many sources.
+uint64_t EncodedSetBytes(size_t sources) {
+  constexpr uint64_t kMostPerId = 5;
+  return sources * (kMostPerId + 2 * sizeof(CellPart) + (sources + 7) / 8) +
+         2 * kMostPerId;
+}
+
 }  // namespace
 
+SetAgreement::SetAgreement(const Partition& partition,
+                           MemoryBudget& budget,
+                           BlockStorage& store)
+    : partition_(&partition),
+      budget_(&budget),
+      store_(&store),
+      own_charge_(budget, partition.cells.size() * 2 * sizeof(uint64_t), kWhat),
+      seen_bytes_(partition.cells.size()),
+      agreed_bytes_(partition.cells.size()) {}
+
 void SetAgreement::Put(CellId cell, const std::vector<SeenCell>& seen) {
+  seen_bytes_[cell.Index()] = BytesOf(seen);
+  const MemoryCharge charge = ChargeFor(seen_bytes_[cell.Index()]);
   store_->Put({BlockKind::kScratch, cell.value, kSeenBlock}, EncodeSeen(seen));
 }
 
@@ -116,69 +154,142 @@ std::vector<SeenCell> SetAgreement::Load(CellId cell, uint32_t kind) const {
       store_->GetOrThrow({BlockKind::kScratch, cell.value, kind}));
 }
 
+MemoryCharge SetAgreement::ChargeFor(uint64_t bytes) const {
+  return {*budget_, bytes, kWhat};
+}
+
 std::shared_ptr<const std::vector<CellId>> SetAgreement::AgreedBy(CellId cell) {
   if (const auto found = agreed_.find(cell); found != agreed_.end()) {
     return found->second;
   }
-  if (agreed_bytes_ > kMostCachedBytes) {
+  constexpr uint64_t kBytesPerEntry = 160;  // of the map
+  const MemoryCharge charge =
+      ChargeFor(kBlockCopies * agreed_bytes_[cell.Index()]);
+  const std::vector<SeenCell> agreed = Load(cell, kAgreedBlock);
+  const uint64_t bytes = kBytesPerEntry + agreed.size() * sizeof(CellId);
+  if (cached_bytes_ + bytes > cache_charge_.Bytes()) {
     agreed_.clear();
-    agreed_bytes_ = 0;
+    cached_bytes_ = 0;
+  }
+  if (cache_charge_.Bytes() < bytes) {
+    cache_charge_.Reset();
+    cache_charge_ = ChargeFor(
+        std::max(bytes, std::min(kMostCachedBytes, budget_->FreeBytes() / 4)));
   }
   Ids ids;
-  for (const SeenCell& agreed : Load(cell, kAgreedBlock)) {
-    ids.push_back(agreed.cell);
+  ids.reserve(agreed.size());
+  for (const SeenCell& seen : agreed) {
+    ids.push_back(seen.cell);
   }
-  agreed_bytes_ += sizeof(Ids) + ids.size() * sizeof(CellId);
+  cached_bytes_ += bytes;
   return agreed_[cell] = std::make_shared<const Ids>(std::move(ids));
 }
 
 void SetAgreement::Agree() {
-  const size_t count = partition_->cells.size();
-  for (size_t first = 0; first < count; first += kCellsAgreedAtOnce) {
-    AgreeBatch(first, std::min(count, first + kCellsAgreedAtOnce));
+  for (size_t first = 0; first < partition_->cells.size();) {
+    first = AgreeBatch(first);
   }
 }
 
-void SetAgreement::AgreeBatch(size_t first, size_t end) {
-  std::vector<std::vector<SeenCell>> mine;
-  std::vector<std::vector<SeenCell>> agreed(end - first);
-  Ids sources;
+std::vector<SetAgreement::Asking> SetAgreement::LoadBatch(size_t first) const {
+  const size_t end =
+      std::min(partition_->cells.size(), first + kCellsAgreedAtOnce);
+  const uint64_t most = budget_->FreeBytes() / 2;
+  uint64_t bytes = 0;
+  std::vector<Asking> batch;
   for (size_t i = first; i < end; ++i) {
-    mine.push_back(Load(CellId(i), kSeenBlock));
-    for (const SeenCell& seen : mine.back()) {
+    bytes += kBlockCopies * seen_bytes_[i];
+    if (i > first && bytes > most) {
+      break;
+    }
+    Asking asking;
+    asking.charge = ChargeFor(kBlockCopies * seen_bytes_[i]);
+    asking.mine = Load(CellId(i), kSeenBlock);
+    asking.agreed.reserve(asking.mine.size());
+    batch.push_back(std::move(asking));
+  }
+  return batch;
+}
+
+std::vector<CellId> SetAgreement::SourcesOf(const std::vector<Asking>& batch) {
+  Ids sources;
+  for (const Asking& asking : batch) {
+    for (const SeenCell& seen : asking.mine) {
       sources.push_back(seen.cell);
     }
   }
   std::sort(sources.begin(), sources.end());
   sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
-  for (const CellId source : sources) {
-    const std::vector<SeenCell> theirs = Load(source, kSeenBlock);
-    for (size_t i = first; i < end; ++i) {
-      const SeenCell* there = Find(mine[i - first], source);
-      const SeenCell* back = Find(theirs, CellId(i));
-      if (there != nullptr && back != nullptr) {
-        agreed[i - first].push_back(Both(*there, *back));
-      }
+  return sources;
+}
+
+void SetAgreement::ChargeAgreed(size_t at, std::vector<Asking>* batch) const {
+  while (at < batch->size()) {
+    Asking& asking = (*batch)[at];
+    const uint64_t bytes = BytesOf(asking.mine) + asking.agreed_bytes;
+    if (bytes <= asking.charge.Bytes() + asking.more.Bytes()) {
+      return;
     }
-  }
-  for (size_t i = first; i < end; ++i) {
-    store_->Put({BlockKind::kScratch, static_cast<uint32_t>(i), kAgreedBlock},
-                EncodeSeen(agreed[i - first]));
+    const uint64_t more = kChargeGrowth * (bytes - asking.charge.Bytes());
+    asking.more.Reset();
+    if (more <= budget_->FreeBytes() || batch->size() == 1) {
+      asking.more = ChargeFor(more);
+      return;
+    }
+    batch->pop_back();
   }
 }
 
-VisibleSet SetAgreement::Finish(CellId receiver) {
+size_t SetAgreement::AgreeBatch(size_t first) {
+  std::vector<Asking> batch = LoadBatch(first);
+  for (const CellId source : SourcesOf(batch)) {
+    const MemoryCharge charge =
+        ChargeFor(kBlockCopies * seen_bytes_[source.Index()]);
+    const std::vector<SeenCell> theirs = Load(source, kSeenBlock);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      const SeenCell* there = Find(batch[i].mine, source);
+      const SeenCell* back = Find(theirs, CellId(first + i));
+      if (there == nullptr || back == nullptr) {
+        continue;
+      }
+      SeenCell both = Both(*there, *back);
+      batch[i].agreed_bytes += BytesOf(both);
+      ChargeAgreed(i, &batch);
+      if (i < batch.size()) {
+        batch[i].agreed.push_back(std::move(both));
+      }
+    }
+  }
+  for (size_t i = 0; i < batch.size(); ++i) {
+    FreeVector(&batch[i].mine);
+    agreed_bytes_[first + i] = batch[i].agreed_bytes;
+    store_->Put(
+        {BlockKind::kScratch, static_cast<uint32_t>(first + i), kAgreedBlock},
+        EncodeSeen(batch[i].agreed));
+  }
+  return first + batch.size();
+}
+
+size_t SetAgreement::Finish(CellId receiver) {
   const auto& cells = partition_->cells;
+  const MemoryCharge charge =
+      ChargeFor(kBlockCopies * agreed_bytes_[receiver.Index()] + cells.size());
   const std::vector<SeenCell> agreed = Load(receiver, kAgreedBlock);
+  const MemoryCharge set_charge = ChargeFor(VisibleSetBytes(agreed.size(), 0) +
+                                            EncodedSetBytes(agreed.size()));
   std::vector<bool> is_mine(cells.size());
+  VisibleSet set;
+  set.reserve(agreed.size());
   for (const SeenCell& pair : agreed) {
     is_mine[pair.cell.Index()] = true;
+    set.push_back({pair.cell, {}, pair.of_source, pair.part});
   }
-  VisibleSet set;
-  for (const SeenCell& pair : agreed) {
+  Ids between;
+  const auto between_of = [&](size_t source) -> std::span<const CellId> {
+    const SeenCell& pair = agreed[source];
     const Box3& here = cells[receiver.Index()].bounds;
     const Box3& there = cells[pair.cell.Index()].bounds;
-    VisibleCell visible{pair.cell, {}, pair.of_source, pair.part};
+    between.clear();
     const auto theirs = AgreedBy(pair.cell);
     for (const CellId cell : *theirs) {
       const bool lies_between =
@@ -187,28 +298,34 @@ VisibleSet SetAgreement::Finish(CellId receiver) {
                          : std::binary_search(
                                pair.between.begin(), pair.between.end(), cell));
       if (lies_between) {
-        visible.between.push_back(cell);
+        between.push_back(cell);
       }
     }
-    set.push_back(std::move(visible));
-  }
-  return set;
+    return between;
+  };
+  store_->Put({BlockKind::kVisibleSet, receiver.value},
+              EncodeVisibleSet(set, between_of));
+  return set.size();
 }
 
-Bytes EncodeVisibleSet(const VisibleSet& set) {
+Bytes EncodeVisibleSet(
+    const VisibleSet& set,
+    const std::function<std::span<const CellId>(size_t source)>& between_of) {
   std::vector<CellId> sources;
+  sources.reserve(set.size());
   for (const VisibleCell& v : set) {
     sources.push_back(v.source);
   }
   ByteWriter writer;
+  writer.Reserve(EncodedSetBytes(set.size()));
   PutAscending(sources, writer);
   for (const VisibleCell& v : set) {
     writer.Put(v.of_receiver);
     writer.Put(v.of_source);
   }
-  for (const VisibleCell& v : set) {
+  for (size_t i = 0; i < set.size(); ++i) {
     std::vector<uint8_t> bits((sources.size() + 7) / 8);
-    for (const CellId cell : v.between) {
+    for (const CellId cell : between_of(i)) {
       const auto at = static_cast<size_t>(
           std::lower_bound(sources.begin(), sources.end(), cell) -
           sources.begin());

@@ -35,8 +35,11 @@ RegionGraph RegionGraphOf(const Partition& partition,
 }
 
 // What exploring a cell may take in memory.
-uint64_t ExplorationBytes(size_t cells, const RegionGraph& regions) {
-  return BeamFlood::MostBytes(regions) + ReachedParts::BytesFor(cells);
+uint64_t ExplorationBytes(size_t cells,
+                          const RegionGraph& regions,
+                          uint32_t max_steps) {
+  return BeamFlood::MostBytes(regions) + ReachedParts::BytesFor(cells) +
+         BytesToNoteSeen(cells, max_steps);
 }
 
 // How many cells are explored side by side: what comes of it is the same.
@@ -58,7 +61,8 @@ uint64_t ExploreAll(const Partition& partition,
   const MemoryCharge of_graphs(budget,
                                graph.SizeBytes() + regions.Graph().SizeBytes(),
                                "the doorways of the building");
-  const uint64_t bytes_each = ExplorationBytes(count, regions);
+  const uint64_t bytes_each =
+      ExplorationBytes(count, regions, options.max_steps_per_cell);
   const size_t at_once = CellsAtOnce(bytes_each, budget);
   const MemoryCharge of_floods(
       budget, at_once * bytes_each, "looking through the doorways");
@@ -70,7 +74,8 @@ uint64_t ExploreAll(const Partition& partition,
                              partition,
                              graph,
                              regions,
-                             options.max_steps_per_cell);
+                             options.max_steps_per_cell,
+                             budget);
     });
     // What floods have freed is still resident, and the pager is not here to
     // look at that.
@@ -100,15 +105,12 @@ VisibilitySummary BuildVisibleSets(const Partition& partition,
   store.EraseAll(BlockKind::kVisibleSet);
   store.EraseAll(BlockKind::kScratch);
   VisibilitySummary summary;
-  SetAgreement sets(partition, store);
+  SetAgreement sets(partition, budget, store);
   summary.budget_spent_cells = ExploreAll(
       partition, RegionGraphOf(partition, store), options, budget, sets);
   sets.Agree();
   for (size_t i = 0; i < partition.cells.size(); ++i) {
-    const CellId receiver(i);
-    const VisibleSet set = sets.Finish(receiver);
-    summary.visible_pairs += set.size();
-    store.Put({BlockKind::kVisibleSet, receiver.value}, EncodeVisibleSet(set));
+    summary.visible_pairs += sets.Finish(CellId(i));
   }
   store.EraseAll(BlockKind::kScratch);
   store.SetMeta(

@@ -1,11 +1,15 @@
 #include "visibility/beam_flood.h"
 
+#include "base/error.h"
+#include "base/memory.h"
 #include "visibility/set_agreement.h"
 
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "tests/visibility/map_storage.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -203,6 +207,49 @@ TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
   EXPECT_EQ(count, doors.size());
 }
 
+// Cells in a row; each sees all, and all lie between, if not as the first of
+// every three sees it: what it sees is loose.
+std::vector<SeenCell> AllSeen(size_t cells, bool is_loose) {
+  std::vector<SeenCell> seen;
+  for (size_t i = 0; i < cells; ++i) {
+    seen.push_back({CellId(i), is_loose});
+    for (size_t k = 0; k < (is_loose ? 0 : cells); ++k) {
+      seen.back().between.emplace_back(k);
+    }
+  }
+  return seen;
+}
+
+test::MapStorage AgreedUnder(MemoryBudget& budget) {
+  constexpr size_t kCells = 60;
+  Partition row;
+  for (uint32_t i = 0; i < kCells; ++i) {
+    const double x = i;
+    row.cells.emplace_back().bounds = {{x, 0, 0}, {x + 1, 1, 1}};
+  }
+  test::MapStorage store;
+  SetAgreement sets(row, budget, store);
+  for (size_t i = 0; i < kCells; ++i) {
+    sets.Put(CellId(i), AllSeen(kCells, i % 3 == 0));
+  }
+  sets.Agree();
+  for (size_t i = 0; i < kCells; ++i) {
+    EXPECT_EQ(sets.Finish(CellId(i)), kCells);
+  }
+  return store;
+}
+
+TEST(SetAgreement, ReadsAsMuchAtOnceAsTheBudgetHolds) {
+  MemoryBudget roomy(uint64_t{1} << 30);
+  const test::MapStorage sets = AgreedUnder(roomy);
+  EXPECT_EQ(roomy.UsedBytes(), 0U);
+  EXPECT_GT(roomy.PeakBytes(), 500'000U);
+  MemoryBudget small(100'000);
+  EXPECT_EQ(AgreedUnder(small).Blocks(), sets.Blocks());
+  MemoryBudget none(10'000);
+  EXPECT_THROW(AgreedUnder(none), DoesNotFitError);
+}
+
 TEST(VisibleSetBlock, ComesBackAsItWent) {
   VisibleSet set;
   for (uint32_t i = 0; i < 20; ++i) {
@@ -215,8 +262,10 @@ TEST(VisibleSetBlock, ComesBackAsItWent) {
     set.push_back(visible);
   }
   uint64_t told = 0;
-  const VisibleSet back = DecodeVisibleSet(
-      EncodeVisibleSet(set), [&](uint64_t bytes) { told = bytes; });
+  const Bytes block = EncodeVisibleSet(
+      set, [&](size_t i) { return std::span(set[i].between); });
+  const VisibleSet back =
+      DecodeVisibleSet(block, [&](uint64_t bytes) { told = bytes; });
   EXPECT_EQ(told, BytesOf(set));
   ASSERT_EQ(back.size(), set.size());
   for (size_t i = 0; i < set.size(); ++i) {
