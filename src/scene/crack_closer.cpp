@@ -24,6 +24,7 @@ constexpr double kOnPlane = 1e-7;
 // A vertex so near an edge need not be a vertex of it.
 constexpr double kOnEdge = 1e-6;
 constexpr double kMovedMetres = 1e-6;
+constexpr size_t kFewPlanes = 4;
 
 // An edge that runs along a polygon for so many tolerances lies on it.
 constexpr double kAlongTolerances = 10;
@@ -77,8 +78,12 @@ Point3 Solve(Point3 start,
 
 class CrackCloser {
  public:
-  CrackCloser(double tolerance, std::vector<PolygonWithOpenings>& polygons)
-      : tolerance_(tolerance), welder_(tolerance) {
+  CrackCloser(double tolerance,
+              MemoryBudget& budget,
+              std::vector<PolygonWithOpenings>& polygons)
+      : tolerance_(tolerance),
+        welder_(tolerance),
+        touches_(budget, "surfaces that touch") {
     std::vector<std::vector<Point3>> outlines;
     std::vector<PolygonWithOpenings*> with_area;
     for (PolygonWithOpenings& polygon : polygons) {
@@ -118,7 +123,7 @@ class CrackCloser {
     for (const Point3 p : polygon) {
       const uint32_t place = welder_.Vertex(p);
       places_.resize(welder_.Vertices().size());
-      places_[place].planes.push_back(plane);
+      NotePlane(place, plane);
       places_[place].is_corner = places_[place].is_corner || !is_opening;
       part.loop.push_back(place);
     }
@@ -165,9 +170,35 @@ class CrackCloser {
       });
     }
     for (Place& place : places_) {
-      std::sort(place.planes.begin(), place.planes.end());
-      place.planes.erase(std::unique(place.planes.begin(), place.planes.end()),
-                         place.planes.end());
+      DropEquals(&place.planes);
+    }
+  }
+
+  static void DropEquals(std::vector<uint32_t>* planes) {
+    std::sort(planes->begin(), planes->end());
+    planes->erase(std::unique(planes->begin(), planes->end()), planes->end());
+  }
+
+  // Of many surfaces in one place each vertex is told the same plane by all
+  // others: what is there twice takes no room.
+  void NotePlane(uint32_t place, uint32_t plane) {
+    std::vector<uint32_t>& planes = places_[place].planes;
+    if (planes.size() == planes.capacity()) {
+      DropEquals(&planes);
+      const size_t most = std::max(kFewPlanes, 2 * planes.size());
+      if (most > planes.capacity()) {
+        ChargeTouches((most - planes.capacity()) * sizeof(uint32_t));
+        planes.reserve(most);
+      }
+    }
+    planes.push_back(plane);
+  }
+
+  void ChargeTouches(uint64_t bytes) {
+    touch_bytes_ += bytes;
+    if (touch_bytes_ > charged_bytes_) {
+      charged_bytes_ = touch_bytes_ + touch_bytes_ / 2;
+      touches_.GrowTo(charged_bytes_);
     }
   }
 
@@ -183,11 +214,11 @@ class CrackCloser {
         continue;
       }
       if (flat.IsNear(At(a), tolerance_)) {
-        places_[a].planes.push_back(plane);
+        NotePlane(a, plane);
       }
       if (is_in_plane(b) && flat.LengthNear(At(a), At(b), tolerance_) > least) {
-        places_[a].planes.push_back(plane);
-        places_[b].planes.push_back(plane);
+        NotePlane(a, plane);
+        NotePlane(b, plane);
       }
     }
   }
@@ -239,6 +270,8 @@ class CrackCloser {
             part, part.loop[k], part.loop[(k + 1) % part.loop.size()], tree);
         longer.insert(longer.end(), touching.begin(), touching.end());
         summary.added += touching.size();
+        ChargeTouches(touching.size() *
+                      (2 * sizeof(uint32_t) + sizeof(Point3)));
       }
       part.loop = std::move(longer);
     }
@@ -285,6 +318,10 @@ class CrackCloser {
   std::vector<ScenePlane> planes_;
   std::vector<Part> parts_;
   std::vector<Place> places_;
+  // What the planes and the vertices of touching surfaces take.
+  GrowingCharge touches_;
+  uint64_t touch_bytes_ = 0;
+  uint64_t charged_bytes_ = 0;
 };
 
 // Two copies of each vertex, its place and what finds it.
@@ -309,7 +346,7 @@ CrackSummary CloseCracks(double tolerance,
                          std::vector<PolygonWithOpenings>& polygons) {
   const MemoryCharge charge(
       budget, BytesFor(polygons), "closing the cracks between surfaces");
-  return CrackCloser(tolerance, polygons).Run();
+  return CrackCloser(tolerance, budget, polygons).Run();
 }
 
 }  // namespace enfilade

@@ -279,6 +279,36 @@ class ModelReader {
   GbxmlModel model_;
 };
 
+uint64_t BytesOf(const std::string& text) {
+  constexpr size_t kInPlace = 15;
+  return text.capacity() > kInPlace ? AllocatedBytes(text.capacity() + 1) : 0;
+}
+
+uint64_t BytesOf(const std::vector<Point3>& polygon) {
+  return AllocatedBytes(polygon.capacity() * sizeof(Point3));
+}
+
+uint64_t BytesOf(const GbxmlModel& model) {
+  uint64_t bytes = model.surfaces.capacity() * sizeof(GbxmlSurface) +
+                   model.spaces.capacity() * sizeof(GbxmlSpace);
+  for (const GbxmlSurface& surface : model.surfaces) {
+    bytes += BytesOf(surface.id) + BytesOf(surface.name) +
+             BytesOf(surface.type) + BytesOf(surface.polygon) +
+             surface.openings.capacity() * sizeof(GbxmlOpening);
+    for (const GbxmlOpening& opening : surface.openings) {
+      bytes += BytesOf(opening.type) + BytesOf(opening.polygon);
+    }
+  }
+  for (const GbxmlSpace& space : model.spaces) {
+    bytes += BytesOf(space.id) + BytesOf(space.name) +
+             space.shell.capacity() * sizeof(std::vector<Point3>);
+    for (const std::vector<Point3>& polygon : space.shell) {
+      bytes += BytesOf(polygon);
+    }
+  }
+  return bytes;
+}
+
 }  // namespace
 
 uint64_t BytesToReadGbxml(const std::filesystem::path& path) {
@@ -297,8 +327,7 @@ uint64_t BytesToReadGbxml(const std::filesystem::path& path) {
 
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                           MemoryBudget& budget) {
-  const MemoryCharge charge(
-      budget, BytesToReadGbxml(path), "reading the gbXML file");
+  MemoryCharge charge(budget, BytesToReadGbxml(path), "reading the gbXML file");
   std::string text = ReadWholeFile(path, kMostBytes);
   pugi::xml_document document;
   const pugi::xml_parse_result result =
@@ -314,7 +343,10 @@ GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                                  1 + std::count(text.begin(), end, '\n'),
                                  result.description()));
   }
-  return ModelReader(path).Read(document);
+  GbxmlModel model = ModelReader(path).Read(document);
+  charge.ShrinkTo(BytesOf(model));
+  model.charge = std::move(charge);
+  return model;
 }
 
 }  // namespace enfilade

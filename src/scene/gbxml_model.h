@@ -38,6 +38,7 @@ struct GbxmlSpace {
 struct GbxmlModel {
   std::vector<GbxmlSpace> spaces;  // indexed by SpaceId
   std::vector<GbxmlSurface> surfaces;
+  MemoryCharge charge;  // of these, as they are read
 };
 
 // Bytes that the file takes in memory while it is read: it is held whole.

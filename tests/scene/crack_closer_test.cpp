@@ -1,5 +1,6 @@
 #include "scene/crack_closer.h"
 
+#include "base/memory.h"
 #include "base/random.h"
 #include "scene/box_tree.h"
 #include "scene/plane_snap.h"
@@ -55,6 +56,45 @@ TEST(CloseCracks, WallsInPlanesAMillimetreApartComeIntoOne) {
   for (const Point3 p : polygons[1].outline) {
     EXPECT_EQ(p.y, 0);
   }
+}
+
+// A square of a metre at a random place near the origin.
+Outline RandomSquare(uint64_t number) {
+  Random random(number);
+  const double x = 0.3 * random.Next();
+  const double y = 0.3 * random.Next();
+  return {{x, y, 0}, {x + 1, y, 0}, {x + 1, y + 1, 0}, {x, y + 1, 0}};
+}
+
+TEST(CloseCracks, ThePlaneOfManyInOnePlaceIsNotedOnce) {
+  std::vector<Outline> outlines;
+  for (uint64_t i = 0; i < 1500; ++i) {
+    outlines.push_back(RandomSquare(i));
+  }
+  auto polygons = Of(outlines);
+  const uint64_t before = PeakResidentBytes();
+  Close(polygons);
+  EXPECT_LT(PeakResidentBytes(), before + (8U << 20));
+}
+
+TEST(CloseCracks, PlanesThatDifferAreCharged) {
+  // A fan of walls around an axis, each with a corner of its own on it.
+  constexpr size_t kCount = 400;
+  std::vector<Outline> outlines;
+  for (size_t i = 0; i < kCount; ++i) {
+    const double turn = 3.0 * static_cast<double>(i) / kCount;
+    const double z = 0.02 * static_cast<double>(i);
+    const double x = std::cos(turn);
+    const double y = std::sin(turn);
+    outlines.push_back(
+        {{0, 0, -1}, {x, y, -1}, {x, y, 9}, {0, 0, 9}, {0, 0, z}});
+  }
+  auto polygons = Of(outlines);
+  MemoryBudget roomy(uint64_t{1} << 30);
+  CloseCracks(kTolerance, roomy, polygons);
+  // Each corner on the axis lies in all planes.
+  EXPECT_GT(roomy.PeakBytes(),
+            kCount * 5 * 400 + kCount * kCount * sizeof(uint32_t));
 }
 
 TEST(CloseCracks, AnOpeningStaysInThePlaneOfItsWall) {

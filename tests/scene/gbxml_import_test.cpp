@@ -1,4 +1,6 @@
+#include "base/memory.h"
 #include "base/photometry.h"
+#include "scene/gbxml_model.h"
 
 #include <algorithm>
 #include <array>
@@ -339,6 +341,20 @@ TEST_F(GbxmlImport, IsReadNoFurtherThanTheBudgetHolds) {
   }
   EXPECT_GE(BytesToImport(path), blanks.size());
   EXPECT_LT(ResidentBytes(), before + (uint64_t{32} << 20));
+}
+
+TEST_F(GbxmlImport, TheModelStaysChargedWhileThereIsOne) {
+  const auto path =
+      temp_.Write("s.xml", TwoRooms(Surface("InteriorWall", {"a"}, kWall)));
+  MemoryBudget budget(uint64_t{16} << 20);
+  {
+    const GbxmlModel model = ReadGbxmlModel(path, budget);
+    EXPECT_GE(
+        budget.UsedBytes(),
+        model.surfaces.size() * (sizeof(GbxmlSurface) + 4 * sizeof(Point3)));
+    EXPECT_LT(budget.UsedBytes(), budget.PeakBytes() / 2);
+  }
+  EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
 struct Expected {
