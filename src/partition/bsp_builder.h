@@ -2,10 +2,12 @@
 
 #pragma once
 
+#include "base/memory.h"
 #include "partition/bsp_tree.h"
 #include "partition/convex_region.h"
 #include "partition/wall_faces.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace enfilade {
@@ -22,11 +24,17 @@ struct BuiltTree {
   BspTree tree;
   std::vector<LeafShape> leaves;  // indexed by LeafId
   std::vector<Polygon> sections;  // indexed by NodeId: plane within its region
+  MemoryCharge charge;            // of these
 };
 
 LeafShape ShapeOf(const ConvexRegion& region);
 
+// What a built tree takes in memory.
+uint64_t BytesOf(const BuiltTree& built);
+
 // Splits `box`, which holds all walls, until no leaf holds a wall.
-BuiltTree BuildTree(const Box3& box, const WallFaces& walls);
+BuiltTree BuildTree(const Box3& box,
+                    const WallFaces& walls,
+                    MemoryBudget& budget);
 
 }  // namespace enfilade

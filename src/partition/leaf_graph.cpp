@@ -1,6 +1,7 @@
 #include "partition/leaf_graph.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 namespace enfilade {
@@ -103,6 +104,15 @@ class Surveyor {
   uint64_t bytes_ = 0;
 };
 
+uint64_t BytesOf(const std::vector<Polygon>& polygons) {
+  uint64_t bytes = 0;
+  for (const Polygon& polygon : polygons) {
+    bytes += sizeof(Polygon) + kAllocationHeaderBytes +
+             polygon.capacity() * sizeof(Point3);
+  }
+  return bytes;
+}
+
 // A piece of a node's section on its way to the leaves.
 struct SectionPiece {
   LeafId leaf;
@@ -176,7 +186,7 @@ void FindBordersOfNode(const BspTree& tree,
                        NodeId id,
                        const Polygon& section,
                        const CoverIndex& covers,
-                       std::vector<LeafBorder>& borders) {
+                       const std::function<void(LeafBorder)>& visit) {
   const BspNode& node = tree.nodes[id.Index()];
   std::vector<SectionPiece> in_front;
   PushDown(tree, node.front, section, in_front);
@@ -192,7 +202,7 @@ void FindBordersOfNode(const BspTree& tree,
         border.open_m2 += PolygonArea(open);
       }
       if (!border.open.empty()) {
-        borders.push_back(std::move(border));
+        visit(std::move(border));
       }
     }
   }
@@ -216,15 +226,31 @@ FaceSurvey SurveyFaces(const BlockStorage& store,
   return surveyor.Finish();
 }
 
+uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
+  uint64_t bytes = borders.capacity() * sizeof(LeafBorder);
+  for (const LeafBorder& border : borders) {
+    bytes += BytesOf(border.open);
+  }
+  return bytes;
+}
+
 std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
-                                        const FaceSurvey& survey) {
+                                        const FaceSurvey& survey,
+                                        GrowingCharge& charge) {
   std::vector<LeafBorder> borders;
+  uint64_t open_bytes = 0;
+  const auto add = [&](LeafBorder border) {
+    open_bytes += BytesOf(border.open);
+    const size_t most = 2 * (borders.size() + 1);  // it grows
+    charge.GrowTo(open_bytes + most * sizeof(LeafBorder));
+    borders.push_back(std::move(border));
+  };
   for (size_t i = 0; i < built.tree.nodes.size(); ++i) {
     FindBordersOfNode(built.tree,
                       NodeId(i),
                       built.sections[i],
                       CoverIndex(survey.covers[i]),
-                      borders);
+                      add);
   }
   return borders;
 }

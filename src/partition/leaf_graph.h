@@ -41,10 +41,15 @@ struct LeafBorder {
   std::vector<Polygon> open;  // convex, facing the plane's front
 };
 
-// All borders that are open somewhere, in the order of their nodes.
+// What they take in memory.
+uint64_t BytesOf(const std::vector<LeafBorder>& borders);
+
+// All borders that are open somewhere, in the order of their nodes; what they
+// take is charged as they are found.
 // Conservative: a point of the border is left out of `open` only if faces in
 // the plane cover it, cracks of less than kCrackM closed.
 std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
-                                        const FaceSurvey& survey);
+                                        const FaceSurvey& survey,
+                                        GrowingCharge& charge);
 
 }  // namespace enfilade

@@ -151,33 +151,6 @@ std::vector<Portal> LoadPortals(const BlockStorage& store,
   return portals;
 }
 
-uint64_t BytesOf(const std::vector<Point3>& points) {
-  return kAllocationHeaderBytes + points.capacity() * sizeof(Point3);
-}
-
-uint64_t BytesOf(const BuiltTree& built) {
-  uint64_t bytes = built.tree.nodes.capacity() * sizeof(BspNode) +
-                   built.sections.capacity() * sizeof(Polygon) +
-                   built.leaves.capacity() * sizeof(LeafShape);
-  for (const Polygon& section : built.sections) {
-    bytes += BytesOf(section);
-  }
-  for (const LeafShape& leaf : built.leaves) {
-    bytes += BytesOf(leaf.corners);
-  }
-  return bytes;
-}
-
-uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
-  uint64_t bytes = borders.capacity() * sizeof(LeafBorder);
-  for (const LeafBorder& border : borders) {
-    for (const Polygon& open : border.open) {
-      bytes += sizeof(Polygon) + BytesOf(open);
-    }
-  }
-  return bytes;
-}
-
 class StageProgress {
  public:
   explicit StageProgress(const PartitionOptions& options)
@@ -228,20 +201,23 @@ Partition BuildPartition(BlockStorage& store,
     const WallFaces walls = GatherWallFaces(store, info, budget);
     all_split = walls.all_split;
     progress.Reach(0.1);
-    return BuildTree(BoxAround(info.bounds), walls);
+    return BuildTree(BoxAround(info.bounds), walls, budget);
   }();
   progress.Reach(0.4);
   FaceSurvey survey =
       RelieveCrowdedLeaves(store, options.max_cell_patches, budget, built);
-  MemoryCharge tree_charge(
-      budget, BytesOf(built), "the tree of splitting planes");
-  const std::vector<LeafBorder> borders = FindOpenBorders(built, survey);
+  built.charge.Reset();
+  built.charge =
+      MemoryCharge(budget, BytesOf(built), "the tree of splitting planes");
+  GrowingCharge borders_charge(budget, "the borders between convex regions");
+  const std::vector<LeafBorder> borders =
+      FindOpenBorders(built, survey, borders_charge);
   survey.DropCovers();
   FreeVector(&built.sections);
-  tree_charge.ShrinkTo(BytesOf(built));
+  built.charge.ShrinkTo(BytesOf(built));
   // Twice: cells are joined, and portals made, by what is open.
-  const MemoryCharge borders_charge(
-      budget, 2 * BytesOf(borders), "the borders between convex regions");
+  borders_charge.ShrinkTo(2 * BytesOf(borders));
+  borders_charge.GrowTo(2 * BytesOf(borders));
   progress.Reach(0.6);
   std::vector<std::optional<SpaceId>> spaces;
   if (!info.spaces.empty()) {

@@ -1,6 +1,10 @@
 // Cells and portals of small buildings.
 
+#include "base/error.h"
+#include "partition/bsp_builder.h"
+#include "partition/leaf_graph.h"
 #include "partition/partition.h"
+#include "scene/box_tree.h"
 
 #include "tests/partition/test_scenes.h"
 #include <gtest/gtest.h>
@@ -240,6 +244,37 @@ TEST(Cells, AnEmptySceneIsOneCell) {
   const Built built{SceneBuilder()};
   EXPECT_EQ(built.partition.cells.size(), 1U);
   EXPECT_TRUE(built.partition.portals.empty());
+}
+
+TEST(BuildTree, WallsAreChargedWhileCellsAreFound) {
+  constexpr size_t kCount = 100;
+  WallFaces walls;
+  walls.all_split = true;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    const double x = i;
+    const Polygon wall = {{x, 0, 0}, {x, 1, 0}, {x, 1, 1}, {x, 0, 1}};
+    walls.faces.push_back({wall, PlaneOf(wall), 1, MaterialId(0U), i});
+  }
+  const Box3 box{{-1, -1, -1}, {kCount + 1, 2, 2}};
+  MemoryBudget roomy(1U << 30);
+  const BuiltTree built = BuildTree(box, walls, roomy);
+  EXPECT_EQ(built.leaves.size(), kCount + 1);
+  EXPECT_EQ(roomy.UsedBytes(), BytesOf(built));
+  EXPECT_GT(roomy.PeakBytes(), BytesOf(built));
+  MemoryBudget none(kCount * 4 * sizeof(Point3));
+  EXPECT_THROW(BuildTree(box, walls, none), DoesNotFitError);
+}
+
+TEST(FindOpenBorders, BordersAreChargedAsTheyAreFound) {
+  const Built built(TwoRoomsWithDoor());
+  MemoryBudget roomy(1U << 30);
+  const SceneInfo info = LoadSceneInfo(*built.store);
+  const BuiltTree tree = BuildTree(
+      Grown(info.bounds, 1), GatherWallFaces(*built.store, info, roomy), roomy);
+  const FaceSurvey survey = SurveyFaces(*built.store, tree.tree, roomy);
+  MemoryBudget none(1000);
+  GrowingCharge charge(none, "borders");
+  EXPECT_THROW(FindOpenBorders(tree, survey, charge), DoesNotFitError);
 }
 
 TEST(Cells, LoadedPartitionIsTheOneBuilt) {
