@@ -148,13 +148,16 @@ class Auditor {
     pair_charge_ = MemoryCharge(budget,
                                 summary_.conservative_pairs * kBytesPerPair,
                                 "the pairs that the audit finds");
-    constexpr size_t kBytesPerRay = sizeof(TraceRay) + sizeof(TraceHit);
+    // All of a batch may be suspects.
+    constexpr size_t kBytesPerRay =
+        sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Suspect);
     batch_ = std::clamp(budget.FreeBytes() / 8 / kBytesPerRay,
                         kLeastAuditBatch,
                         kMostAuditBatch);
     ray_charge_ = MemoryCharge(budget, batch_ * kBytesPerRay, "audit rays");
     rays_.reserve(batch_);
     hits_.reserve(batch_);
+    suspects_.reserve(batch_);
   }
 
   AuditSummary Run(uint64_t rays, const std::function<void(double)>& progress) {
@@ -256,7 +259,11 @@ class Auditor {
     }
     receiver_ = receiver;
     sources_.clear();
-    for (const VisibleCell& v : LoadVisibleSet(*store_, receiver)) {
+    MemoryCharge charge;
+    const auto reserve = [&](uint64_t bytes) {
+      charge = MemoryCharge(*budget_, bytes, "what a cell sees");
+    };
+    for (const VisibleCell& v : LoadVisibleSet(*store_, receiver, reserve)) {
       sources_.push_back({v.source,
                           BoxOf(bounds_[receiver], v.of_receiver),
                           BoxOf(bounds_[v.source], v.of_source)});
