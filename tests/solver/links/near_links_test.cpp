@@ -22,7 +22,7 @@ using test::BrightCell;
 using test::FurnishedRoom;
 using test::Scenery;
 
-constexpr double kTau = 0.01;
+constexpr double kRoomTau = 0.01;
 
 // What the receiver's nodes get of a source of 1 W/m2.
 using Gain = std::array<float, kTransferNodes>;
@@ -31,7 +31,7 @@ using Gain = std::array<float, kTransferNodes>;
 class LinkedRoom : public ::testing::Test {
  protected:
   LinkedRoom() {
-    const RefineOptions options = {.tau = kTau, .tau_weak = kTau / 2};
+    const RefineOptions options = {.tau = kRoomTau, .tau_weak = kRoomTau / 2};
     for (RawLinks& item :
          test::RefineAll(options, cell_.Side(), cell_.Side(), scenery_.All())) {
       items_.push_back(std::move(item));
@@ -80,7 +80,7 @@ class LinkedRoom : public ::testing::Test {
       square += off * off / kTransferNodes;
     }
     const TransferEnd end = End(link.receiver_patch, link.receiver_path);
-    return test::kReflectance * std::sqrt(end.area * square) / kTau;
+    return test::kReflectance * std::sqrt(end.area * square) / kRoomTau;
   }
 
   static double SumOf(const Gain& gain) {

@@ -1,9 +1,10 @@
+#include "tools/verify/differences.h"
+
 #include "base/random.h"
 
 #include <algorithm>
 #include <functional>
 
-#include "tools/verify/differences.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,3 +1,5 @@
+#include "tools/verify/measure.h"
+
 #include "base/error.h"
 #include "base/random.h"
 
@@ -6,7 +8,6 @@
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify/estimate.h"
-#include "tools/verify/measure.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

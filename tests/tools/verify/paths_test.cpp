@@ -1,10 +1,11 @@
+#include "tools/verify/paths.h"
+
 #include "base/random.h"
 
 #include <cmath>
 
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify/paths.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -1,3 +1,5 @@
+#include "tools/verify/guide.h"
+
 #include "base/random.h"
 
 #include <cmath>
@@ -6,7 +8,6 @@
 
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
-#include "tools/verify/guide.h"
 #include "tools/verify/paths.h"
 #include <gtest/gtest.h>
 

@@ -12,12 +12,11 @@
 #include <numeric>
 #include <vector>
 
+#include "tests/budgets.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
-
-constexpr uint64_t kRoomy = uint64_t{1} << 20;
 
 TEST(CellCare, IsOneUntilItIsStored) {
   const auto store = CreateStoreInMemory();
@@ -104,7 +103,7 @@ class ProbedPatches : public ::testing::Test {
  protected:
   static constexpr std::array<uint32_t, 2> kFirst = {0, 2};
 
-  MemoryBudget budget_{kRoomy};
+  MemoryBudget budget_{kModest};
   PatchErrors errors_{kFirst, 8192, budget_};
 };
 

@@ -1,5 +1,7 @@
 // The office building and the stream it is written to.
 
+#include "tools/scenes/floorplan.h"
+
 #include "base/check.h"
 #include "base/error.h"
 
@@ -14,7 +16,6 @@
 
 #include "tests/tools/run_program.h"
 #include "tests/tools/scene_obj_text.h"
-#include "tools/scenes/floorplan.h"
 #include "tools/scenes/layout.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>

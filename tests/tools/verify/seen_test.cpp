@@ -1,3 +1,5 @@
+#include "tools/verify/seen.h"
+
 #include "base/random.h"
 
 #include <tuple>
@@ -5,7 +7,6 @@
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify/paths.h"
-#include "tools/verify/seen.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

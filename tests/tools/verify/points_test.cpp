@@ -1,3 +1,5 @@
+#include "tools/verify/points.h"
+
 #include "base/random.h"
 
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include "tests/tools/verify_fake_building.h"
 #include "tools/verify/density.h"
-#include "tools/verify/points.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {

@@ -23,9 +23,9 @@ using test::BrightCell;
 using test::RandomPatch;
 using test::Scenery;
 
-constexpr double kTau = 2e-4;  // W/m
-constexpr int kPlaces = 60;
-constexpr int kPoints = 4000;  // per place
+constexpr double kLampTau = 2e-4;  // W/m
+constexpr int kLampPlaces = 60;
+constexpr int kPointsPerPlace = 4000;
 
 // A lamp of some 20 cm in the plane z = 0, shining up.
 Patch Lamp(Random& random) {
@@ -89,8 +89,8 @@ Errors ErrorsOfLinks(const Patch& receiver,
   BrightCell to(0, basis, {receiver});
   BrightCell from(1, basis, {source});
   RefineOptions options;
-  options.tau = kTau;
-  options.tau_weak = 0.5 * kTau;
+  options.tau = kLampTau;
+  options.tau_weak = 0.5 * kLampTau;
   const Refiner refiner =
       test::MakeRefiner(options, to.Side(), from.Side(), scenery.All());
   LinkBlock block;
@@ -110,7 +110,7 @@ Errors ErrorsOfLinks(const Patch& receiver,
   const PatchGeometry& s = from.Geometry()[0];
   const Corners corners = CornersOf(s, {});
   double square = 0;
-  for (int i = 0; i < kPoints; ++i) {
+  for (int i = 0; i < kPointsPerPlace; ++i) {
     UnitPoint at{random.Next(), random.Next()};
     if (r.shape == PatchShape::kTriangle && at.a + at.b > 1) {
       at = {1 - at.a, 1 - at.b};
@@ -123,7 +123,7 @@ Errors ErrorsOfLinks(const Patch& receiver,
             ? static_cast<double>(PointToPolygon(x, r.normal, corners.View()))
             : 0.0;
     const double off = GainAt(to, basis, at) - exact;
-    square += off * off / kPoints;
+    square += off * off / kPointsPerPlace;
   }
   errors.seen =
       test::kReflectance * std::sqrt(square * static_cast<double>(r.area));
@@ -138,9 +138,9 @@ class CutTransfersOfOrder : public ::testing::TestWithParam<size_t> {
   void ExpectPredictedErrors(const Link& link) {
     double seen = 0;
     double predicted = 0;
-    for (int place = 0; place < kPlaces; ++place) {
+    for (int place = 0; place < kLampPlaces; ++place) {
       const Errors errors = link();
-      EXPECT_LT(errors.seen, 2 * std::max(errors.predicted, kTau))
+      EXPECT_LT(errors.seen, 2 * std::max(errors.predicted, kLampTau))
           << "place " << place;
       seen += errors.seen * errors.seen;
       predicted += errors.predicted * errors.predicted;
