@@ -66,6 +66,19 @@ TEST_F(NewStore, IsNotThereIfTheDiskIsFullBeforeAllIsInItsFile) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.Path()));
 }
 
+// A reader of what the store was before it was filled: until it is gone, the
+// rest stays in the journal, and would in one of another name.
+TEST_F(NewStore, IsNotThereIfAReaderKeepsAllFromComingIntoItsFile) {
+  std::unique_ptr<BlockStorage> reader;
+  const auto fill = [&](BlockStorage& made) {
+    reader = OpenStore(path_ + ".part", StoreAccess::kRead);
+    made.SetMeta("settings", "new");
+  };
+  EXPECT_THROW(MakeStore(path_, fill), DiskError);
+  reader.reset();
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.Path()));
+}
+
 TEST_F(NewStore, IsNotMadeOverAnother) {
   const auto fill = [](BlockStorage& made) { made.SetMeta("who", "first"); };
   MakeStore(path_, fill);
