@@ -1,6 +1,7 @@
 #include "solver/reference/hierarchical_oracle.h"
 
 #include "solver/reference/hierarchical_transfer.h"
+#include "solver/transfer/fit_residual.h"
 #include "solver/transfer/oracle.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "solver/refine/refiner_task.h"
 #include "solver/refine/source_weights.h"
-#include "solver/transfer/oracle.h"
+#include "solver/transfer/fit_residual.h"
 
 #include <algorithm>
 #include <cmath>

@@ -92,33 +92,26 @@ float GroupTransfer::Residual(const Basis& basis) const {
     return FormFactorsOf(x, &unused) - fit;
   };
   const auto tests = TestPoints(r.patch->shape);
-  float square = 0;
-  for (const UnitPoint at : tests) {
-    const float residual = residual_at(at);
-    square += residual * residual;
-  }
-  square /= static_cast<float>(tests.size());
+  return RmsResidual(
+      r,
+      Extent(),
+      basis,
+      [&](size_t i) { return residual_at(tests[i]); },
+      residual_at);
+}
+
+SourceExtent GroupTransfer::Extent() const {
+  SourceExtent extent;
+  extent.center = (group_->box.low + group_->box.high) * 0.5F;
+  extent.diameter = Length(group_->box.Extent());
+  extent.area = 0.25F * group_->area;
+  extent.near = Length(extent.center - receiver_->center) <
+                2 * (receiver_->diameter + extent.diameter);
   const Vec3f lit_side = NormalOfCuts();
   if (Dot(lit_side, lit_side) > 0) {
-    const float residual = residual_at(CornerAlong(r, lit_side));
-    square = std::max(square, kCornerShare * residual * residual);
+    extent.lit_side = lit_side;
   }
-  const Vec3f middle = (group_->box.low + group_->box.high) * 0.5F;
-  const float diameter = Length(group_->box.Extent());
-  const float distance = Length(middle - r.center);
-  if (diameter < 2 * r.diameter && distance < 2 * (r.diameter + diameter)) {
-    // A small source close to a large receiver peaks between its nodes: over
-    // an area like the source's, widened by its distance.
-    const UnitPoint at = NearestOn(r, middle);
-    const Vec3f d = middle - PointOn(*r.patch,
-                                     r.frame,
-                                     static_cast<float>(at.a),
-                                     static_cast<float>(at.b));
-    const float residual = residual_at(at);
-    square += residual * residual *
-              std::min(1.0F, (0.25F * group_->area + Dot(d, d)) / r.area);
-  }
-  return ResidualScale(basis) * std::sqrt(square);
+  return extent;
 }
 
 Vec3f GroupTransfer::NormalOfCuts() const {

@@ -11,6 +11,7 @@
 
 #include "base/random.h"
 #include "solver/transfer/blockers.h"
+#include "solver/transfer/fit_residual.h"
 #include "solver/transfer/form_factor.h"
 #include "solver/transfer/link_rays.h"
 #include "solver/transfer/source_group.h"
@@ -91,6 +92,8 @@ class GroupTransfer {
   [[nodiscard]] const PatchGeometry& PatchAt(size_t i) const {
     return patches_[members_[facing_.members[i]]];
   }
+
+  [[nodiscard]] SourceExtent Extent() const;
 
   // The sum of the normals of the patches whose planes cut the receiver.
   [[nodiscard]] Vec3f NormalOfCuts() const;

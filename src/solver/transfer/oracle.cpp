@@ -1,6 +1,7 @@
 #include "solver/transfer/oracle.h"
 
 #include "partition/overlap.h"
+#include "solver/transfer/fit_residual.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,11 +13,6 @@ namespace {
 
 // A source nearer than this many of its diameters gets exact form factors.
 constexpr float kNearDiameters = 2.0F;
-// RMS over the element per RMS over the test points, of a residual of the first
-// degree in the receiver's coordinates that a basis of order 1, 2, 3 or 4
-// cannot follow: the Legendre polynomial of degree 1 .. 4. The first two are
-// measured.
-constexpr std::array<float, 5> kResidual = {0, 0.9F, 0.6F, 1.05F, 0.92F};
 // Of the variance of sixteen samples, the part that is blamed on the larger
 // end rather than on the end with which they vary.
 constexpr float kVarianceNoise = 0.15F;
@@ -71,53 +67,6 @@ float WeightedSum(const float* row,
 
 }  // namespace
 
-UnitPoint CornerAlong(const TransferEnd& end, Vec3f direction) {
-  constexpr float kRim = 0.03F;
-  const PatchGeometry& patch = *end.patch;
-  const float sign = end.frame.scale < 0 ? -1.0F : 1.0F;
-  const float along_u = sign * Dot(patch.u, direction);
-  const float along_v = sign * Dot(patch.v, direction);
-  const bool is_triangle = patch.shape == PatchShape::kTriangle;
-  const double low = kRim;
-  const double high = is_triangle ? 1 - 2 * kRim : 1 - kRim;
-  const bool far_u = along_u > 0 && !(is_triangle && along_v > along_u);
-  const bool far_v = along_v > 0 && !(is_triangle && far_u);
-  return {far_u ? high : low, far_v ? high : low};
-}
-
-UnitPoint NearestOn(const TransferEnd& end, Vec3f p) {
-  const PatchGeometry& patch = *end.patch;
-  const Vec3f d = p - PointOn(patch, end.frame, 0, 0);
-  const Vec3f u = patch.u * end.frame.scale;
-  const Vec3f v = patch.v * end.frame.scale;
-  const float uu = Dot(u, u);
-  const float uv = Dot(u, v);
-  const float vv = Dot(v, v);
-  const float determinant = std::max(uu * vv - uv * uv, 1e-20F);
-  const float du = Dot(d, u);
-  const float dv = Dot(d, v);
-  constexpr float kRim = 0.03F;
-  float s = std::clamp((vv * du - uv * dv) / determinant, kRim, 1 - kRim);
-  float t = std::clamp((uu * dv - uv * du) / determinant, kRim, 1 - kRim);
-  if (patch.shape == PatchShape::kTriangle && s + t > 1 - kRim) {
-    const float scale = (1 - kRim) / (s + t);
-    s *= scale;
-    t *= scale;
-  }
-  return {static_cast<double>(s), static_cast<double>(t)};
-}
-
-std::span<const UnitPoint> TestPoints(PatchShape shape) {
-  static constexpr std::array<UnitPoint, 5> kSquare = {
-      {{0.5, 0.5}, {0.04, 0.5}, {0.96, 0.5}, {0.5, 0.04}, {0.5, 0.96}}};
-  static constexpr std::array<UnitPoint, 4> kTriangle = {
-      {{1.0 / 3, 1.0 / 3}, {0.48, 0.04}, {0.04, 0.48}, {0.48, 0.48}}};
-  if (shape == PatchShape::kTriangle) {
-    return kTriangle;
-  }
-  return kSquare;
-}
-
 float SecondOrderAt(PatchShape shape,
                     UnitPoint at,
                     const std::array<float, kTransferNodes>& at_nodes) {
@@ -127,10 +76,6 @@ float SecondOrderAt(PatchShape shape,
     value += static_cast<float>(functions[g]) * at_nodes[g];
   }
   return value;
-}
-
-float ResidualScale(const Basis& basis) {
-  return kResidual[basis.kind.order];
 }
 
 bool IsNear(const TransferEnd& r, const TransferEnd& s) {
@@ -312,38 +257,6 @@ class LinkFit {
   std::array<float, kMaxNodes> at_nodes_{};
 };
 
-// The mean square of what the basis cannot follow on the receiver.
-float MeanSquareResidual(const TransferEnd& r,
-                         const RadiantEnd& s,
-                         bool near,
-                         LinkFit* light) {
-  const size_t tests = TestPoints(r.patch->shape).size();
-  float square = 0;
-  for (size_t i = 0; i < tests; ++i) {
-    const float residual = light->ResidualAtTest(i);
-    square += residual * residual;
-  }
-  square /= static_cast<float>(tests);
-  if (IsCut(r, *s.end.patch)) {
-    // What is lit may be a corner that no other point lies in.
-    const float residual =
-        light->ResidualAt(CornerAlong(r, s.end.patch->normal));
-    square = std::max(square, kCornerShare * residual * residual);
-  }
-  if (s.end.diameter < 2 * r.diameter && near) {
-    // A small source close to a large receiver peaks between its nodes: over
-    // an area like the source's, widened by its distance.
-    const UnitPoint at = NearestOn(r, s.end.center);
-    const Vec3f x = PointOn(
-        *r.patch, r.frame, static_cast<float>(at.a), static_cast<float>(at.b));
-    const Vec3f d = s.end.center - x;
-    const float residual = light->ResidualAt(at);
-    square +=
-        residual * residual * std::min(1.0F, (s.end.area + Dot(d, d)) / r.area);
-  }
-  return square;
-}
-
 // The irradiance of the receiver's transfer nodes.
 std::array<float, kTransferNodes> AtNodes(const Judgement& j,
                                           const TransferEnd& r,
@@ -382,8 +295,16 @@ void JudgeErrors(const TransferEnd& r,
   } else {
     light.TakeFrom(j, AtNodes(j, r, s));
   }
-  j.receiver_error = ResidualScale(basis) *
-                     std::sqrt(MeanSquareResidual(r, s, j.near, &light));
+  SourceExtent extent{s.end.center, s.end.diameter, s.end.area, j.near, {}};
+  if (IsCut(r, *s.end.patch)) {
+    extent.lit_side = s.end.patch->normal;
+  }
+  j.receiver_error = RmsResidual(
+      r,
+      extent,
+      basis,
+      [&](size_t i) { return light.ResidualAtTest(i); },
+      [&](UnitPoint at) { return light.ResidualAt(at); });
   // The source's radiosity beyond its nodes, damped by the kernel's
   // smoothness: one order of distance per order of the basis.
   const float distance = Length(s.end.center - r.center);

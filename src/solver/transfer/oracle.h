@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
 namespace enfilade {
 
@@ -66,33 +65,10 @@ float ReceiverShare(uint16_t bits,
                     const TransferEnd& receiver,
                     const TransferEnd& source);
 
-// The rest is what this oracle shares with others, as that of groups
-// (group_transfer.h).
-
-// Where the receiver's basis is tested: the middle, and near each edge.
-std::span<const UnitPoint> TestPoints(PatchShape shape);
-
-// Where the plane of the source cuts the receiver, what is lit may be a corner
-// that neither nodes nor test points lie in: a ninth of a triangle, on which
-// irradiance rises from nothing. The mean square of such light over the
-// element, per square of what the corner gets.
-inline constexpr float kCornerShare = 0.1F;
-
-// The corner of an element that lies farthest along a direction, a little off
-// its rim.
-UnitPoint CornerAlong(const TransferEnd& end, Vec3f direction);
-
-// The point of an element that is nearest to p, a little off its rim.
-UnitPoint NearestOn(const TransferEnd& end, Vec3f p);
-
 // The value at a point of the second-order function that has these values at
 // the transfer nodes.
 float SecondOrderAt(PatchShape shape,
                     UnitPoint at,
                     const std::array<float, kTransferNodes>& at_nodes);
-
-// The RMS over an element of what the basis cannot follow, per RMS at the test
-// points.
-float ResidualScale(const Basis& basis);
 
 }  // namespace enfilade

@@ -2,7 +2,7 @@
 
 #include "base/photometry.h"
 #include "solver/transfer/cosine_directions.h"
-#include "solver/transfer/oracle.h"
+#include "solver/transfer/fit_residual.h"
 
 #include <algorithm>
 #include <array>

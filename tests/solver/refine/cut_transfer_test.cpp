@@ -4,6 +4,7 @@
 
 #include "base/random.h"
 #include "solver/refine/refiner.h"
+#include "solver/transfer/fit_residual.h"
 #include "solver/transfer/form_factor.h"
 #include "solver/transfer/oracle.h"
 
