@@ -108,6 +108,26 @@ inline Vec3 AreaVector(std::span<const Point3> polygon) {
   return sum * 0.5;
 }
 
+// The mean of a polygon's vertices, of which there is one at least.
+inline Point3 VertexMean(std::span<const Point3> polygon) {
+  Vec3 sum;
+  for (const Point3& p : polygon) {
+    sum = sum + (p - polygon.front());
+  }
+  return polygon.front() + sum / static_cast<double>(polygon.size());
+}
+
+// The solid angle of a triangle seen from the origin, in steradian: positive if
+// its back is seen (van Oosterom and Strackee 1983).
+inline double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
+  const double la = Length(a);
+  const double lb = Length(b);
+  const double lc = Length(c);
+  return 2 * std::atan2(Dot(a, Cross(b, c)),
+                        la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la +
+                            Dot(c, a) * lb);
+}
+
 // An axis-parallel box; empty (low > high) by default.
 struct Box3 {
   Point3 low{std::numeric_limits<double>::infinity(),

@@ -5,27 +5,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace enfilade {
 namespace {
-
-// How far the polygon reaches along the axis, least and most.
-struct Range {
-  double low = 0, high = 0;
-};
-
-Range RangeAlong(const Polygon& polygon, const Vec3& axis) {
-  Range range = {std::numeric_limits<double>::infinity(),
-                 -std::numeric_limits<double>::infinity()};
-  for (const Point3& p : polygon) {
-    const double h = Dot(axis, Vec3{p.x, p.y, p.z});
-    range.low = std::min(range.low, h);
-    range.high = std::max(range.high, h);
-  }
-  return range;
-}
 
 // Whether a line along an edge of `a` leaves more than gap_m between the two.
 bool IsApartAlongEdges(const Polygon& a,
@@ -38,8 +21,8 @@ bool IsApartAlongEdges(const Polygon& a,
       continue;
     }
     const Vec3 across = Normalize(aside);
-    const Range of_a = RangeAlong(a, across);
-    const Range of_b = RangeAlong(b, across);
+    const AxisRange of_a = RangeAlong(a, across);
+    const AxisRange of_b = RangeAlong(b, across);
     if (of_a.low > of_b.high + gap_m || of_b.low > of_a.high + gap_m) {
       return true;
     }
@@ -74,8 +57,8 @@ std::vector<Box3> BoxesInPlane(std::span<const Polygon* const> polygons,
   std::vector<Box3> boxes;
   boxes.reserve(polygons.size());
   for (const Polygon* polygon : polygons) {
-    const Range along = RangeAlong(*polygon, u);
-    const Range aside = RangeAlong(*polygon, v);
+    const AxisRange along = RangeAlong(*polygon, u);
+    const AxisRange aside = RangeAlong(*polygon, v);
     boxes.push_back({{along.low, aside.low, 0}, {along.high, aside.high, 0}});
   }
   return boxes;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 namespace enfilade {
@@ -116,12 +117,15 @@ double PolygonArea(const Polygon& polygon) {
   return Length(AreaVector(polygon));
 }
 
-Point3 VertexMean(const Polygon& polygon) {
-  Vec3 sum;
+AxisRange RangeAlong(const Polygon& polygon, const Vec3& axis) {
+  AxisRange range = {std::numeric_limits<double>::infinity(),
+                     -std::numeric_limits<double>::infinity()};
   for (const Point3& p : polygon) {
-    sum = sum + (p - polygon.front());
+    const double h = Dot(axis, Vec3{p.x, p.y, p.z});
+    range.low = std::min(range.low, h);
+    range.high = std::max(range.high, h);
   }
-  return polygon.front() + sum / static_cast<double>(polygon.size());
+  return range;
 }
 
 PlaneSide Classify(const Polygon& polygon,

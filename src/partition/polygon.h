@@ -56,7 +56,13 @@ Plane PlaneOf(const Polygon& polygon);
 std::vector<Polygon> PlanarParts(const Polygon& polygon);
 
 double PolygonArea(const Polygon& polygon);
-Point3 VertexMean(const Polygon& polygon);
+
+// How far something reaches along an axis, from the origin.
+struct AxisRange {
+  double low = 0, high = 0;
+};
+
+AxisRange RangeAlong(const Polygon& polygon, const Vec3& axis);
 
 // Where a polygon lies with respect to a plane: `on` if all its vertices are
 // within the tolerance, else on one side, or cut.

@@ -2,7 +2,6 @@
 
 #include "base/photometry.h"
 
-#include <cmath>
 #include <utility>
 
 namespace enfilade {
@@ -18,25 +17,10 @@ struct Shell {
   std::vector<ShellTriangle> triangles;
 };
 
-// Signed solid angle in steradian (van Oosterom & Strackee 1983), positive
-// when the triangle is counter-clockwise seen from p.
-double SolidAngle(const ShellTriangle& t, Point3 p) {
-  const Vec3 a = t.a - p;
-  const Vec3 b = t.b - p;
-  const Vec3 c = t.c - p;
-  const double la = Length(a);
-  const double lb = Length(b);
-  const double lc = Length(c);
-  const double volume = Dot(a, Cross(b, c));
-  const double rest =
-      la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb;
-  return -2.0 * std::atan2(volume, rest);
-}
-
 double WindingNumber(const Shell& shell, Point3 p) {
   double sum = 0;
   for (const ShellTriangle& t : shell.triangles) {
-    sum += SolidAngle(t, p);
+    sum -= SolidAngle(t.a - p, t.b - p, t.c - p);
   }
   return sum / (4 * kPi);
 }

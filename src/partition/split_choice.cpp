@@ -44,17 +44,6 @@ struct Candidate {
   double score = 0;
 };
 
-double Extent(const Polygon& polygon, const Vec3& axis) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const Point3& p : polygon) {
-    const double h = Dot(axis, Vec3{p.x, p.y, p.z});
-    low = std::min(low, h);
-    high = std::max(high, h);
-  }
-  return high - low;
-}
-
 class SplitChooser {
  public:
   SplitChooser(const ConvexRegion& region,
@@ -94,7 +83,8 @@ class SplitChooser {
       const double area = PolygonArea(fragment.polygon);
       group.fragments.push_back(i);
       group.area_m2 += area;
-      if (Extent(fragment.polygon, walls_->up) >= kTallShare * height_m_) {
+      const AxisRange tall = RangeAlong(fragment.polygon, walls_->up);
+      if (tall.high - tall.low >= kTallShare * height_m_) {
         group.tall_m2 += area;
       }
     }

@@ -216,16 +216,6 @@ class SolidFinder {
     return solid_angle / (4 * std::numbers::pi);
   }
 
-  // Of a triangle, positive if it is seen from its back.
-  static double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
-    const double la = Length(a);
-    const double lb = Length(b);
-    const double lc = Length(c);
-    return 2 * std::atan2(Dot(a, Cross(b, c)),
-                          la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la +
-                              Dot(c, a) * lb);
-  }
-
   std::span<const Point3> vertices_;
   std::span<const VertexLoop> polygons_;
   double beside_;

@@ -10,14 +10,6 @@ namespace {
 constexpr double kShellToleranceMetres = 0.01;
 constexpr double kOffsetsMetres[] = {0.01, 0.05};
 
-Point3 MeanOf(const Polygon3& polygon) {
-  Vec3 sum;
-  for (const Point3 p : polygon) {
-    sum = sum + (p - polygon[0]);
-  }
-  return polygon[0] + sum / static_cast<double>(polygon.size());
-}
-
 }  // namespace
 
 bool Separates(const GbxmlSurface& surface) {
@@ -107,7 +99,7 @@ int GbxmlShells::FirstInFront(const GbxmlSurface& surface) const {
   for (const double offset : kOffsetsMetres) {
     int votes = 0;
     for (const Polygon3& piece : pieces) {
-      const Point3 p = MeanOf(piece);
+      const Point3 p = VertexMean(piece);
       votes += Vote(surface, p + normal * offset, p - normal * offset);
     }
     if (votes != 0) {

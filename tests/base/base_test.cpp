@@ -3,6 +3,7 @@
 #include "base/ids.h"
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "base/photometry.h"
 #include "base/random.h"
 #include "base/vec.h"
 
@@ -266,6 +267,14 @@ TEST(MemoryBudget, ChargeEndsWithItsLastOwner) {
   EXPECT_EQ(budget.UsedBytes(), 70U);
   outer.Reset();
   EXPECT_EQ(budget.UsedBytes(), 0U);
+}
+
+TEST(SolidAngle, OfAnOctantIsAnEighthOfASphere) {
+  const Vec3 x = {2, 0, 0};
+  const Vec3 y = {0, 3, 0};
+  const Vec3 z = {0, 0, 5};
+  EXPECT_NEAR(SolidAngle(x, y, z), kPi / 2, 1e-15);
+  EXPECT_NEAR(SolidAngle(x, z, y), -kPi / 2, 1e-15);
 }
 
 Box3 RandomBox(Random* random) {

@@ -92,25 +92,14 @@ class GbxmlImport : public ::testing::Test {
   TempScene temp_;
 };
 
-// The solid angle of a triangle from the origin, over 4 pi, signed (Van
-// Oosterom and Strackee 1983).
-double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
-  const double la = Length(a);
-  const double lb = Length(b);
-  const double lc = Length(c);
-  return std::atan2(
-             Dot(a, Cross(b, c)),
-             la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb) /
-         (2 * kPi);
-}
-
 // How often the boundary of the space, wound as the faces and openings claim,
 // goes round p: 1 inside and 0 outside if every claim is right.
 double Winding(const Imported& scene, SpaceId space, Point3 p) {
   double winding = 0;
   const auto add = [&](const std::vector<Point3>& v, double sign) {
     for (size_t i = 1; i + 1 < v.size(); ++i) {
-      winding += sign * SolidAngle(v[0] - p, v[i] - p, v[i + 1] - p);
+      winding +=
+          sign * SolidAngle(v[0] - p, v[i] - p, v[i + 1] - p) / (4 * kPi);
     }
   };
   const auto add_sides = [&](const auto& f) {
