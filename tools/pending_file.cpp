@@ -3,6 +3,7 @@
 #include "base/error.h"
 
 #include <cerrno>
+#include <fstream>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -61,6 +62,20 @@ void PendingFile::Keep() {
     }
   }
   kept_ = true;
+}
+
+void WriteFileInOneStep(const fs::path& path,
+                        const std::function<void(std::ostream&)>& write) {
+  PendingFile pending(path);
+  std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
+  if (file) {
+    write(file);
+    file.close();
+  }
+  if (!file) {
+    Fail(path, std::system_category().message(errno));
+  }
+  pending.Keep();
 }
 
 void RequireWritable(const fs::path& path) {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 
 namespace enfilade {
 
@@ -35,6 +37,11 @@ class PendingFile {
   std::filesystem::path part_;
   bool kept_ = false;
 };
+
+// Calls write(stream) on a file that appears under `path` only if complete.
+// Throws DiskError.
+void WriteFileInOneStep(const std::filesystem::path& path,
+                        const std::function<void(std::ostream&)>& write);
 
 // Throws as the constructor does, and touches nothing: for what is written at
 // the end of a long run.

@@ -1,15 +1,12 @@
 #include "tools/report.h"
 
-#include "base/error.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
 #include "solver/solution/solution.h"
 #include "solver/solve.h"
 #include "visibility/visible_set.h"
 
-#include <cerrno>
-#include <fstream>
-#include <system_error>
+#include <ostream>
 
 #include "tools/pending_file.h"
 #include "tools/progress.h"
@@ -160,16 +157,8 @@ Json SolveReport(const BlockStorage& store,
 }
 
 void WriteReport(const std::filesystem::path& path, const Json& report) {
-  PendingFile pending(path);
-  std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
-  file << report.dump(2) << '\n';
-  file.close();
-  if (!file) {
-    throw DiskError(fmt::format("cannot write the report '{}': {}",
-                                path.string(),
-                                std::system_category().message(errno)));
-  }
-  pending.Keep();
+  WriteFileInOneStep(path,
+                     [&](std::ostream& out) { out << report.dump(2) << '\n'; });
 }
 
 std::string FormatBytes(double bytes) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <iterator>
+#include <ostream>
 #include <string>
 
 #include "tests/tools/run_program.h"
@@ -39,6 +40,18 @@ TEST(PendingFile, WhatWasThereStaysUnlessItIsKept) {
   EXPECT_EQ(ReadFile(path), "old");
   const fs::directory_iterator entries(folder.Path());
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
+}
+
+TEST(WriteFileInOneStep, LeavesWhatWasThereIfItFails) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "a.json";
+  WriteFileInOneStep(path, [](std::ostream& out) { out << "old"; });
+  const auto fail = [](std::ostream& out) {
+    out << "half of the n";
+    out.setstate(std::ios::badbit);
+  };
+  EXPECT_THROW(WriteFileInOneStep(path, fail), DiskError);
+  EXPECT_EQ(ReadFile(path), "old");
 }
 
 TEST(PendingFile, LinksAreFollowed) {

@@ -4,10 +4,8 @@
 
 #include "base/error.h"
 
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <memory>
 #include <system_error>
@@ -35,23 +33,6 @@ struct ProbeCommand {
 
   void Run();
 };
-
-// Calls write(stream) on a file that appears under `path` only if complete.
-void WriteFileInOneStep(const fs::path& path,
-                        const std::function<void(std::ostream&)>& write) {
-  PendingFile pending(path);
-  std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
-  if (file) {
-    write(file);
-    file.close();
-  }
-  if (!file) {
-    throw DiskError(fmt::format("cannot write '{}': {}",
-                                path.string(),
-                                std::system_category().message(errno)));
-  }
-  pending.Keep();
-}
 
 // The size of a file; 0 of what is none, as a pipe.
 double BytesOf(const fs::path& path) {

@@ -6,13 +6,14 @@
 #include "base/stopwatch.h"
 
 #include <chrono>
-#include <fstream>
 #include <memory>
+#include <ostream>
 #include <set>
 #include <string>
 
 #include "tools/commands/command.h"
 #include "tools/commands/options.h"
+#include "tools/pending_file.h"
 #include "tools/study/curves.h"
 #include "tools/study/report.h"
 #include <fmt/format.h>
@@ -60,12 +61,7 @@ void RequireMethods(const Experiment& experiment,
 }
 
 void WriteTables(const std::filesystem::path& path, const std::string& tables) {
-  std::ofstream out(path);
-  out << tables;
-  out.close();
-  if (!out) {
-    throw DiskError(fmt::format("cannot write '{}'", path.string()));
-  }
+  WriteFileInOneStep(path, [&](std::ostream& out) { out << tables; });
   fmt::print("\n{}\n", tables);
 }
 

@@ -1,12 +1,11 @@
 #include "tools/study/curves.h"
 
-#include "base/error.h"
-
 #include <array>
 #include <cmath>
-#include <fstream>
+#include <ostream>
 #include <set>
 
+#include "tools/pending_file.h"
 #include "tools/study/fit.h"
 #include <fmt/format.h>
 #include <spawn.h>
@@ -19,12 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void WriteText(const fs::path& path, const std::string& text) {
-  std::ofstream out(path);
-  out << text;
-  out.close();
-  if (!out) {
-    throw DiskError(fmt::format("cannot write '{}'", path.string()));
-  }
+  WriteFileInOneStep(path, [&](std::ostream& out) { out << text; });
 }
 
 // value, setting, time, error, memory, links, 1 / setting; a blank line between

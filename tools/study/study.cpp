@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <fstream>
+#include <ostream>
 
 #include "tools/child_process.h"
+#include "tools/pending_file.h"
 #include <fmt/format.h>
 
 namespace enfilade {
@@ -88,16 +90,11 @@ std::vector<Json> Study::Run() {
 
 // What a kill tore is dropped before anything is appended.
 void Study::RewriteFile() {
-  const fs::path part = file_.string() + ".part";
-  std::ofstream out(part);
-  for (const Json& line : lines_) {
-    out << line.dump() << '\n';
-  }
-  out.close();
-  if (!out) {
-    throw DiskError(fmt::format("cannot write '{}'", part.string()));
-  }
-  fs::rename(part, file_);
+  WriteFileInOneStep(file_, [&](std::ostream& out) {
+    for (const Json& line : lines_) {
+      out << line.dump() << '\n';
+    }
+  });
 }
 
 void Study::RunOne(double value, const StudySetting& setting) {
