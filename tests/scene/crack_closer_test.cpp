@@ -67,6 +67,9 @@ Outline RandomSquare(uint64_t number) {
 }
 
 TEST(CloseCracks, ThePlaneOfManyInOnePlaceIsNotedOnce) {
+#ifndef ENFILADE_JEMALLOC
+  GTEST_SKIP() << "sanitizers keep what is freed";
+#endif
   std::vector<Outline> outlines;
   for (uint64_t i = 0; i < 1500; ++i) {
     outlines.push_back(RandomSquare(i));
