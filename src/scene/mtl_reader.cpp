@@ -1,14 +1,18 @@
 #define TINYOBJLOADER_USE_DOUBLE
 #include "scene/mtl_reader.h"
 
+#include "base/check.h"
 #include "base/error.h"
 #include "scene/input_file.h"
 #include "scene/number_text.h"
 
-#include <algorithm>
 #include <istream>
+#include <limits>
 #include <map>
 #include <optional>
+#include <sstream>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <tiny_obj_loader.h>
@@ -22,70 +26,45 @@ Rgb ColourOf(std::optional<double> grey, const tinyobj::real_t (&c)[3]) {
   return grey ? Rgb{*grey, *grey, *grey} : Rgb{c[0], c[1], c[2]};
 }
 
-// What the library reads otherwise than the format has it.
-struct MtlValues {
-  std::optional<double> grey_reflectance;  // a colour of one value is grey
-  std::optional<double> grey_exitance;
-  std::optional<double> halo_opacity;  // of `d -halo`
-};
-
-// Lines as they pass: where each material's colour stands, and whether what
-// should be numbers are.
-class MtlChecker {
+// Reads material by material: a file of many would take kilobytes of memory
+// for each, of which light needs a few words.
+class MtlReading {
  public:
-  explicit MtlChecker(std::string file) : file_(std::move(file)) {}
+  MtlReading(std::string file, const std::function<void(MtlMaterial&&)>& take)
+      : file_(std::move(file)), take_(&take) {}
 
-  void Check(std::string_view line, uint64_t number) {
+  // A line as it passes: checks whether what should be numbers are.
+  void Read(std::string_view line, uint64_t number) {
     const std::vector<std::string_view> words = Words(line);
     if (words.empty()) {
       return;
     }
     if (words[0] == "newmtl") {
+      Finish();
       StartMaterial(line, number);
     } else if (words[0] == "Kd" || words[0] == "Ke") {
-      CheckNumbers(words, 1, number);
-      if (words.size() == 3) {
-        throw InputError(
-            fmt::format("{}:{}: '{}' of material '{}' has two values: give one "
-                        "or three",
-                        file_,
-                        number,
-                        words[0],
-                        name_));
-      }
-      const bool is_reflectance = words[0] == "Kd";
-      MtlValues& values = values_[name_];
-      (is_reflectance ? values.grey_reflectance : values.grey_exitance) =
-          words.size() == 2 ? ToNumber(words[1]) : std::nullopt;
-      if (is_reflectance) {
-        lines_[name_] = number;
-      }
+      ReadColour(words, number);
+      Keep(words[0], line);
     } else if (words[0] == "d" || words[0] == "Tr") {
-      const bool has_option = words.size() > 1 && words[1] == "-halo";
-      const size_t first = has_option ? 2 : 1;
-      CheckNumbers(words, first, number);
-      if (*ToNumber(words[first]) < 0) {
-        throw InputError(fmt::format("{}:{}: '{}' of material '{}' is below 0",
-                                     file_,
-                                     number,
-                                     words[0],
-                                     name_));
-      }
-      if (has_option || words[0] == "d") {  // a Tr leaves it: d wins
-        values_[name_].halo_opacity =
-            has_option ? ToNumber(words[first]) : std::nullopt;
-      }
+      ReadOpacity(words, number);
+      Keep(words[0], line);
     }
   }
 
-  [[nodiscard]] MtlValues ValuesOf(const std::string& material) const {
-    const auto it = values_.find(material);
-    return it == values_.end() ? MtlValues{} : it->second;
-  }
-
-  [[nodiscard]] std::string Place(const std::string& material) const {
-    const auto it = lines_.find(material);
-    return it == lines_.end() ? file_ : fmt::format("{}:{}", file_, it->second);
+  // The end of a material. What stands before the first one is none's.
+  void Finish() {
+    if (name_.empty()) {
+      return;
+    }
+    const tinyobj::material_t read = Parse();
+    MtlMaterial material;
+    material.material.name = std::exchange(name_, {});
+    material.material.reflectance = ColourOf(grey_reflectance_, read.diffuse);
+    material.material.exitance = ColourOf(grey_exitance_, read.emission);
+    material.material.clear =
+        halo_opacity_.value_or(read.dissolve) < kLeastOpacity;
+    material.place = fmt::format("{}:{}", file_, place_);
+    (*take_)(std::move(material));
   }
 
  private:
@@ -102,8 +81,71 @@ class MtlChecker {
                       kKey));
     }
     name_ = line.substr(end + 1);
-    lines_[name_] = number;
-    values_.erase(name_);
+    place_ = number;
+    kept_.clear();
+    grey_reflectance_.reset();
+    grey_exitance_.reset();
+    halo_opacity_.reset();
+  }
+
+  void ReadColour(const std::vector<std::string_view>& words, uint64_t number) {
+    CheckNumbers(words, 1, number);
+    if (words.size() == 3) {
+      throw InputError(
+          fmt::format("{}:{}: '{}' of material '{}' has two values: give one "
+                      "or three",
+                      file_,
+                      number,
+                      words[0],
+                      name_));
+    }
+    const bool is_reflectance = words[0] == "Kd";
+    (is_reflectance ? grey_reflectance_ : grey_exitance_) =
+        words.size() == 2 ? ToNumber(words[1]) : std::nullopt;
+    if (is_reflectance) {
+      place_ = number;
+    }
+  }
+
+  void ReadOpacity(const std::vector<std::string_view>& words,
+                   uint64_t number) {
+    const bool has_option = words.size() > 1 && words[1] == "-halo";
+    const size_t first = has_option ? 2 : 1;
+    CheckNumbers(words, first, number);
+    if (*ToNumber(words[first]) < 0) {
+      throw InputError(fmt::format("{}:{}: '{}' of material '{}' is below 0",
+                                   file_,
+                                   number,
+                                   words[0],
+                                   name_));
+    }
+    if (has_option || words[0] == "d") {  // a Tr leaves it: d wins
+      halo_opacity_ = has_option ? ToNumber(words[first]) : std::nullopt;
+    }
+  }
+
+  // The last line of each key is the one that counts.
+  void Keep(std::string_view key, std::string_view line) {
+    kept_[std::string(key)] = line;
+  }
+
+  // What the library makes of the material's lines.
+  [[nodiscard]] tinyobj::material_t Parse() const {
+    std::string text = "newmtl m\n";
+    for (const auto& [key, line] : kept_) {
+      text.append(line).append("\n");
+    }
+    std::istringstream lines(text);
+    std::map<std::string, int> index_by_name;
+    std::vector<tinyobj::material_t> read;
+    std::string warnings;
+    std::string errors;
+    tinyobj::LoadMtl(&index_by_name, &read, &lines, &warnings, &errors);
+    if (!errors.empty()) {
+      throw InputError(fmt::format("{}:{}: {}", file_, place_, errors));
+    }
+    ENFILADE_CHECK(!read.empty(), "no material was read of '{}'", text);
+    return std::move(read.back());
   }
 
   void CheckNumbers(const std::vector<std::string_view>& words,
@@ -131,48 +173,31 @@ class MtlChecker {
   }
 
   std::string file_;
-  std::string name_;
-  std::map<std::string, uint64_t> lines_;
-  std::map<std::string, MtlValues> values_;
+  const std::function<void(MtlMaterial&&)>* take_;
+  std::string name_;    // empty before the first material
+  uint64_t place_ = 0;  // the line of its colour
+  std::map<std::string, std::string> kept_;
+  // What the library reads otherwise than the format has it.
+  std::optional<double> grey_reflectance_;  // a colour of one value is grey
+  std::optional<double> grey_exitance_;
+  std::optional<double> halo_opacity_;  // of `d -halo`
 };
 
 }  // namespace
 
-std::vector<MtlMaterial> ReadMtl(const std::filesystem::path& path) {
+void ReadMtl(const std::filesystem::path& path,
+             const std::function<void(MtlMaterial&&)>& take) {
   InputFile file(path);
-  MtlChecker checker(path.string());
+  MtlReading reading(path.string(), take);
   LineStream* stream_at = nullptr;
   LineStream lines(file, [&](std::string_view line) {
-    checker.Check(line, stream_at->Line());
+    reading.Read(line, stream_at->Line());
   });
   stream_at = &lines;
   std::istream stream(&lines);
-  stream.exceptions(std::ios::badbit);  // lets errors of the check through
-  std::map<std::string, int> index_by_name;
-  std::vector<tinyobj::material_t> read;
-  std::string warnings;
-  std::string errors;
-  tinyobj::LoadMtl(&index_by_name, &read, &stream, &warnings, &errors);
-  if (!errors.empty()) {
-    throw InputError(fmt::format("{}: {}", path.string(), errors));
-  }
-  std::vector<MtlMaterial> materials;
-  for (const tinyobj::material_t& m : read) {
-    if (m.name.empty()) {
-      continue;  // what stands before the first newmtl
-    }
-    MtlMaterial material;
-    material.material.name = m.name;
-    const MtlValues values = checker.ValuesOf(m.name);
-    material.material.reflectance =
-        ColourOf(values.grey_reflectance, m.diffuse);
-    material.material.exitance = ColourOf(values.grey_exitance, m.emission);
-    material.material.clear =
-        values.halo_opacity.value_or(m.dissolve) < kLeastOpacity;
-    material.place = checker.Place(m.name);
-    materials.push_back(std::move(material));
-  }
-  return materials;
+  stream.exceptions(std::ios::badbit);  // lets errors of the reading through
+  stream.ignore(std::numeric_limits<std::streamsize>::max());
+  reading.Finish();
 }
 
 }  // namespace enfilade

@@ -5,8 +5,8 @@
 #include "scene/face.h"
 
 #include <filesystem>
+#include <functional>
 #include <string>
-#include <vector>
 
 namespace enfilade {
 
@@ -16,8 +16,10 @@ struct MtlMaterial {
   std::string place;
 };
 
+// Calls take(material) for one after the other, in the order of the file.
 // Throws InputError with file and line for a number that is none. Colours out
 // of range are let through: what no face uses is no error.
-std::vector<MtlMaterial> ReadMtl(const std::filesystem::path& path);
+void ReadMtl(const std::filesystem::path& path,
+             const std::function<void(MtlMaterial&&)>& take);
 
 }  // namespace enfilade

@@ -41,8 +41,24 @@ struct ObjContext {
   MemoryBudget& budget;
   BlockStorage& store;
   PolygonSink& sink;
-  std::map<std::filesystem::path, MaterialNames> files;  // MTL files, once read
-  std::optional<size_t> grey;  // the material of what names none
+  // MTL files, once read.
+  std::map<std::filesystem::path, MaterialNames> files = {};
+  std::optional<size_t> grey = {};  // the material of what names none
+  GrowingCharge materials_charge{budget, "the materials of the scene"};
+  uint64_t material_bytes = 0;
+
+  // Charges a material before it is kept: in the table, a vector that grows,
+  // and by name, of its file and of the OBJ that names that.
+  void ChargeMaterial(const MtlMaterial& m) {
+    constexpr uint64_t kGrowth = 3;
+    constexpr uint64_t kNames = 2;
+    constexpr uint64_t kBytesPerName = 128;  // of a map
+    material_bytes +=
+        kGrowth * sizeof(MtlMaterial) + kNames * kBytesPerName +
+        (kNames + 1) * AllocatedBytes(m.material.name.size() + 1) +
+        AllocatedBytes(m.place.size() + 1);
+    materials_charge.GrowTo(material_bytes);
+  }
 };
 
 // The object whose polygons are read.
@@ -305,11 +321,12 @@ class ObjReading {
     }
     MaterialNames names;
     if (Exists(path)) {
-      for (MtlMaterial& m : ReadMtl(path)) {
+      ReadMtl(path, [&](MtlMaterial&& m) {
         const std::string name = m.material.name;
+        context_.ChargeMaterial(m);
         names[name] = context_.materials.AddInput(std::move(m.material),
                                                   std::move(m.place));
-      }
+      });
     } else if (!input_.unknown_material) {
       Fail(fmt::format("material file {} does not exist", path.string()));
     }
@@ -344,7 +361,7 @@ ObjCounts ReadObj(const ObjInput& input,
                   MemoryBudget& budget,
                   BlockStorage& store,
                   PolygonSink& sink) {
-  ObjContext context{materials, budget, store, sink, {}, {}};
+  ObjContext context{materials, budget, store, sink};
   return ObjReading(input, context).Run();
 }
 

@@ -8,7 +8,10 @@ namespace {
 class MtlReading : public ::testing::Test {
  protected:
   std::vector<MtlMaterial> Read(const std::string& text) {
-    return ReadMtl(temp_.Write("names.mtl", text));
+    std::vector<MtlMaterial> read;
+    ReadMtl(temp_.Write("names.mtl", text),
+            [&](MtlMaterial&& m) { read.push_back(std::move(m)); });
+    return read;
   }
 
   TempScene temp_;
@@ -55,6 +58,42 @@ TEST_F(MtlReading, OpacityWinsOverTransparency) {
     ASSERT_EQ(read.size(), 1U);
     EXPECT_FALSE(read[0].material.clear) << opaque;
   }
+}
+
+TEST_F(MtlReading, TheLastOfEqualLinesCounts) {
+  const auto read = Read("Kd 0.9\nnewmtl a\nKd 0.1 0.2 0.3\nKd 0.5\nNs 3\n");
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0].material.reflectance, (Rgb{0.5, 0.5, 0.5}));
+}
+
+TEST_F(MtlReading, OneMaterialAtATimeIsHeld) {
+#ifndef ENFILADE_JEMALLOC
+  GTEST_SKIP() << "sanitizers keep what is freed";
+#endif
+  constexpr size_t kCount = 20'000;
+  std::string text;
+  for (size_t i = 0; i < kCount; ++i) {
+    text += "newmtl m" + std::to_string(i) + "\nKd 0.5 0.5 0.5\nKe 1\n";
+  }
+  const auto path = temp_.Write("many.mtl", text);
+  const uint64_t before = PeakResidentBytes();
+  size_t count = 0;
+  ReadMtl(path, [&](const MtlMaterial& /*m*/) { ++count; });
+  EXPECT_EQ(count, kCount);
+  EXPECT_LT(PeakResidentBytes(), before + (8U << 20));
+}
+
+TEST_F(MtlReading, MaterialsAreChargedBeforeTheyAreKept) {
+  std::string text;
+  for (size_t i = 0; i < 20'000; ++i) {
+    text += "newmtl m" + std::to_string(i) + "\nKd 0.5 0.5 0.5\nKe 1\n";
+  }
+  temp_.Write("many.mtl", text);
+  const auto obj = temp_.Write(
+      "s.obj",
+      "mtllib many.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl m7\nf 1 2 3\n");
+  EXPECT_EQ(ImportFile(obj).info.materials.size(), 1U);
+  EXPECT_THROW(ImportFile(obj, {}, 4U << 20), DoesNotFitError);
 }
 
 // Its values would be those of the material before.
