@@ -32,12 +32,14 @@ class ProbeReader {
   [[nodiscard]] std::optional<ProbeLine> Next();
 
  private:
+  [[nodiscard]] bool ReadLine(std::string* line);
   [[nodiscard]] std::optional<std::string> NextLine();
   void CheckHeader(const std::string& header) const;
   [[nodiscard]] ProbeLine Parse(const std::string& line) const;
 
   std::istream* input_;
   std::string name_;
+  std::vector<char> buffer_;  // for a line
   uint64_t line_number_ = 0;
   std::optional<std::string> pending_;  // read, but not yet a point
 };

@@ -13,6 +13,8 @@
 namespace enfilade {
 namespace {
 
+constexpr size_t kMostLineBytes = size_t{64} << 10;
+
 constexpr size_t kFields = 6;
 constexpr std::array<const char*, kFields> kNames = {
     "x", "y", "z", "nx", "ny", "nz"};
@@ -65,12 +67,31 @@ bool BeginsWithNumber(const std::string& line) {
 }  // namespace
 
 ProbeReader::ProbeReader(std::istream& input, std::string name)
-    : input_(&input), name_(std::move(name)) {}
+    : input_(&input), name_(std::move(name)), buffer_(kMostLineBytes + 1) {}
+
+// The next line, without its end, of which there may be none at the last one.
+bool ProbeReader::ReadLine(std::string* line) {
+  input_->getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+  const auto count = static_cast<size_t>(input_->gcount());
+  ++line_number_;
+  if (count + 1 == buffer_.size() && input_->fail() && !input_->eof()) {
+    throw InputError(
+        fmt::format("{}:{}: a line of more than {} KiB: is this a "
+                    "file of points?",
+                    name_,
+                    line_number_,
+                    kMostLineBytes >> 10));
+  }
+  if (input_->fail()) {
+    return false;
+  }
+  line->assign(buffer_.data(), input_->eof() ? count : count - 1);
+  return true;
+}
 
 std::optional<std::string> ProbeReader::NextLine() {
   std::string line;
-  while (std::getline(*input_, line)) {
-    ++line_number_;
+  while (ReadLine(&line)) {
     if (line_number_ == 1 && line.starts_with("\xef\xbb\xbf")) {
       line.erase(0, 3);  // byte order mark
     }

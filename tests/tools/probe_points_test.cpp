@@ -72,6 +72,16 @@ TEST_F(ProbeTest, APointOnAPatchHasItsStoredIrradiance) {
   EXPECT_EQ(summary_.on_patches, 1U);
 }
 
+TEST_F(ProbeTest, ALineIsAsLongAsAPointMayBeAndNoLonger) {
+  const std::string point = "1,1,0,0,0,1";
+  EXPECT_NE(Run(point + std::string(60'000, ' ') + "\n" + point).find("7,8,9"),
+            std::string::npos);
+  EXPECT_EQ(summary_.points, 2U);
+  EXPECT_NE(Refusal(point + "\n" + std::string(200'000, '1'))
+                .find("points.csv:2: a line of more than 64 KiB"),
+            std::string::npos);
+}
+
 TEST_F(ProbeTest, OneMillimetreAndFiveDegreesDecideWhatIsOnAPatch) {
   for (const char* on : {"1,1,.0009,0,0,1",
                          "1,1,-.0009,0,0,3",
