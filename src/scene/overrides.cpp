@@ -61,6 +61,10 @@ class OverrideParser {
   // The library would keep the last of equal keys of an object, and say
   // nothing.
   bool Take(int depth, Json::parse_event_t event, const Json& parsed) {
+    constexpr int kDeepest = 8;
+    if (depth > kDeepest) {
+      Fail("nested too deeply; docs/overrides.md shows what a file holds");
+    }
     if (event == Json::parse_event_t::object_start) {
       keys_.resize(static_cast<size_t>(depth) + 1);
       keys_.back().clear();

@@ -58,6 +58,12 @@ TEST(Overrides, ErrorsNameTheLine) {
 }
 
 // The one that a JSON library would drop may be all that was meant.
+TEST(Overrides, ADeeplyNestedFileIsRefusedBeforeItIsHeld) {
+  EXPECT_NE(ErrorOf("{\"materials\": " + std::string(1000, '['))
+                .find("o.json:1: nested too deeply"),
+            std::string::npos);
+}
+
 TEST(Overrides, EqualKeysOfOneObjectAreRefused) {
   EXPECT_NE(ErrorOf("{\"materials\": {},\n\"surfaces\": {},\n"
                     "\"materials\": {}}")
