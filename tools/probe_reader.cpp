@@ -73,18 +73,18 @@ ProbeReader::ProbeReader(std::istream& input, std::string name)
 bool ProbeReader::ReadLine(std::string* line) {
   input_->getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
   const auto count = static_cast<size_t>(input_->gcount());
-  ++line_number_;
   if (count + 1 == buffer_.size() && input_->fail() && !input_->eof()) {
     throw InputError(
         fmt::format("{}:{}: a line of more than {} KiB: is this a "
                     "file of points?",
                     name_,
-                    line_number_,
+                    line_number_ + 1,
                     kMostLineBytes >> 10));
   }
   if (input_->fail()) {
     return false;
   }
+  ++line_number_;
   line->assign(buffer_.data(), input_->eof() ? count : count - 1);
   return true;
 }
