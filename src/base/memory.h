@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -115,6 +116,18 @@ class MemoryCharge {
   MemoryCharge(MemoryBudget& budget, uint64_t bytes, std::string_view what)
       : budget_(&budget), bytes_(bytes) {
     budget.Charge(bytes, what);
+  }
+
+  // Nothing if it does not fit.
+  static std::optional<MemoryCharge> IfItFits(MemoryBudget& budget,
+                                              uint64_t bytes) {
+    if (!budget.TryCharge(bytes)) {
+      return std::nullopt;
+    }
+    MemoryCharge charge;
+    charge.budget_ = &budget;
+    charge.bytes_ = bytes;
+    return charge;
   }
 
   MemoryCharge(MemoryCharge&& other) noexcept

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <optional>
 
 namespace enfilade {
@@ -15,13 +17,25 @@ namespace {
 // on sides that light may and may not reach.
 constexpr double kOpenShare = 0.15;
 constexpr double kEnclosedShare = 0.01;
+// Weighed together: bounds what is kept of them beside the weights.
+constexpr size_t kCellsAtATime = 32;
 
-uint64_t WeightBytes(const Partition& partition) {
-  uint64_t patches = 1;
+size_t PatchCount(const Partition& partition) {
+  size_t patches = 0;
   for (const CellInfo& cell : partition.cells) {
     patches += cell.patches;
   }
-  return patches * sizeof(double);
+  return patches;
+}
+
+// Those of a cell.
+std::vector<PatchId> AllPatches(size_t count) {
+  std::vector<PatchId> patches;
+  patches.reserve(count);
+  for (size_t k = 0; k < count; ++k) {
+    patches.emplace_back(k);
+  }
+  return patches;
 }
 
 }  // namespace
@@ -51,35 +65,50 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
       solution_(&solution),
       budget_(&budget),
       mean_reflected_(mean_reflected),
-      charge_(budget, WeightBytes(partition), "the weights of patches") {
+      charge_(budget,
+              (PatchCount(partition) + 1) * sizeof(double),
+              "the weights of patches") {
   const Box3& bounds = solution.Scene().bounds;
   offset_ = std::max(1e-5, 1e-6 * Length(bounds.Extent()));
-  weights_.reserve(WeightBytes(partition) / sizeof(double));
-  weights_.push_back(0);
-  for (uint32_t i = 0; i < partition.cells.size(); ++i) {
-    const CellPatches cell = LoadCellPatches(store, CellId(i));
-    first_patch_.push_back(static_cast<uint32_t>(weights_.size() - 1));
-    for (const double weight : WeightsOf(CellId(i), cell)) {
-      weights_.push_back(weights_.back() + weight);
-    }
-    for (const Patch& p : cell.patches) {
-      area_ += Reflects(p, solution.Scene().materials) ? PatchArea(p) : 0;
-    }
-  }
+  Weigh(partition);
 }
 
-std::vector<double> ProbeChooser::WeightsOf(CellId id,
-                                            const CellPatches& cell) const {
-  std::vector<PatchId> patches;
-  for (size_t k = 0; k < cell.patches.size(); ++k) {
-    patches.emplace_back(k);
+void ProbeChooser::Weigh(const Partition& partition) {
+  std::vector<CellId> cells;
+  uint32_t patches = 0;
+  for (const CellInfo& cell : partition.cells) {
+    cells.emplace_back(cells.size());
+    first_patch_.push_back(patches);
+    patches += cell.patches;
   }
-  std::vector<double> weights(patches.size());
-  solution_->ForEachMean(id, patches, [&](const LeafMean& leaf) {
-    const size_t k = leaf.patch.Index();
-    weights[k] += leaf.area * DensityOf(cell.patches[k], leaf.irradiance);
+  weights_.resize(patches + size_t{1});
+  for (size_t first = 0; first < cells.size(); first += kCellsAtATime) {
+    const size_t count = std::min(kCellsAtATime, cells.size() - first);
+    WeighCells(std::span(cells).subspan(first, count));
+  }
+  std::partial_sum(weights_.begin(), weights_.end(), weights_.begin());
+}
+
+// Some cells in succession.
+void ProbeChooser::WeighCells(std::span<const CellId> cells) {
+  std::vector<std::vector<double>> areas(cells.size());  // that reflect
+  solution_->VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
+    const std::span<const Patch> patches = cell.Patches();
+    double* const weights =
+        &weights_[first_patch_[cells[i].Index()] + size_t{1}];
+    cell.ForEachMean(AllPatches(patches.size()), [&](const LeafMean& leaf) {
+      const size_t k = leaf.patch.Index();
+      weights[k] += leaf.area * DensityOf(patches[k], leaf.irradiance);
+    });
+    for (const Patch& p : patches) {
+      if (Reflects(p, solution_->Scene().materials)) {
+        areas[i].push_back(PatchArea(p));
+      }
+    }
   });
-  return weights;
+  for (const std::vector<double>& of_cell : areas) {
+    area_ = std::accumulate(of_cell.begin(), of_cell.end(), area_);
+  }
 }
 
 // Of the weight, W/m2.
@@ -100,8 +129,7 @@ double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
 ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
   ProbeBatch batch;
   batch.probes.resize(strata.count);
-  std::vector<Place> places;  // of the probes of one cell
-  std::optional<CellId> cell;
+  std::vector<ProbesInCell> in_cells;  // ascending, as the strata are
   for (uint32_t i = 0; i < strata.count; ++i) {
     ResidualProbe& probe = batch.probes[i];
     probe.key = MixKey(key, strata.first + i);
@@ -111,40 +139,44 @@ ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
     const size_t patch = PatchAt(at);
     const auto of_cell = std::prev(
         std::upper_bound(first_patch_.begin(), first_patch_.end(), patch));
-    probe.on.cell = CellId(static_cast<size_t>(of_cell - first_patch_.begin()));
-    if (cell && *cell != probe.on.cell) {
-      SetOnLeaves(*cell, places, &batch);
-      places.clear();
+    const CellId cell(static_cast<size_t>(of_cell - first_patch_.begin()));
+    if (in_cells.empty() || in_cells.back().cell != cell) {
+      in_cells.push_back({cell, {}});
+      batch.visible.push_back(VisibleFrom(cell));
     }
-    cell = probe.on.cell;
-    places.push_back({i, PatchId(patch - *of_cell), at - weights_[patch]});
+    probe.on = {cell, PatchId(patch - *of_cell), 0, 0};
+    probe.visible = static_cast<uint32_t>(batch.visible.size() - 1);
+    in_cells.back().places.push_back({i, probe.on.patch, at - weights_[patch]});
   }
-  if (cell) {
-    SetOnLeaves(*cell, places, &batch);
-  }
+  std::vector<CellId> cells;
+  std::transform(in_cells.begin(),
+                 in_cells.end(),
+                 std::back_inserter(cells),
+                 [](const ProbesInCell& in) { return in.cell; });
+  solution_->VisitCells(cells, [&](size_t k, const Solution::Cell& cell) {
+    SetOnLeaves(cell, in_cells[k].places, &batch);
+  });
   return batch;
 }
 
-// Finishes the probes of a cell, whose places come in ascending order.
-void ProbeChooser::SetOnLeaves(CellId cell,
-                               std::span<const Place> places,
-                               ProbeBatch* batch) const {
-  const CellPatches stored = LoadCellPatches(*store_, cell);
-  batch->visible.emplace_back();
+std::vector<CellId> ProbeChooser::VisibleFrom(CellId cell) const {
   MemoryCharge charge;
   const auto reserve = [&](uint64_t bytes) {
     charge = MemoryCharge(*budget_, bytes, "what a cell sees");
   };
+  std::vector<CellId> visible;
   for (const VisibleCell& v : LoadVisibleSet(*store_, cell, reserve)) {
-    batch->visible.back().push_back(v.source);
+    visible.push_back(v.source);
   }
+  return visible;
+}
+
+// Finishes the probes of a cell, whose places come in ascending order.
+void ProbeChooser::SetOnLeaves(const Solution::Cell& cell,
+                               std::span<const Place> places,
+                               ProbeBatch* batch) const {
   std::vector<PatchId> patches;
   for (const Place& place : places) {
-    ResidualProbe& probe = batch->probes[place.probe];
-    probe.visible = static_cast<uint32_t>(batch->visible.size() - 1);
-    probe.patch = stored.patches[place.patch.Index()];
-    probe.normal = PatchNormal(probe.patch);
-    probe.on.patch = place.patch;
     if (patches.empty() || patches.back() != place.patch) {
       patches.push_back(place.patch);
     }
@@ -152,45 +184,54 @@ void ProbeChooser::SetOnLeaves(CellId cell,
   auto next = places.begin();
   double along = 0;
   std::optional<LeafMean> last;  // of the patch, with a weight
+  const auto set_next = [&](const LeafMean& leaf) {
+    SetOnLeaf(cell.Patches()[leaf.patch.Index()],
+              leaf,
+              &batch->probes[next->probe]);
+    ++next;
+  };
   // Sums of weights are rounded: what lies beyond the last leaf lies on it.
   const auto finish_patch = [&] {
-    for (; last && next != places.end() && next->patch == last->patch; ++next) {
-      SetOnLeaf(*last, &batch->probes[next->probe]);
+    while (last && next != places.end() && next->patch == last->patch) {
+      set_next(*last);
     }
     last.reset();
     along = 0;
   };
-  solution_->ForEachMean(cell, patches, [&](const LeafMean& leaf) {
+  cell.ForEachMean(patches, [&](const LeafMean& leaf) {
     if (last && last->patch != leaf.patch) {
       finish_patch();
     }
     const double density =
-        DensityOf(stored.patches[leaf.patch.Index()], leaf.irradiance);
+        DensityOf(cell.Patches()[leaf.patch.Index()], leaf.irradiance);
     if (!(density > 0)) {
       return;
     }
     last = leaf;
     along += leaf.area * density;
-    for (; next != places.end() && next->patch == leaf.patch &&
-           next->along < along;
-         ++next) {
-      SetOnLeaf(leaf, &batch->probes[next->probe]);
+    while (next != places.end() && next->patch == leaf.patch &&
+           next->along < along) {
+      set_next(leaf);
     }
   });
   finish_patch();
   ENFILADE_CHECK(next == places.end(), "a probe lies on no leaf");
 }
 
-void ProbeChooser::SetOnLeaf(const LeafMean& leaf, ResidualProbe* probe) const {
+void ProbeChooser::SetOnLeaf(const Patch& patch,
+                             const LeafMean& leaf,
+                             ResidualProbe* probe) const {
   Random random(MixKey(probe->key, 2));
   const double s = random.Next();
-  const auto [a, b] = UniformOn(probe->patch, s, random.Next());
+  const auto [a, b] = UniformOn(patch, s, random.Next());
   const auto scale = static_cast<double>(leaf.frame.scale);
+  probe->patch = patch;
+  probe->normal = PatchNormal(patch);
   probe->on.a = static_cast<double>(leaf.frame.a) + scale * a;
   probe->on.b = static_cast<double>(leaf.frame.b) + scale * b;
   probe->origin =
-      PointAt(probe->patch, probe->on.a, probe->on.b) + probe->normal * offset_;
-  probe->weight = weights_.back() / DensityOf(probe->patch, leaf.irradiance);
+      PointAt(patch, probe->on.a, probe->on.b) + probe->normal * offset_;
+  probe->weight = weights_.back() / DensityOf(patch, leaf.irradiance);
 }
 
 // The patch, counted over all cells, on whose part of the line a place is.

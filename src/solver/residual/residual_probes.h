@@ -88,14 +88,23 @@ class ProbeChooser {
     double along = 0;
   };
 
-  [[nodiscard]] std::vector<double> WeightsOf(CellId id,
-                                              const CellPatches& cell) const;
+  // Some probes of a batch in one cell, by places in ascending order.
+  struct ProbesInCell {
+    CellId cell;
+    std::vector<Place> places;
+  };
+
+  void Weigh(const Partition& partition);
+  void WeighCells(std::span<const CellId> cells);
   [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] size_t PatchAt(double at) const;
-  void SetOnLeaves(CellId cell,
+  [[nodiscard]] std::vector<CellId> VisibleFrom(CellId cell) const;
+  void SetOnLeaves(const Solution::Cell& cell,
                    std::span<const Place> places,
                    ProbeBatch* batch) const;
-  void SetOnLeaf(const LeafMean& leaf, ResidualProbe* probe) const;
+  void SetOnLeaf(const Patch& patch,
+                 const LeafMean& leaf,
+                 ResidualProbe* probe) const;
 
   const BlockStorage* store_;
   const Solution* solution_;

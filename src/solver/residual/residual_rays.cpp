@@ -102,10 +102,10 @@ BatchSight ResidualRays::Look(const ProbeBatch& batch,
 // The rays of a part.
 void ResidualRays::Trace(const ProbeBatch& batch) {
   const size_t all = part_.count * Samples::kRaysPerProbe;
-  part_.rays.assign(all, {});
-  part_.hits.assign(all, {});
-  part_.light.assign(all, {});
-  part_.groups.assign(all, 0);
+  part_.rays.resize(all);
+  part_.hits.resize(all);
+  part_.light.resize(all);
+  part_.groups.resize(all);
   ParallelFor(part_.count, [&](size_t i) { MakeRays(batch, part_.first + i); });
   tracer_->Trace(part_.rays, part_.hits);
 }
@@ -121,9 +121,8 @@ void ResidualRays::MakeRays(const ProbeBatch& batch, size_t i) {
       const uint32_t column = k % Samples::kStrata;
       const double s = (row + random.Next()) / Samples::kStrata;
       const double t = (column + random.Next()) / Samples::kStrata;
-      part_.rays[first + k].origin = probe.origin;
-      part_.rays[first + k].direction =
-          CosineDirection(probe.patch, probe.normal, s, t);
+      part_.rays[first + k] = {
+          probe.origin, CosineDirection(probe.patch, probe.normal, s, t)};
     }
     const std::array<double, 3> shift = {
         random.Next(), random.Next(), random.Next()};
@@ -142,9 +141,8 @@ void ResidualRays::AimAtLamp(const ResidualProbe& probe,
                              size_t ray_index) {
   TraceRay& ray = part_.rays[ray_index];
   // What aims at nothing is worth nothing, wherever it goes.
-  ray.origin = probe.origin;
-  ray.direction = probe.normal;
-  ray.max_distance = offset_m_;
+  ray = {probe.origin, probe.normal, offset_m_};
+  part_.light[ray_index] = {};
   if (lamps.IsEmpty()) {
     return;
   }

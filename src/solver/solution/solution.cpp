@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <mutex>
-#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -20,6 +19,9 @@ namespace {
 
 // Points that are evaluated by one thread in one go.
 constexpr size_t kPointsPerTask = 512;
+
+// Cells that are in memory together, at most.
+constexpr size_t kMostCells = 16;
 
 std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
                                         const SceneInfo& scene) {
@@ -32,13 +34,36 @@ std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
   return geometry;
 }
 
-std::vector<size_t> OrderByCell(std::span<const PatchPoint> points) {
-  std::vector<size_t> order(points.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t i, size_t j) {
-    return points[i].cell < points[j].cell;
-  });
-  return order;
+// Points by the cell that they lie in.
+struct PointsByCell {
+  PointsByCell(std::span<const PatchPoint> points, size_t cell_count);
+
+  [[nodiscard]] std::span<const size_t> Of(CellId cell) const {
+    const size_t begin = first[cell.Index()];
+    return std::span(order).subspan(begin, first[cell.Index() + 1] - begin);
+  }
+
+  std::vector<CellId> cells;  // that have any, ascending
+  std::vector<size_t> order;  // the points of each cell, ascending
+  std::vector<size_t> first;  // by cell: where its points begin; two more
+};
+
+PointsByCell::PointsByCell(std::span<const PatchPoint> points,
+                           size_t cell_count)
+    : order(points.size()), first(cell_count + 2) {
+  for (const PatchPoint& p : points) {
+    ++first[p.cell.Index() + 2];
+  }
+  for (size_t i = 0; i < cell_count; ++i) {
+    if (first[i + 2] > 0) {
+      cells.emplace_back(i);
+    }
+    first[i + 2] += first[i + 1];
+  }
+  // Each of these moves on to where the next one began.
+  for (size_t i = 0; i < points.size(); ++i) {
+    order[first[points[i].cell.Index() + 1]++] = i;
+  }
 }
 
 // Where the polynomials swing below 0, 0 is nearer to the truth.
@@ -51,16 +76,16 @@ Rgb NotBelowZero(Rgb value) {
 
 }  // namespace
 
-struct Solution::Impl {
-  // A cell's trees, as long as somebody reads them.
-  struct LoadedCell {
-    MemoryCharge charge;
-    CellPatches stored;
-    std::vector<PatchGeometry> geometry;
-    std::unique_ptr<CellTree> tree;  // its elements alone
-    CoefficientArray gathered{1};
-  };
+// A cell's trees, as long as somebody reads them.
+struct Solution::LoadedCell {
+  MemoryCharge charge;
+  CellPatches stored;
+  std::vector<PatchGeometry> geometry;
+  std::unique_ptr<CellTree> tree;  // its elements alone
+  CoefficientArray gathered{1};
+};
 
+struct Solution::Impl {
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
       : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {
     for (const CellInfo& cell : LoadPartition(s).cells) {
@@ -68,9 +93,17 @@ struct Solution::Impl {
     }
   }
 
+  [[nodiscard]] MemoryCharge ChargeFor(uint64_t bytes) const {
+    return {*budget, bytes, "a cell's solution"};
+  }
+
   [[nodiscard]] LoadedCell Load(CellId cell) const {
+    return Load(cell, ChargeFor(BytesOf(cell)));
+  }
+
+  [[nodiscard]] LoadedCell Load(CellId cell, MemoryCharge charge) const {
     LoadedCell loaded;
-    loaded.charge = MemoryCharge(*budget, BytesOf(cell), "a cell's solution");
+    loaded.charge = std::move(charge);
     loaded.stored = LoadCellPatches(*store, cell);
     loaded.geometry = MakeGeometry(loaded.stored, scene);
     auto stored =
@@ -81,6 +114,14 @@ struct Solution::Impl {
         ReceivedLight::LoadGathered(*store, cell, Shape(), loaded.tree->Size());
     return loaded;
   }
+
+  // Calls body(i, cell) for all of the cells, in parallel. The first of those
+  // that are in memory together must fit; the others may take a half of what is
+  // left beside it.
+  template <typename Body>
+  void ForEachLoaded(std::span<const CellId> cells, const Body& body) const;
+  [[nodiscard]] std::vector<MemoryCharge> ChargeSome(
+      std::span<const CellId> cells) const;
 
   [[nodiscard]] TreeShape Shape() const { return {&basis, kRgbChannels}; }
 
@@ -216,31 +257,58 @@ Rgb Solution::Impl::RadiosityOf(const PatchLike& patch,
   return b;
 }
 
+// For as many cells from the first on as are to be in memory together.
+std::vector<MemoryCharge> Solution::Impl::ChargeSome(
+    std::span<const CellId> cells) const {
+  std::vector<MemoryCharge> charges;
+  charges.push_back(ChargeFor(BytesOf(cells.front())));
+  uint64_t room = budget->FreeBytes() / 2;
+  while (charges.size() < std::min(cells.size(), kMostCells)) {
+    const uint64_t bytes = BytesOf(cells[charges.size()]);
+    if (bytes > room || budget->ResidentExcess(bytes) > 0) {
+      break;
+    }
+    auto charge = MemoryCharge::IfItFits(*budget, bytes);
+    if (!charge) {
+      break;
+    }
+    charges.push_back(std::move(*charge));
+    room -= bytes;
+  }
+  return charges;
+}
+
+template <typename Body>
+void Solution::Impl::ForEachLoaded(std::span<const CellId> cells,
+                                   const Body& body) const {
+  for (size_t first = 0; first < cells.size();) {
+    std::vector<MemoryCharge> charges = ChargeSome(cells.subspan(first));
+    ParallelFor(charges.size(), [&](size_t k) {
+      body(first + k, Load(cells[first + k], std::move(charges[k])));
+    });
+    first += charges.size();
+  }
+}
+
 std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const {
-  const std::vector<size_t> order = OrderByCell(points);
+  const PointsByCell by_cell(points, patch_counts.size());
   std::vector<Rgb> values(points.size());
-  for (size_t first = 0; first < order.size();) {
-    const CellId id = points[order[first]].cell;
-    size_t end = first;
-    while (end < order.size() && points[order[end]].cell == id) {
-      ++end;
-    }
-    const LoadedCell cell = Load(id);
-    const size_t count = end - first;
-    ParallelFor((count + kPointsPerTask - 1) / kPointsPerTask, [&](size_t t) {
-      const size_t from = first + t * kPointsPerTask;
-      const size_t to = std::min(from + kPointsPerTask, end);
-      for (size_t i = from; i < to; ++i) {
-        const PatchPoint& p = points[order[i]];
+  ForEachLoaded(by_cell.cells, [&](size_t k, const LoadedCell& cell) {
+    const std::span<const size_t> here = by_cell.Of(by_cell.cells[k]);
+    const size_t tasks = (here.size() + kPointsPerTask - 1) / kPointsPerTask;
+    ParallelForInside(tasks, [&](size_t t) {
+      const size_t to = std::min((t + 1) * kPointsPerTask, here.size());
+      for (const size_t i : here.subspan(t * kPointsPerTask,
+                                         to - t * kPointsPerTask)) {
+        const PatchPoint& p = points[i];
         const Rgb value = NotBelowZero(IrradianceAt(cell, p.patch, {p.a, p.b}));
-        values[order[i]] =
-            radiosity ? RadiosityOf(cell.geometry.at(p.patch.Index()), value)
-                      : value;
+        values[i] = radiosity
+                        ? RadiosityOf(cell.geometry.at(p.patch.Index()), value)
+                        : value;
       }
     });
-    first = end;
-  }
+  });
   return values;
 }
 
@@ -282,7 +350,7 @@ std::vector<Rgb> Solution::Radiosity(std::span<const PatchPoint> points) const {
 
 void Solution::ForEachLeaf(
     CellId cell, const std::function<void(const LeafElement&)>& visit) const {
-  const Impl::LoadedCell loaded = impl_->Load(cell);
+  const LoadedCell loaded = impl_->Load(cell);
   for (size_t i = 0; i < loaded.tree->Size(); ++i) {
     const Element& e = loaded.tree->At(ElementId(i));
     if (e.first_child != 0) {
@@ -319,14 +387,31 @@ void Solution::ForEachLeaf(
   }
 }
 
+std::span<const Patch> Solution::Cell::Patches() const {
+  return loaded_->stored.patches;
+}
+
+void Solution::Cell::ForEachMean(
+    std::span<const PatchId> patches,
+    const std::function<void(const LeafMean&)>& visit) const {
+  for (const PatchId patch : patches) {
+    impl_->VisitMeans(*loaded_, ElementId(patch.value), {}, visit);
+  }
+}
+
+void Solution::VisitCells(
+    std::span<const CellId> cells,
+    const std::function<void(size_t, const Cell&)>& visit) const {
+  impl_->ForEachLoaded(cells, [&](size_t k, const LoadedCell& loaded) {
+    visit(k, Cell(*impl_, loaded));
+  });
+}
+
 void Solution::ForEachMean(
     CellId cell,
     std::span<const PatchId> patches,
     const std::function<void(const LeafMean&)>& visit) const {
-  const Impl::LoadedCell loaded = impl_->Load(cell);
-  for (const PatchId patch : patches) {
-    impl_->VisitMeans(loaded, ElementId(patch.value), {}, visit);
-  }
+  Cell(*impl_, impl_->Load(cell)).ForEachMean(patches, visit);
 }
 
 Rgb Solution::RadiosityOf(const Patch& patch, const Rgb& irradiance) const {
@@ -337,7 +422,7 @@ std::vector<Rgb> Solution::DisplayRadiosity(
     std::span<const PatchPoint> points) const {
   const std::lock_guard lock(impl_->show_mutex);
   std::vector<Rgb> values(points.size());
-  for (const size_t i : OrderByCell(points)) {
+  for (const size_t i : PointsByCell(points, CellCount()).order) {
     const PatchPoint& p = points[i];
     Impl::ShownCell& cell = impl_->Show(p.cell);
     values[i] =
@@ -351,7 +436,7 @@ void Solution::ForEachDisplayMesh(
     CellId cell,
     const DisplayOptions& options,
     const std::function<void(const DisplayMesh&, const Patch&)>& visit) const {
-  const Impl::LoadedCell loaded = impl_->Load(cell);
+  const LoadedCell loaded = impl_->Load(cell);
   const DisplayCell display(
       *loaded.tree, loaded.gathered, loaded.stored.patches, *impl_->budget);
   for (size_t g = 0; g < display.GroupCount(); ++g) {
@@ -362,7 +447,7 @@ void Solution::ForEachDisplayMesh(
 std::string Solution::Digest() const {
   uint64_t digest = 0;
   for (size_t i = 0; i < impl_->patch_counts.size(); ++i) {
-    const Impl::LoadedCell cell = impl_->Load(CellId(i));
+    const LoadedCell cell = impl_->Load(CellId(i));
     const uint64_t tree = cell.tree->Digest(cell.gathered);
     digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);
   }

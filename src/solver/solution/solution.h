@@ -1,5 +1,6 @@
 // The stored solution, to be read: radiosity and irradiance anywhere on the
-// scene's patches. One cell's element tree is in memory at a time.
+// scene's patches. Few cells' element trees are in memory at a time: one, and
+// others where the budget has room for them.
 
 #pragma once
 
@@ -47,6 +48,9 @@ struct LeafMean {
 };
 
 class Solution {
+  struct Impl;
+  struct LoadedCell;
+
  public:
   // Throws InputError if the store holds no solution yet.
   Solution(const BlockStorage& store, MemoryBudget& budget);
@@ -71,8 +75,31 @@ class Solution {
   void ForEachLeaf(CellId cell,
                    const std::function<void(const LeafElement&)>& visit) const;
 
-  // Visits the leaves of some patches of a cell, those of each patch together
-  // and in a fixed order.
+  // A cell while it is in memory.
+  class Cell {
+   public:
+    [[nodiscard]] std::span<const Patch> Patches() const;
+
+    // Visits the leaves of some patches, those of each patch together and in a
+    // fixed order.
+    void ForEachMean(std::span<const PatchId> patches,
+                     const std::function<void(const LeafMean&)>& visit) const;
+
+   private:
+    friend class Solution;
+    Cell(const Impl& impl, const LoadedCell& loaded)
+        : impl_(&impl), loaded_(&loaded) {}
+
+    const Impl* impl_;
+    const LoadedCell* loaded_;
+  };
+
+  // Visits cells in parallel and in any order, each once: which of them it is,
+  // and the cell.
+  void VisitCells(std::span<const CellId> cells,
+                  const std::function<void(size_t, const Cell&)>& visit) const;
+
+  // Cell::ForEachMean of one.
   void ForEachMean(CellId cell,
                    std::span<const PatchId> patches,
                    const std::function<void(const LeafMean&)>& visit) const;
@@ -97,7 +124,6 @@ class Solution {
   [[nodiscard]] std::string Digest() const;
 
  private:
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
