@@ -67,8 +67,9 @@ class BlockStorage {
   [[nodiscard]] virtual std::optional<std::string> Meta(
       std::string_view name) const = 0;
 
-  // Replaces the block. At most 64 MiB of content.
-  virtual void Put(const BlockKey& key, std::span<const std::byte> content) = 0;
+  // Replaces the block, of at most 64 MiB; returns what it takes compressed.
+  virtual uint64_t Put(const BlockKey& key,
+                       std::span<const std::byte> content) = 0;
 
   // The content, verified; nullopt when there is no such block.
   [[nodiscard]] virtual std::optional<Bytes> Get(const BlockKey& key) const = 0;

@@ -9,6 +9,7 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 namespace enfilade {
 
@@ -54,6 +55,35 @@ void OnAllThreads(const Body& body) {
   const int threads = tbb::this_task_arena::max_concurrency();
   ParallelFor(static_cast<size_t>(threads), [&](size_t /*any*/) { body(); });
 }
+
+// One call that goes on beside what its owner does next, on another thread
+// where one has nothing to do; else the owner makes it while it waits.
+class CallBeside {
+ public:
+  CallBeside() = default;
+  CallBeside(const CallBeside&) = delete;
+  CallBeside& operator=(const CallBeside&) = delete;
+
+  // An exception of the call is lost.
+  ~CallBeside() {
+    try {
+      calls_.wait();
+    } catch (...) {
+      // Its owner is going, for this reason or another.
+    }
+  }
+
+  template <typename Body>
+  void Start(const Body& body) {
+    calls_.run(body);
+  }
+
+  // Until the call is over, if there is one; rethrows its exception.
+  void Wait() { calls_.wait(); }
+
+ private:
+  tbb::task_group calls_;
+};
 
 // Runs body on the calling thread alone: parallel algorithms inside it (those
 // of a library, say) use no other thread, and take up no task from outside.

@@ -67,6 +67,9 @@ Engine::Engine(BlockStorage& store,
       surfaces_(MakeSurfaceTable(scene_)),
       device_(budget, scene_.bounds.Center()),
       pager_(store, scene_, partition_, shape_, device_, budget),
+      chunks_(
+          store,
+          [this](LinkChunk&& chunk) { pager_.KeepLinks(std::move(chunk)); }),
       workspace_(ReserveWorkspace()),
       area_(ReflectingArea(store, scene_, partition_.cells.size())),
       is_black_(area_ <= 0),
@@ -194,6 +197,7 @@ void Engine::TakeReads() {
 void Engine::Commit() {
   const Stopwatch watch(&state_.times.store_seconds);
   commits_.Begin();
+  chunks_.Finish();
   KeepForReaders();
   pager_.Flush();
   if (!care_.empty()) {

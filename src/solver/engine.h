@@ -98,7 +98,7 @@ class Engine {
                   const Refiner& refiner,
                   CellsBetween* between,
                   LinkWriter* writer);
-  void TakeWritten(const Receiver& r, const Sender& s, WrittenLinks&& written);
+  void GatherNew(const Receiver& r, const Sender& s, const LinkBlock& links);
   void ApplyPart(const RawLinks& part,
                  const Receiver& r,
                  const Sender& s,
@@ -128,6 +128,7 @@ class Engine {
   SurfaceTable surfaces_;
   OcclusionDevice device_;
   CellPager pager_;
+  ChunkWriter chunks_;
   MemoryCharge workspace_;
   SolveState state_;
   double area_ = 0;  // of all patches that reflect, m2; of all, if none does

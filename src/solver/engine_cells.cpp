@@ -149,6 +149,7 @@ void Engine::RefineCell(CellId cell) {
     state_.cursor = {state_.cursor.source + 1, {}, 0, 0};
     CheckPoint();
   }
+  chunks_.Finish();
   SaveCellCare(care_, cell, *store_);
   FreeVector(&care_);
   care_charge.Reset();

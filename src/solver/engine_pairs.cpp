@@ -47,10 +47,11 @@ void Engine::RefinePair(const Receiver& r, const VisibleCell& source) {
   }
   CellsBetween between(pager_, r.id, source, gates);
   const Refiner refiner(std::move(work), *s.tree, between.All());
-  LinkWriter writer(
-      *store_, {r.id, s.id}, state_.cursor.chunk, [&](WrittenLinks&& written) {
-        TakeWritten(r, s, std::move(written));
-      });
+  LinkWriter writer(*store_,
+                    chunks_,
+                    {r.id, s.id},
+                    state_.cursor.chunk,
+                    [&](const LinkBlock& links) { GatherNew(r, s, links); });
   WriteLinks(r, s, refiner, &between, &writer);
   pager_.Order().SetLinked(r.id, s.id, writer.Chunks() > 0);
 }
@@ -120,19 +121,17 @@ double Engine::ShareOfCell(const Receiver& r, size_t items) const {
          static_cast<double>(r.sources.size() + 1);  // and the balance
 }
 
-// Gathers by links as soon as they are written, and keeps them where there is
-// room.
-void Engine::TakeWritten(const Receiver& r,
-                         const Sender& s,
-                         WrittenLinks&& written) {
+// Gathers by links that are on their way to the store.
+void Engine::GatherNew(const Receiver& r,
+                       const Sender& s,
+                       const LinkBlock& links) {
   const Stopwatch watch(&state_.times.gather_seconds);
-  Gather(written.block,
+  Gather(links,
          {r.geometry->patches, r.tree.get(), nullptr},
          SourceSide(*s.geometry, *s.tree),
          s.tree->Sent(),
          r.received->gathered);
-  state_.cells[r.id.Index()].links += written.block.links.size();
-  pager_.KeepLinks({r.id, s.id}, std::move(written));
+  state_.cells[r.id.Index()].links += links.links.size();
 }
 
 // Appends its links to the block, makes the elements they name and takes stock.

@@ -53,7 +53,8 @@ class SqliteStore final : public BlockStorage {
 
   void SetMeta(std::string_view name, std::string_view value) override;
   std::optional<std::string> Meta(std::string_view name) const override;
-  void Put(const BlockKey& key, std::span<const std::byte> content) override;
+  uint64_t Put(const BlockKey& key,
+               std::span<const std::byte> content) override;
   std::optional<Bytes> Get(const BlockKey& key) const override;
   void Erase(const BlockKey& key) override;
 
@@ -116,7 +117,7 @@ class SqliteStore final : public BlockStorage {
   std::unique_ptr<Database> database_;
   std::unique_ptr<BlockCatalogue> catalogue_;
   mutable std::mutex mutex_;
-  bool failed_ = false;
+  std::optional<std::string> failure_;  // why nothing can be written any more
   mutable FrameCodec codec_;
   mutable std::atomic<uint64_t> bytes_read_{0};
   std::atomic<uint64_t> bytes_written_{0};
@@ -139,19 +140,20 @@ void SqliteStore::Write(const Change& change) {
   ENFILADE_CHECK(access_ == StoreAccess::kWrite,
                  "{} was opened for reading",
                  path_.string());
-  if (failed_) {
+  if (failure_) {
     throw DiskError(
-        fmt::format("{}: nothing can be written after an earlier failure; the "
-                    "last commit is kept: open the store again",
-                    path_.string()));
+        fmt::format("{}: nothing can be written after an earlier failure ({}); "
+                    "the last commit is kept: open the store again",
+                    path_.string(),
+                    *failure_));
   }
   try {
     if (!database_->InTransaction()) {
       database_->Execute("BEGIN IMMEDIATE");
     }
     change();
-  } catch (...) {
-    failed_ = true;
+  } catch (const std::exception& e) {
+    failure_ = e.what();
     if (database_->InTransaction()) {
       sqlite3_exec(database_->Handle(), "ROLLBACK", nullptr, nullptr, nullptr);
     }
@@ -168,7 +170,8 @@ std::optional<std::string> SqliteStore::Meta(std::string_view name) const {
   return catalogue_->Meta(name);
 }
 
-void SqliteStore::Put(const BlockKey& key, std::span<const std::byte> content) {
+uint64_t SqliteStore::Put(const BlockKey& key,
+                          std::span<const std::byte> content) {
   ENFILADE_CHECK(content.size() <= internal::kMaxContentBytes,
                  "block {} has {} bytes",
                  ToString(key),
@@ -181,6 +184,7 @@ void SqliteStore::Put(const BlockKey& key, std::span<const std::byte> content) {
                          internal::BlockChecksum(key, content)};
   Write([&] { catalogue_->Put(entry, frame.View()); });
   bytes_written_ += entry.frame_bytes;
+  return entry.frame_bytes;
 }
 
 std::optional<Bytes> SqliteStore::Get(const BlockKey& key) const {

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -357,6 +358,50 @@ TEST(StreamingHash, OfPartsIsThatOfTheWhole) {
       EXPECT_EQ(hash.Value(), HashBytes(all, seed)) << part;
     }
   }
+}
+
+TEST(CallBeside, IsOverWhenItWasWaitedFor) {
+  for (const size_t threads : {size_t{1}, size_t{3}}) {
+    const ThreadLimit limit(threads);
+    CallBeside beside;
+    beside.Wait();  // for nothing
+    for (int i = 1; i <= 100; ++i) {
+      std::atomic<int> done = 0;
+      beside.Start([&] { ++done; });
+      // A loop of its owner neither waits for it nor begins it.
+      ParallelFor(3, [](size_t /*i*/) {});
+      beside.Wait();
+      EXPECT_EQ(done, 1);
+    }
+  }
+}
+
+TEST(CallBeside, ThrowsWhereItIsWaitedFor) {
+  CallBeside beside;
+  beside.Start([] { throw std::runtime_error("full"); });
+  EXPECT_THROW(beside.Wait(), std::runtime_error);
+  beside.Wait();
+  std::atomic<int> done = 0;
+  {
+    CallBeside gone;
+    gone.Start([&] {
+      ++done;
+      throw std::runtime_error("full");
+    });
+  }
+  EXPECT_EQ(done, 1);
+}
+
+TEST(MemoryCharge, IsNothingWhereItDoesNotFit) {
+  MemoryBudget budget(100);
+  {
+    const auto first = MemoryCharge::IfItFits(budget, 60);
+    ASSERT_TRUE(first.has_value());
+    EXPECT_EQ(budget.UsedBytes(), 60U);
+    EXPECT_FALSE(MemoryCharge::IfItFits(budget, 41).has_value());
+    EXPECT_EQ(budget.UsedBytes(), 60U);
+  }
+  EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
 }  // namespace

@@ -22,9 +22,11 @@ class MapStorage : public BlockStorage {
     return it == meta_.end() ? std::nullopt : std::optional(it->second);
   }
 
-  void Put(const BlockKey& key, std::span<const std::byte> content) override {
+  uint64_t Put(const BlockKey& key,
+               std::span<const std::byte> content) override {
     const std::lock_guard lock(*mutex_);
     blocks_[key] = Bytes(content.begin(), content.end());
+    return content.size();
   }
 
   [[nodiscard]] std::optional<Bytes> Get(const BlockKey& key) const override {

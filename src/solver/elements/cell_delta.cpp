@@ -38,14 +38,14 @@ void GrowDelta(const CellTree& tree, CoefficientArray* delta) {
   }
 }
 
-void SaveDelta(BlockStorage& store,
-               CellId cell,
-               const CoefficientArray& delta) {
+uint64_t SaveDelta(BlockStorage& store,
+                   CellId cell,
+                   const CoefficientArray& delta) {
   if (delta.MaxAbs() == 0) {
     EraseDelta(store, cell);
-  } else {
-    SavePages(store, DeltaKey(cell), delta);
+    return 0;
   }
+  return SavePages(store, DeltaKey(cell), delta);
 }
 
 void EraseDelta(BlockStorage& store, CellId cell) {

@@ -29,8 +29,11 @@ CoefficientArray LoadDelta(const BlockStorage& store,
 // restriction of its parent's. `tree` may be without coefficients.
 void GrowDelta(const CellTree& tree, CoefficientArray* delta);
 
-// One of no element, or of zeros, leaves none.
-void SaveDelta(BlockStorage& store, CellId cell, const CoefficientArray& delta);
+// One of no element, or of zeros, leaves none. Returns what it takes in the
+// store.
+uint64_t SaveDelta(BlockStorage& store,
+                   CellId cell,
+                   const CoefficientArray& delta);
 
 void EraseDelta(BlockStorage& store, CellId cell);
 

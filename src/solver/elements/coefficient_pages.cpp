@@ -5,6 +5,7 @@
 #include "base/parallel.h"
 
 #include <algorithm>
+#include <atomic>
 
 namespace enfilade {
 namespace {
@@ -27,9 +28,10 @@ void FillPage(ByteReader* in,
 
 }  // namespace
 
-void SavePages(BlockStorage& store,
-               BlockKey first,
-               const CoefficientArray& array) {
+uint64_t SavePages(BlockStorage& store,
+                   BlockKey first,
+                   const CoefficientArray& array) {
+  std::atomic<uint64_t> stored = 0;
   ParallelFor(array.PageCount(), [&](size_t page) {
     ByteWriter out;
     out.Reserve(array.Page(page).size_bytes() + 16);
@@ -37,8 +39,9 @@ void SavePages(BlockStorage& store,
     PutShuffled(array.Page(page), &out);
     BlockKey key = first;
     key.c += static_cast<uint32_t>(page);
-    store.Put(key, out.View());
+    stored += store.Put(key, out.View());
   });
+  return stored;
 }
 
 size_t LoadPages(const BlockStorage& store,

@@ -10,10 +10,10 @@
 namespace enfilade {
 
 // Writes an array of one cell to the blocks that follow `first` by `c`: a page
-// to each.
-void SavePages(BlockStorage& store,
-               BlockKey first,
-               const CoefficientArray& array);
+// to each. Returns what they take in the store.
+uint64_t SavePages(BlockStorage& store,
+                   BlockKey first,
+                   const CoefficientArray& array);
 
 // Fills an array with what was saved, at most so many elements, and grows it
 // where it has fewer; what it has beyond them stays as it is. Returns how many

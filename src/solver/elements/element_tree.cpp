@@ -196,19 +196,19 @@ void CellTree::UpdateDetail() {
   }
 }
 
-void CellTree::Save(BlockStorage& store, CellId cell) const {
+uint64_t CellTree::Save(BlockStorage& store, CellId cell) const {
   BlockKey key = StructureKey(cell);
   ByteWriter counts;
   counts.PutVarint(patch_count_);
   counts.PutVarint(parents_.Size());
-  store.Put(key, counts.View());
+  uint64_t stored = store.Put(key, counts.View());
   for (size_t page = 0; page < parents_.PageCount(); ++page) {
     ByteWriter parents;
     parents.PutArray(parents_.Page(page));
     ++key.c;
-    store.Put(key, parents.View());
+    stored += store.Put(key, parents.View());
   }
-  SavePages(store, PagesKey(cell), sent_);
+  return stored + SavePages(store, PagesKey(cell), sent_);
 }
 
 std::optional<CellTree> CellTree::LoadElements(

@@ -91,8 +91,9 @@ class CellTree {
   static uint64_t BytesFor(size_t elements, TreeShape shape);
   static uint64_t ElementBytesFor(size_t elements);
 
-  // Writes the structure and the coefficients, both page by page.
-  void Save(BlockStorage& store, CellId cell) const;
+  // Writes the structure and the coefficients, both page by page. Returns what
+  // they take in the store.
+  uint64_t Save(BlockStorage& store, CellId cell) const;
 
   // Hash of what is the solution: structure and what is gathered, which is of
   // as many elements.

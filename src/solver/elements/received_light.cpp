@@ -48,10 +48,10 @@ CoefficientArray ReceivedLight::LoadGathered(const BlockStorage& store,
   return gathered;
 }
 
-void ReceivedLight::SaveGathered(BlockStorage& store,
-                                 CellId cell,
-                                 const CoefficientArray& gathered) {
-  SavePages(store, GatheredKey(cell), gathered);
+uint64_t ReceivedLight::SaveGathered(BlockStorage& store,
+                                     CellId cell,
+                                     const CoefficientArray& gathered) {
+  return SavePages(store, GatheredKey(cell), gathered);
 }
 
 void ReceivedLight::KeepForReaders(BlockStorage& store, CellId cell) {
@@ -75,9 +75,9 @@ uint64_t ReceivedLight::BytesFor(size_t elements, const TreeShape& shape) {
   return elements * (shape.Stride() + shape.NodeStride()) * sizeof(float);
 }
 
-void ReceivedLight::Save(BlockStorage& store, CellId cell) const {
-  SaveGathered(store, cell, gathered);
-  SavePages(store, GainKey(cell), gain);
+uint64_t ReceivedLight::Save(BlockStorage& store, CellId cell) const {
+  return SaveGathered(store, cell, gathered) +
+         SavePages(store, GainKey(cell), gain);
 }
 
 }  // namespace enfilade

@@ -46,9 +46,9 @@ struct ReceivedLight {
                                        const TreeShape& shape,
                                        size_t elements);
 
-  static void SaveGathered(BlockStorage& store,
-                           CellId cell,
-                           const CoefficientArray& gathered);
+  static uint64_t SaveGathered(BlockStorage& store,
+                               CellId cell,
+                               const CoefficientArray& gathered);
 
   // While a cell is refined it has received only a part of its light: what the
   // store has of it is kept for readers until they are told to forget it. Does
@@ -59,7 +59,8 @@ struct ReceivedLight {
   // What that of so many elements takes.
   static uint64_t BytesFor(size_t elements, const TreeShape& shape);
 
-  void Save(BlockStorage& store, CellId cell) const;
+  // Returns what it takes in the store.
+  uint64_t Save(BlockStorage& store, CellId cell) const;
 
   void GrowTo(size_t elements) {
     gathered.GrowTo(elements);

@@ -1,5 +1,7 @@
 #include "solver/links/link_store.h"
 
+#include "base/check.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <utility>
@@ -20,11 +22,30 @@ BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
 
 }  // namespace
 
+const LinkBlock& ChunkWriter::Start(LinkChunk&& chunk) {
+  ENFILADE_CHECK(!chunk_, "two chunks of links are written at once");
+  chunk_ = std::move(chunk);
+  writing_.Start([this] {
+    chunk_->stored_bytes = store_->Put(ChunkKey(chunk_->pair, chunk_->chunk),
+                                       EncodeLinks(chunk_->block));
+  });
+  return chunk_->block;
+}
+
+void ChunkWriter::Finish() {
+  if (chunk_) {
+    writing_.Wait();
+    on_written_(std::move(*chunk_));
+    chunk_.reset();
+  }
+}
+
 LinkWriter::LinkWriter(BlockStorage& store,
+                       ChunkWriter& chunks,
                        CellPair pair,
                        uint32_t first_chunk,
-                       std::function<void(WrittenLinks&&)> on_chunk)
-    : store_(&store),
+                       std::function<void(const LinkBlock&)> on_chunk)
+    : writer_(&chunks),
       pair_(pair),
       on_chunk_(std::move(on_chunk)),
       chunks_(first_chunk) {
@@ -45,6 +66,7 @@ void LinkWriter::Flush() {
   const size_t links = pending_.links.size();
   const size_t chunks = (links + kMostChunkLinks - 1) / kMostChunkLinks;
   for (size_t i = 0; i < chunks; ++i) {
+    writer_->Finish();  // there is room for one
     const size_t first = links * i / chunks;
     const size_t last = links * (i + 1) / chunks;
     LinkBlock chunk;
@@ -54,10 +76,7 @@ void LinkWriter::Flush() {
     }
     chunk.shapes.shrink_to_fit();
     chunk.group.shrink_to_fit();
-    const uint64_t before = store_->Stats().bytes_written;
-    store_->Put(ChunkKey(pair_, chunks_), EncodeLinks(chunk));
-    const uint64_t stored = store_->Stats().bytes_written - before;
-    on_chunk_({chunks_++, std::move(chunk), stored});
+    on_chunk_(writer_->Start({pair_, chunks_++, std::move(chunk)}));
   }
   pending_.links.clear();
   pending_.shapes.clear();

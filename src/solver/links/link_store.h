@@ -5,11 +5,13 @@
 
 #include "base/block_storage.h"
 #include "base/ids.h"
+#include "base/parallel.h"
 #include "solver/links/link_block.h"
 
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <utility>
 
 namespace enfilade {
 
@@ -18,22 +20,48 @@ struct CellPair {
   CellId source;
 };
 
-// A chunk of a pair that was written, and what it takes in the store.
-struct WrittenLinks {
+// A chunk of a pair.
+struct LinkChunk {
+  CellPair pair;
   uint32_t chunk = 0;
-  LinkBlock block;  // sorted, its coefficients as they will be read
-  uint64_t stored_bytes = 0;
+  LinkBlock block;            // sorted, its coefficients as they will be read
+  uint64_t stored_bytes = 0;  // once it is written: what it takes in the store
+};
+
+// Writes chunks behind the work, one at a time: to encode and to compress them
+// is for one thread, and the others need not wait for it.
+class ChunkWriter {
+ public:
+  // `on_written` gets every chunk when it is in the store, on the thread that
+  // calls this.
+  ChunkWriter(BlockStorage& store, std::function<void(LinkChunk&&)> on_written)
+      : store_(&store), on_written_(std::move(on_written)) {}
+
+  // Begins to write a chunk; none may be under way. The block may be read until
+  // Finish.
+  const LinkBlock& Start(LinkChunk&& chunk);
+
+  // Waits for the chunk that is under way, if there is one; throws what its
+  // writing threw.
+  void Finish();
+
+ private:
+  BlockStorage* store_;
+  std::function<void(LinkChunk&&)> on_written_;
+  std::optional<LinkChunk> chunk_;  // under way
+  CallBeside writing_;
 };
 
 // Chunks of a pair, from 0 without gaps.
 class LinkWriter {
  public:
   // Goes on after `first_chunk` chunks, or from 0 forgets the pair's old ones.
-  // `on_chunk` gets every chunk, sorted, as soon as it is written.
+  // `on_chunk` gets every chunk as soon as it is on its way to the store.
   LinkWriter(BlockStorage& store,
+             ChunkWriter& chunks,
              CellPair pair,
              uint32_t first_chunk,
-             std::function<void(WrittenLinks&&)> on_chunk);
+             std::function<void(const LinkBlock&)> on_chunk);
 
   // Room for more links; write them, then call Flush when Full.
   LinkBlock& Pending() { return pending_; }
@@ -44,9 +72,9 @@ class LinkWriter {
   [[nodiscard]] uint32_t Chunks() const { return chunks_; }
 
  private:
-  BlockStorage* store_;
+  ChunkWriter* writer_;
   CellPair pair_;
-  std::function<void(WrittenLinks&&)> on_chunk_;
+  std::function<void(const LinkBlock&)> on_chunk_;
   LinkBlock pending_;
   uint32_t chunks_ = 0;
 };

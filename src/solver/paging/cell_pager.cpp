@@ -1,6 +1,7 @@
 #include "solver/paging/cell_pager.h"
 
 #include "base/check.h"
+#include "base/parallel.h"
 #include "solver/elements/cell_delta.h"
 
 #include <algorithm>
@@ -136,33 +137,48 @@ void CellPager::Recharge(ItemKey key, uint64_t bytes, std::string_view what) {
   SetHeld(key, &item, bytes);
 }
 
-void CellPager::Write(ItemKey key, Item* item) {
+uint64_t CellPager::Save(ItemKey key, const Item& item) const {
   const CellId cell(key.cell);
-  const uint64_t written_before = store_->Stats().bytes_written;
-  if (key.kind == ItemKind::kTree) {
-    const auto tree = std::static_pointer_cast<CellTree>(item->value);
-    tree->Save(*store_, cell);
-    stored_elements_[cell.Index()] = static_cast<uint32_t>(tree->Size());
-  } else if (key.kind == ItemKind::kDelta) {
-    const auto& delta =
-        *std::static_pointer_cast<CoefficientArray>(item->value);
-    SaveDelta(*store_, cell, delta);
-  } else if (key.kind == ItemKind::kWeights) {
-    SaveSourceWeights(
-        *store_, cell, *std::static_pointer_cast<SourceWeights>(item->value));
-  } else {
-    std::static_pointer_cast<ReceivedLight>(item->value)->Save(*store_, cell);
+  const void* value = item.value.get();
+  switch (key.kind) {
+    case ItemKind::kTree:
+      return static_cast<const CellTree*>(value)->Save(*store_, cell);
+    case ItemKind::kDelta:
+      return SaveDelta(
+          *store_, cell, *static_cast<const CoefficientArray*>(value));
+    case ItemKind::kWeights:
+      return SaveSourceWeights(
+          *store_, cell, *static_cast<const SourceWeights*>(value));
+    case ItemKind::kReceived:
+      return static_cast<const ReceivedLight*>(value)->Save(*store_, cell);
+    default:
+      ENFILADE_CHECK(false, "a thing that never changes is dirty");
+      return 0;
   }
-  trace_.SetStored(ThingOf(key),
-                   store_->Stats().bytes_written - written_before);
+}
+
+void CellPager::NoteSaved(ItemKey key, Item* item, uint64_t stored_bytes) {
+  if (key.kind == ItemKind::kTree) {
+    stored_elements_[key.cell] = static_cast<uint32_t>(
+        std::static_pointer_cast<CellTree>(item->value)->Size());
+  }
+  trace_.SetStored(ThingOf(key), stored_bytes);
   item->dirty = false;
 }
 
 void CellPager::Flush() {
-  for (auto& [key, item] : items_) {
-    if (item.dirty) {
-      Write(key, &item);
+  std::vector<Items::iterator> dirty;
+  for (auto it = items_.begin(); it != items_.end(); ++it) {
+    if (it->second.dirty) {
+      dirty.push_back(it);
     }
+  }
+  std::vector<uint64_t> stored(dirty.size());
+  ParallelFor(dirty.size(), [&](size_t i) {
+    stored[i] = Save(dirty[i]->first, dirty[i]->second);
+  });
+  for (size_t i = 0; i < dirty.size(); ++i) {
+    NoteSaved(dirty[i]->first, &dirty[i]->second, stored[i]);
   }
 }
 

@@ -149,8 +149,8 @@ class CellPager {
                   const LinkEnds& ends,
                   const std::function<void(const LinkBlock&)>& visit);
 
-  // A chunk of a pair was written; keeps it if it is needed soon.
-  void KeepLinks(CellPair pair, WrittenLinks&& written);
+  // A chunk was written; keeps it if it is needed soon.
+  void KeepLinks(LinkChunk&& written);
 
   // Drops all links from memory: they will be made anew.
   void ForgetLinks();
@@ -255,7 +255,9 @@ class CellPager {
   void Drop(Items::iterator item);
   // Of the cell's tree in the store: read once, not each time the tree is.
   size_t StoredElements(CellId cell);
-  void Write(ItemKey key, Item* item);
+  // Writes an item to the store; returns what it takes there. From any thread.
+  uint64_t Save(ItemKey key, const Item& item) const;
+  void NoteSaved(ItemKey key, Item* item, uint64_t stored_bytes);
   void Recharge(ItemKey key, uint64_t bytes, std::string_view what);
 
   BlockStorage* store_;

@@ -24,7 +24,7 @@ uint64_t LinkItemBytes(const LinkBlock& block) {
 
 void CellPager::Drop(Items::iterator item) {
   if (item->second.dirty) {
-    Write(item->first, &item->second);
+    NoteSaved(item->first, &item->second, Save(item->first, item->second));
   }
   item->second.value.reset();
   held_bytes_ -= item->second.held_bytes;
@@ -245,8 +245,8 @@ void CellPager::VisitLinks(CellPair pair,
   }
 }
 
-void CellPager::KeepLinks(CellPair pair, WrittenLinks&& written) {
-  const ItemKey key = LinksKey(pair, written.chunk);
+void CellPager::KeepLinks(LinkChunk&& written) {
+  const ItemKey key = LinksKey(written.pair, written.chunk);
   const CachedThing thing = ThingOf(key);
   trace_.SetStored(thing, written.stored_bytes);
   trace_.SetHeld(thing, LinkItemBytes(written.block));

@@ -115,14 +115,14 @@ SourceWeights LoadSourceWeights(const BlockStorage& store,
   return weights;
 }
 
-void SaveSourceWeights(BlockStorage& store,
-                       CellId id,
-                       const SourceWeights& weights) {
+uint64_t SaveSourceWeights(BlockStorage& store,
+                           CellId id,
+                           const SourceWeights& weights) {
   ByteWriter writer;
   writer.PutArray(std::span(weights.peaks));
   writer.PutArray(std::span(weights.fluxes));
   writer.PutArray(std::span(weights.groups));
-  store.Put(KeyOf(id), writer.View());
+  return store.Put(KeyOf(id), writer.View());
 }
 
 void EraseSourceWeights(BlockStorage& store, CellId id) {

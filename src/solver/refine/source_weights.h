@@ -57,9 +57,10 @@ SourceWeights LoadSourceWeights(const BlockStorage& store,
                                 CellId id,
                                 const CellGeometry& cell);
 
-void SaveSourceWeights(BlockStorage& store,
-                       CellId id,
-                       const SourceWeights& weights);
+// Returns what they take in the store.
+uint64_t SaveSourceWeights(BlockStorage& store,
+                           CellId id,
+                           const SourceWeights& weights);
 
 void EraseSourceWeights(BlockStorage& store, CellId id);
 

@@ -1,0 +1,136 @@
+// Chunks of links on their way to the store.
+
+#include "solver/links/link_store.h"
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "store/sqlite_store.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "tests/store/file_size_limit.h"
+#include "tests/store/temp_store.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr CellPair kPair{CellId(3U), CellId(5U)};
+constexpr LinkEnds kEnds{1000, 1000, 0};
+
+// Weak links of one receiver.
+LinkBlock WeakLinks(uint32_t receiver, size_t count) {
+  LinkBlock block;
+  for (size_t i = 0; i < count; ++i) {
+    Link link;
+    link.receiver = receiver;
+    link.source = static_cast<uint32_t>(i * 7 % 1000);
+    link.kind = LinkKind::kWeak;
+    link.value = static_cast<uint16_t>(i * 37);
+    block.links.push_back(link);
+  }
+  SortLinks(&block);
+  return block;
+}
+
+void AppendTo(LinkBlock* to, const LinkBlock& from) {
+  for (size_t i = 0; i < from.links.size(); ++i) {
+    to->AppendFrom(from, i);
+  }
+}
+
+TEST(ChunkWriter, WritesEachChunkOnceAndTellsWhatItTakes) {
+  const auto store = CreateStoreInMemory();
+  std::vector<LinkChunk> written;
+  ChunkWriter writer(
+      *store, [&](LinkChunk&& chunk) { written.push_back(std::move(chunk)); });
+  writer.Finish();  // nothing is under way
+  uint64_t told = 0;
+  for (uint32_t i = 0; i < 3; ++i) {
+    const LinkBlock& block = writer.Start({kPair, i, WeakLinks(i, 100 + i), 0});
+    EXPECT_EQ(block.links.size(), 100 + i);
+    writer.Finish();
+    writer.Finish();
+    ASSERT_EQ(written.size(), i + 1);
+    told += written.back().stored_bytes;
+    EXPECT_EQ(told, store->Stats().bytes_written);
+    const auto read = ReadLinks(*store, kPair, i, kEnds);
+    ASSERT_TRUE(read.has_value());
+    EXPECT_EQ(read->links.size(), 100 + i);
+  }
+}
+
+// A pair has the same chunks whatever the threads, and its reader never meets
+// one that is still under way.
+TEST(LinkWriter, HandsChunksOutInOrderAndWritesThemAll) {
+  const size_t links = 60'000;
+  std::vector<std::vector<size_t>> sizes;
+  for (const size_t threads : {size_t{1}, size_t{2}, size_t{4}}) {
+    const ThreadLimit limit(threads);
+    const auto store = CreateStoreInMemory();
+    std::vector<uint32_t> kept;
+    ChunkWriter chunks(*store, [&](LinkChunk&& c) { kept.push_back(c.chunk); });
+    size_t seen = 0;
+    LinkWriter writer(*store, chunks, kPair, 0, [&](const LinkBlock& block) {
+      seen += block.links.size();
+    });
+    for (uint32_t r = 0; r < links / 1000; ++r) {
+      AppendTo(&writer.Pending(), WeakLinks(r, 1000));
+      if (writer.Full()) {
+        writer.Flush();
+      }
+    }
+    writer.Flush();
+    chunks.Finish();
+    EXPECT_EQ(seen, links);
+    EXPECT_EQ(kept.size(), writer.Chunks());
+    sizes.emplace_back();
+    for (uint32_t i = 0; i < writer.Chunks(); ++i) {
+      EXPECT_EQ(kept[i], i);
+      const auto read = ReadLinks(*store, kPair, i, kEnds);
+      ASSERT_TRUE(read.has_value());
+      sizes.back().push_back(read->links.size());
+    }
+    EXPECT_FALSE(ReadLinks(*store, kPair, writer.Chunks(), kEnds).has_value());
+  }
+  EXPECT_EQ(sizes[0], sizes[1]);
+  EXPECT_EQ(sizes[0], sizes[2]);
+  EXPECT_GT(sizes[0].size(), 1U);
+}
+
+// What fails beside the work is told where it is waited for; who goes without
+// waiting loses no more than the chunk.
+TEST(ChunkWriter, AFullDiskIsToldAtTheEnd) {
+  for (const bool waits : {true, false}) {
+    const TemporaryFolder folder;
+    const auto path = folder / "a.enf";
+    {
+      const auto store = CreateStore(path);
+      store->Commit();
+      const FileSizeLimit full(1);
+      size_t written = 0;
+      ChunkWriter writer(*store, [&](LinkChunk&& /*chunk*/) { ++written; });
+      // More than SQLite keeps in memory.
+      LinkBlock block;
+      for (uint32_t r = 0; r < 1000; ++r) {
+        AppendTo(&block, WeakLinks(r, 1000));
+      }
+      writer.Start({kPair, 0, std::move(block), 0});
+      if (waits) {
+        const auto finish_and_commit = [&] {
+          writer.Finish();
+          store->Commit();
+        };
+        EXPECT_THROW(finish_and_commit(), DiskError);
+      }
+    }
+    const auto store = OpenStore(path, StoreAccess::kRead);
+    store->VerifyAll();
+    EXPECT_EQ(store->Count(BlockKind::kLinks), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace enfilade

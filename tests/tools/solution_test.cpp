@@ -1,0 +1,132 @@
+// The stored solution, read cell by cell and many cells together.
+
+#include "solver/solution/solution.h"
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "partition/partition.h"
+#include "scene/import.h"
+#include "solver/solve.h"
+#include "store/sqlite_store.h"
+#include "visibility/ray_tracer.h"
+#include "visibility/visible_set.h"
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "tests/budgets.h"
+#include "tests/temporary_folder.h"
+#include "tools/scenes/floorplan.h"
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+// Four rooms, solved once for all tests.
+const BlockStorage& SolvedRooms() {
+  static const std::unique_ptr<BlockStorage> solved = [] {
+    const TemporaryFolder dir;
+    ObjWriter writer(dir / "scene.obj");
+    WriteFloorplan({4, 1, 0.5, 1}, writer);
+    writer.Finish();
+    auto store = CreateStoreInMemory();
+    MemoryBudget budget(kRoomy);
+    ImportScene(dir / "scene.obj", {}, budget, *store);
+    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
+    BuildTraceChunks(*store, budget);
+    SolveOptions options;
+    options.error = 0.5;
+    Solve(*store, options, budget);
+    return store;
+  }();
+  return *solved;
+}
+
+std::vector<CellId> AllCells(const Solution& solution) {
+  std::vector<CellId> cells;
+  for (size_t i = 0; i < solution.CellCount(); ++i) {
+    cells.emplace_back(i);
+  }
+  return cells;
+}
+
+// Points of all cells, in no order.
+std::vector<PatchPoint> ScatteredPoints(size_t count) {
+  const Partition partition = LoadPartition(SolvedRooms());
+  Random random(7);
+  std::vector<PatchPoint> points;
+  while (points.size() < count) {
+    const CellId cell(
+        random.NextBelow(static_cast<uint32_t>(partition.cells.size())));
+    const uint32_t patches = partition.cells[cell.Index()].patches;
+    if (patches > 0) {
+      points.push_back({cell,
+                        PatchId(random.NextBelow(patches)),
+                        0.4 * random.Next(),
+                        0.4 * random.Next()});
+    }
+  }
+  return points;
+}
+
+TEST(Solution, IsTheSameForEveryBudgetAndNumberOfThreads) {
+  const auto points = ScatteredPoints(3000);
+  MemoryBudget roomy(kRoomy);
+  const Solution solution(SolvedRooms(), roomy);
+  ASSERT_GT(solution.CellCount(), 4U);
+  const std::vector<Rgb> values = solution.Radiosity(points);
+  // One by one: neither order nor company matters.
+  for (size_t i = 0; i < points.size(); i += 100) {
+    EXPECT_EQ(solution.Radiosity(std::span(points).subspan(i, 1))[0],
+              values[i]);
+  }
+  // Room for the largest cell and for nothing beside it.
+  MemoryBudget tight(solution.MostCellBytes());
+  EXPECT_EQ(Solution(SolvedRooms(), tight).Radiosity(points), values);
+  EXPECT_LE(tight.PeakBytes(), tight.LimitBytes());
+  EXPECT_EQ(tight.UsedBytes(), 0U);
+  const ThreadLimit one_thread(1);
+  EXPECT_EQ(solution.Radiosity(points), values);
+}
+
+TEST(Solution, OfWhichACellDoesNotFitIsRefused) {
+  MemoryBudget roomy(kRoomy);
+  const uint64_t most = Solution(SolvedRooms(), roomy).MostCellBytes();
+  MemoryBudget small(most - 1);
+  const Solution solution(SolvedRooms(), small);
+  EXPECT_THROW(
+      solution.VisitCells(AllCells(solution),
+                          [](size_t /*i*/, const Solution::Cell& /*cell*/) {}),
+      DoesNotFitError);
+  EXPECT_EQ(small.UsedBytes(), 0U);
+}
+
+TEST(Solution, VisitsEachCellOnceWithItsPatches) {
+  MemoryBudget roomy(kRoomy);
+  const Solution solution(SolvedRooms(), roomy);
+  const Partition partition = LoadPartition(SolvedRooms());
+  std::vector<CellId> cells = AllCells(solution);
+  std::reverse(cells.begin(), cells.end());
+  std::vector<std::atomic<int>> visits(cells.size());
+  solution.VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
+    ++visits[i];
+    EXPECT_EQ(cell.Patches().size(), partition.cells[cells[i].Index()].patches);
+    // The leaves of a patch cover it.
+    for (size_t k = 0; k < cell.Patches().size(); ++k) {
+      const std::vector<PatchId> patch = {PatchId(k)};
+      double area = 0;
+      cell.ForEachMean(patch, [&](const LeafMean& leaf) { area += leaf.area; });
+      const double whole = PatchArea(cell.Patches()[k]);
+      EXPECT_NEAR(area, whole, 1e-4 * whole);
+    }
+  });
+  for (const std::atomic<int>& count : visits) {
+    EXPECT_EQ(count, 1);
+  }
+}
+
+}  // namespace
+}  // namespace enfilade
