@@ -33,13 +33,15 @@ constexpr uint64_t kPointBytes =
     BatchSight::kBytesPerProbe +
     ResidualSamples::kPointsPerProbe * (sizeof(Rgb) + sizeof(size_t)) +
     sizeof(ResidualProbe) + ProbeChooser::kWorkBytesPerProbe;
-constexpr uint64_t kMostBatchBytes = 48ULL << 20;
+constexpr uint64_t kMostTracedBytes = 8ULL << 20;
+constexpr uint64_t kMostLookedUpBytes = 24ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
 
 // How many points of so many bytes fit in an eighth of what is free: one eighth
-// for those that are traced, one for those that are looked up.
-size_t PointsIn(const MemoryBudget& budget, uint64_t bytes) {
-  const uint64_t room = std::min(budget.FreeBytes() / 4, kMostBatchBytes) / 2;
+// for those that are traced, one for those that are looked up. To trace few at
+// a time costs nothing where the building is in memory.
+size_t PointsIn(const MemoryBudget& budget, uint64_t bytes, uint64_t most) {
+  const uint64_t room = std::min(budget.FreeBytes() / 8, most);
   return std::clamp<uint64_t>(
       room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
 }
@@ -67,8 +69,8 @@ class ResidualMeter {
         by_patch_(chooser_.FirstPatches(),
                   options.most_rays / kRaysPerPoint + kPointsPerRound,
                   budget),
-        traced_points_(PointsIn(budget, kTracedBytes)),
-        batch_points_(PointsIn(budget, kPointBytes)),
+        traced_points_(PointsIn(budget, kTracedBytes, kMostTracedBytes)),
+        batch_points_(PointsIn(budget, kPointBytes, kMostLookedUpBytes)),
         batch_charge_(
             budget,
             traced_points_ * kTracedBytes + batch_points_ * kPointBytes,
