@@ -41,15 +41,15 @@ std::string FormatDuration(double seconds) {
 }
 
 std::string ProgressText(std::string_view stage,
-                         double fraction,
-                         double elapsed_seconds,
+                         const ProgressSoFar& so_far,
                          std::string_view detail) {
-  const double share = std::clamp(fraction, 0.0, 1.0);
+  const double share = std::clamp(so_far.fraction, 0.0, 1.0);
   // Rounded down: 100 % is shown only when it is done.
   std::string text =
       fmt::format("{} {} %", stage, static_cast<int>(share * 100));
-  if (share >= kLeastFractionToExtrapolate && share < 1) {
-    const double left = elapsed_seconds * (1 - share) / share;
+  const double done = share - so_far.first;
+  if (done >= kLeastFractionToExtrapolate && share < 1) {
+    const double left = so_far.seconds * (1 - share) / done;
     text += fmt::format(", {} left", FormatDuration(left));
   }
   if (!detail.empty()) {
@@ -78,6 +78,7 @@ void Progress::Begin(std::string_view stage) {
   stage_ = stage;
   begin_ = Clock::now();
   shown_ = begin_;
+  first_fraction_.reset();
   if (output_ == Output::kLog) {
     spdlog::info("{}", stage_);
   }
@@ -85,6 +86,10 @@ void Progress::Begin(std::string_view stage) {
 
 void Progress::Update(double fraction, std::string_view detail) {
   const std::scoped_lock lock(mutex_);
+  if (!first_fraction_) {
+    first_fraction_ = fraction;
+    first_ = Clock::now();
+  }
   const double elapsed = SecondsSince(begin_);
   const double interval =
       output_ == Output::kLog ? kSecondsBetweenLogLines : kSecondsBetweenLines;
@@ -93,7 +98,8 @@ void Progress::Update(double fraction, std::string_view detail) {
     return;
   }
   shown_ = Clock::now();
-  std::string text = ProgressText(stage_, fraction, elapsed, detail);
+  std::string text = ProgressText(
+      stage_, {*first_fraction_, fraction, SecondsSince(first_)}, detail);
   if (output_ == Output::kLog) {
     spdlog::info("{}", text);
     return;

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,11 +15,18 @@ namespace enfilade {
 // "42 s", "3 min 20 s", "2 h 05 min".
 std::string FormatDuration(double seconds);
 
+// How far a stage has come in a run: that of one that is gone on with began
+// with a part of it done.
+struct ProgressSoFar {
+  double first = 0;  // the fraction of the stage that was done at first
+  double fraction = 0;
+  double seconds = 0;  // from then to now
+};
+
 // "refine 43 %, 12 s left: detail". No time is given before the fraction says
-// enough (2 %) to extrapolate from.
+// enough (2 % more) to extrapolate from.
 std::string ProgressText(std::string_view stage,
-                         double fraction,
-                         double elapsed_seconds,
+                         const ProgressSoFar& so_far,
                          std::string_view detail);
 
 // Thread-safe. Writes to stderr only.
@@ -56,6 +64,8 @@ class Progress {
   std::string stage_;
   Clock::time_point begin_;
   Clock::time_point shown_;
+  std::optional<double> first_fraction_;  // of the stage
+  Clock::time_point first_;               // when that was told
   bool line_visible_ = false;
 };
 

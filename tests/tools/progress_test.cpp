@@ -14,21 +14,31 @@ TEST(FormatDuration, UsesTheTwoLargestUnits) {
 }
 
 TEST(ProgressText, ExtrapolatesTheTimeLeft) {
-  EXPECT_EQ(ProgressText("solve", 0.25, 30, ""), "solve 25 %, 1 min 30 s left");
+  EXPECT_EQ(ProgressText("solve", {0, 0.25, 30}, ""),
+            "solve 25 %, 1 min 30 s left");
 }
 
 TEST(ProgressText, GivesNoTimeBeforeItKnowsEnough) {
-  EXPECT_EQ(ProgressText("solve", 0.01, 30, "refine"), "solve 1 %: refine");
+  EXPECT_EQ(ProgressText("solve", {0, 0.01, 30}, "refine"),
+            "solve 1 %: refine");
+}
+
+// What an earlier run has done took none of this one's time.
+TEST(ProgressText, OfARunThatGoesOnExtrapolatesFromWhereItBegan) {
+  EXPECT_EQ(ProgressText("solve", {0.6, 0.7, 30}, ""),
+            "solve 70 %, 1 min 30 s left");
+  EXPECT_EQ(ProgressText("solve", {0.6, 0.61, 30}, "refine"),
+            "solve 61 %: refine");
 }
 
 TEST(ProgressText, SaysHundredPercentOnlyWhenDone) {
-  EXPECT_EQ(ProgressText("solve", 0.999, 999, ""), "solve 99 %, 1 s left");
-  EXPECT_EQ(ProgressText("solve", 1, 1000, ""), "solve 100 %");
+  EXPECT_EQ(ProgressText("solve", {0, 0.999, 999}, ""), "solve 99 %, 1 s left");
+  EXPECT_EQ(ProgressText("solve", {0, 1, 1000}, ""), "solve 100 %");
 }
 
 TEST(ProgressText, ClampsTheFraction) {
-  EXPECT_EQ(ProgressText("solve", 1.5, 10, ""), "solve 100 %");
-  EXPECT_EQ(ProgressText("solve", -1, 10, ""), "solve 0 %");
+  EXPECT_EQ(ProgressText("solve", {0, 1.5, 10}, ""), "solve 100 %");
+  EXPECT_EQ(ProgressText("solve", {0, -1, 10}, ""), "solve 0 %");
 }
 
 }  // namespace
