@@ -1,17 +1,18 @@
 #include "tools/child_process.h"
 
-#include "base/error.h"
 #include "base/stopwatch.h"
 
+#include <array>
 #include <chrono>
-#include <fstream>
-#include <sstream>
+#include <string_view>
 #include <thread>
 
 #include "tools/signal.h"
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,8 +24,40 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kOwnProgram = "/proc/self/exe";
 constexpr auto kPoll = std::chrono::milliseconds(10);
 
-pid_t Start(const std::vector<std::string>& words,
-            const std::filesystem::path& err_path) {
+// A file in memory, closed with its owner.
+class MemoryFile {
+ public:
+  MemoryFile() : descriptor_(memfd_create("stderr", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) {
+      throw DiskError("cannot make a file in memory");
+    }
+  }
+
+  ~MemoryFile() { close(descriptor_); }
+
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  [[nodiscard]] int Descriptor() const { return descriptor_; }
+
+  [[nodiscard]] std::string Text() const {
+    std::string text;
+    std::array<char, 4096> part{};
+    ssize_t size = 0;
+    while ((size = pread(descriptor_,
+                         part.data(),
+                         part.size(),
+                         static_cast<off_t>(text.size()))) > 0) {
+      text.append(part.data(), static_cast<size_t>(size));
+    }
+    return text;
+  }
+
+ private:
+  int descriptor_;
+};
+
+pid_t Start(const std::vector<std::string>& words, const MemoryFile& err) {
   std::vector<std::string> copies = {"enfilade"};
   copies.insert(copies.end(), words.begin(), words.end());
   std::vector<char*> argv;
@@ -37,8 +70,7 @@ pid_t Start(const std::vector<std::string>& words,
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(
-      &actions, 2, err_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_adddup2(&actions, err.Descriptor(), 2);
   pid_t pid = -1;
   const int failed =
       posix_spawn(&pid, kOwnProgram, &actions, nullptr, argv.data(), environ);
@@ -52,9 +84,9 @@ pid_t Start(const std::vector<std::string>& words,
 }  // namespace
 
 ChildResult RunOwnProgram(const std::vector<std::string>& words,
-                          const std::filesystem::path& err_path,
                           double most_seconds) {
-  const pid_t pid = Start(words, err_path);
+  const MemoryFile err;
+  const pid_t pid = Start(words, err);
   const auto begin = Clock::now();
   ChildResult result;
   bool asked = false;
@@ -71,10 +103,21 @@ ChildResult RunOwnProgram(const std::vector<std::string>& words,
   ThrowIfStopRequested();
   result.exit_code =
       WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  std::ostringstream text;
-  text << std::ifstream(err_path).rdbuf();
-  result.err = text.str();
+  result.err = err.Text();
   return result;
+}
+
+Error ErrorOfChild(const ChildResult& result) {
+  constexpr std::string_view kPrefix = "enfilade: error: ";
+  const size_t at = result.err.rfind(kPrefix);
+  if (at == std::string::npos) {
+    return {ExitCode::kNotDone,
+            fmt::format("a run of the program itself ended with exit code {}",
+                        result.exit_code)};
+  }
+  std::string what = result.err.substr(at + kPrefix.size());
+  what.erase(what.find_last_not_of('\n') + 1);
+  return {static_cast<ExitCode>(result.exit_code), what};
 }
 
 }  // namespace enfilade

@@ -3,7 +3,8 @@
 
 #pragma once
 
-#include <filesystem>
+#include "base/error.h"
+
 #include <string>
 #include <vector>
 
@@ -16,11 +17,14 @@ struct ChildResult {
 };
 
 // Runs the program with these words, standard output discarded; standard error
-// goes through the file `err_path`. After `most_seconds` the child is asked to
-// stop, and so it is when a stop of this process was requested; then
-// InterruptedError.
+// is kept in memory, for it has something to say when the disk is full. After
+// `most_seconds` the child is asked to stop, and so it is when a stop of this
+// process was requested; then InterruptedError.
 ChildResult RunOwnProgram(const std::vector<std::string>& words,
-                          const std::filesystem::path& err_path,
                           double most_seconds);
+
+// The error that ended it, to be thrown: its exit code, and what it said
+// without the program's name in front.
+Error ErrorOfChild(const ChildResult& result);
 
 }  // namespace enfilade

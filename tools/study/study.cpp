@@ -115,7 +115,7 @@ void Study::MakeScene(double value) {
                                  fmt::format("{}", value),
                                  Work("scene.obj").string()});
   if (made.exit_code != 0) {
-    throw InputError(made.err);
+    throw ErrorOfChild(made);
   }
 }
 
@@ -158,8 +158,14 @@ fs::path Study::StoreOf(double value, const StudySetting& s) const {
       "{}_{}_{}_{}.enf", experiment_.name, value, s.method, s.setting));
 }
 
+// A full disk is no result of a run: it ends the study, which goes on with that
+// run when there is room.
 ChildResult Study::Call(const std::vector<std::string>& words) {
-  return RunOwnProgram(words, Work("err.txt"), options_.most_seconds);
+  ChildResult result = RunOwnProgram(words, options_.most_seconds);
+  if (result.exit_code == static_cast<int>(ExitCode::kDisk)) {
+    throw ErrorOfChild(result);
+  }
+  return result;
 }
 
 ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/store/file_size_limit.h"
 #include "tests/tools/run_program.h"
 #include "tools/study/fit.h"
 #include <gtest/gtest.h>
@@ -143,6 +144,39 @@ TEST(Study, GoesOnWhereItWasKilled) {
   EXPECT_EQ(LoadStudy(file).size(), 2U);
   EXPECT_EQ(again.out.find("parallel 1 progressive 500\n"), std::string::npos);
   EXPECT_NE(again.out.find("parallel 1 progressive 2000\n"), std::string::npos);
+}
+
+ProgramResult RunOnFullDisk(const std::string& experiment,
+                            const std::string& value,
+                            rlim_t most_bytes,
+                            const TemporaryFolder& folder) {
+  const FileSizeLimit limit(most_bytes);
+  return RunProgram({"study",
+                     experiment,
+                     "--values",
+                     value,
+                     "--verify",
+                     "0",
+                     "--out",
+                     folder / "study"});
+}
+
+TEST(Study, AFullDiskUnderTheSceneIsNamedOnce) {
+  const TemporaryFolder folder;
+  const ProgramResult run = RunOnFullDisk("chairs", "4", 1000, folder);
+  EXPECT_EQ(run.exit_code, 6);
+  constexpr std::string_view kPrefix = "enfilade: error: ";
+  EXPECT_EQ(run.err.find(kPrefix), 0U) << run.err;
+  EXPECT_EQ(run.err.rfind(kPrefix), 0U) << run.err;
+  EXPECT_TRUE(Contains(run.err, "scene.obj")) << run.err;
+  EXPECT_TRUE(Contains(run.err, "File too large")) << run.err;
+}
+
+TEST(Study, AFullDiskUnderAStoreIsNoResult) {
+  const TemporaryFolder folder;
+  const ProgramResult run = RunOnFullDisk("parallel", "1", 8000, folder);
+  EXPECT_EQ(run.exit_code, 6) << run.err;
+  EXPECT_TRUE(LoadStudy(folder / "study/parallel.jsonl").empty());
 }
 
 TEST(Study, ComparesOneChoiceOfTheHierarchicalMethod) {
