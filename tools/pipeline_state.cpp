@@ -34,8 +34,10 @@ auto ReadMeta(const BlockStorage& store,
   try {
     return read(json::parse(*text));
   } catch (const json::exception& error) {
-    throw DamagedStoreError(fmt::format(
-        "the store's '{}' entry cannot be read: {}", name, error.what()));
+    std::string_view why = error.what();
+    why.remove_prefix(why.find(' ') + 1);  // the library's tag
+    throw DamagedStoreError(
+        fmt::format("the store's '{}' entry cannot be read: {}", name, why));
   }
 }
 

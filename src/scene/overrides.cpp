@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -51,11 +53,32 @@ class OverrideParser {
         return Take(depth, event, parsed);
       });
     } catch (const nlohmann::json::parse_error& error) {
-      at_ = std::min<size_t>(error.byte, text_.size());
-      Fail(fmt::format("not valid JSON: {}", error.what()));
+      at_ = std::min(error.byte - std::min<size_t>(error.byte, 1),
+                     text_.size());  // of the last byte that was read
+      Fail(fmt::format(
+          "not valid JSON at column {}: {}", Column(), PlainWords(error)));
     } catch (const nlohmann::json::out_of_range& error) {
-      Fail(fmt::format("a number is too large: {}", error.what()));
+      const std::string_view number = QuotedIn(error.what());
+      at_ = std::min(text_.find(number), text_.size());
+      Fail(fmt::format("the number {} is too large", number));
     }
+  }
+
+  // What the library says is wrong, less its tag, the position and what it has
+  // read last, which may be all of the file.
+  static std::string_view PlainWords(const std::exception& error) {
+    constexpr std::string_view kBefore = " - ";
+    std::string_view words = error.what();
+    const size_t begin = words.find(kBefore);
+    words.remove_prefix(begin == std::string_view::npos
+                            ? words.find(' ') + 1  // of the tag, or nothing
+                            : begin + kBefore.size());
+    return words.substr(0, words.find("; last read"));
+  }
+
+  static std::string_view QuotedIn(std::string_view text) {
+    const size_t begin = text.find('\'') + 1;
+    return text.substr(begin, text.find('\'', begin) - begin);
   }
 
   // The library would keep the last of equal keys of an object, and say
@@ -177,6 +200,12 @@ class OverrideParser {
   [[nodiscard]] size_t Line() const {
     const auto end = text_.begin() + static_cast<std::ptrdiff_t>(at_);
     return 1 + static_cast<size_t>(std::count(text_.begin(), end, '\n'));
+  }
+
+  [[nodiscard]] size_t Column() const {
+    const size_t feed =
+        at_ > 0 ? text_.rfind('\n', at_ - 1) : std::string::npos;
+    return feed == std::string::npos ? at_ + 1 : at_ - feed;
   }
 
   [[noreturn]] void Fail(const std::string& what) const {

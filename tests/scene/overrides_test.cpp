@@ -57,6 +57,20 @@ TEST(Overrides, ErrorsNameTheLine) {
   EXPECT_FALSE(bad("\"clear\": true"));
 }
 
+TEST(Overrides, WhatIsNotJsonIsToldInPlainWordsAndByItsPlace) {
+  EXPECT_EQ(ErrorOf("{\n  \"materials\" 3}"),
+            "o.json:2: not valid JSON at column 15: unexpected number literal; "
+            "expected ':'");
+  EXPECT_EQ(ErrorOf("{\"materials\": {"),
+            "o.json:1: not valid JSON at column 16: unexpected end of input; "
+            "expected string literal");
+  EXPECT_EQ(ErrorOf("{\"" + std::string(1000, 'a') + "\n"),
+            "o.json:1: not valid JSON at column 1003: invalid string: control "
+            "character U+000A (LF) must be escaped to \\u000A or \\n");
+  EXPECT_EQ(ErrorOf("{\"materials\": {\"a\":\n {\"exitance\": 1e999}}}"),
+            "o.json:2: the number 1e999 is too large");
+}
+
 // The one that a JSON library would drop may be all that was meant.
 TEST(Overrides, ADeeplyNestedFileIsRefusedBeforeItIsHeld) {
   EXPECT_NE(ErrorOf("{\"materials\": " + std::string(1000, '['))

@@ -1,6 +1,8 @@
 #include "base/error.h"
 
+#include <array>
 #include <csetjmp>
+#include <string_view>
 #include <vector>
 
 #include "tools/export/file.h"
@@ -41,11 +43,12 @@ std::vector<uint8_t> EncodeRow(const std::vector<Pixel>& pixels,
   return bytes;
 }
 
-// libpng's callbacks: errors of the file are kept and thrown later, because
-// no exception may pass through C.
+// libpng's callbacks: errors are kept and thrown later, because no exception
+// may pass through C.
 struct PngSink {
   SectionWriter* out = nullptr;
-  std::exception_ptr failure;
+  std::exception_ptr failure;      // of the file
+  std::array<char, 128> why = {};  // of libpng itself
 };
 
 void PutPngBytes(png_structp png, png_bytep data, size_t size) {
@@ -62,6 +65,16 @@ void PutPngBytes(png_structp png, png_bytep data, size_t size) {
 
 void FlushPng(png_structp /*png*/) {}
 
+// In place of libpng's own, which print.
+[[noreturn]] void GiveUpPng(png_structp png, png_const_charp why) {
+  auto& kept = static_cast<PngSink*>(png_get_error_ptr(png))->why;
+  const std::string_view text(why);
+  text.copy(kept.data(), kept.size() - 1);
+  png_longjmp(png, 1);
+}
+
+void IgnorePngWarning(png_structp /*png*/, png_const_charp /*what*/) {}
+
 // An encoder that owns libpng's structures. Each member returns false when
 // libpng has given up; C++ objects with destructors must not be created between
 // setjmp and the calls it guards.
@@ -69,7 +82,7 @@ class PngEncoder {
  public:
   explicit PngEncoder(PngSink& sink)
       : png_(png_create_write_struct(
-            PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr)),
+            PNG_LIBPNG_VER_STRING, &sink, GiveUpPng, IgnorePngWarning)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr),
         sink_(&sink) {}
 
@@ -124,7 +137,8 @@ void RequirePng(bool done, const PngSink& sink) {
     std::rethrow_exception(sink.failure);
   }
   if (!done) {
-    throw DiskError("libpng cannot write the picture");
+    throw DiskError(
+        fmt::format("libpng cannot write the picture: {}", sink.why.data()));
   }
 }
 
@@ -136,7 +150,7 @@ uint64_t WritePng(const Picture& picture,
   const ToneMap tone = Expose(picture, options.exposure_stops);
   OutputFile file(out);
   SectionWriter writer(file, 0);
-  PngSink sink{&writer, nullptr};
+  PngSink sink{&writer, nullptr, {}};
   PngEncoder encoder(sink);
   RequirePng(encoder.Begin(picture.Width(), picture.Height()), sink);
   for (uint32_t row = 0; row < picture.Height(); ++row) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/budgets.h"
+#include "tests/store/file_size_limit.h"
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/export/camera_choice.h"
@@ -124,6 +125,33 @@ TEST_F(PictureTest, PngHoldsTheTonesOfThePicture) {
   EXPECT_GT(at(55, 20), at(5, 20) + 30);
   EXPECT_GT(at(30, 20), 100);  // a middle tone
   EXPECT_LT(at(30, 20), 220);
+}
+
+// Enough of it that libpng meets the limit, and not what is flushed at last.
+TEST_F(PictureTest, AFullDiskUnderAPngIsOneErrorAndNoWordOfTheLibrarys) {
+  constexpr uint32_t kSize = 256;
+  Picture noise(kSize, kSize);
+  uint32_t random = 1;
+  for (uint32_t row = 0; row < kSize; ++row) {
+    std::vector<Pixel> pixels(kSize);
+    for (Pixel& p : pixels) {
+      random = random * 1664525 + 1013904223;
+      p.radiosity = {static_cast<float>(random >> 24), 1, 1};
+      p.front = static_cast<float>(random >> 16 & 255) / 255;
+    }
+    noise.SetRows(row, pixels);
+  }
+  ::testing::internal::CaptureStderr();
+  std::string error;
+  try {
+    const FileSizeLimit limit(1000);
+    WritePng(noise, {}, Path("a.png"));
+  } catch (const DiskError& e) {
+    error = e.what();
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_NE(error.find("a.png': File too large"), std::string::npos) << error;
+  EXPECT_EQ(FilesInFolder(), 0U);
 }
 
 // The header's fixed parts, and the offset table's last entry.
