@@ -1,5 +1,6 @@
 #include "tools/child_process.h"
 
+#include "base/stop.h"
 #include "base/stopwatch.h"
 
 #include <array>
@@ -7,7 +8,6 @@
 #include <string_view>
 #include <thread>
 
-#include "tools/signal.h"
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>

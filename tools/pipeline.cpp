@@ -1,6 +1,7 @@
 #include "tools/pipeline.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 #include "base/stopwatch.h"
 #include "partition/partition.h"
 #include "visibility/ray_tracer.h"
@@ -11,7 +12,6 @@
 #include <initializer_list>
 #include <utility>
 
-#include "tools/signal.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,7 +1,8 @@
 #include "tools/signal.h"
 
-#include "base/error.h"
+#include "base/stop.h"
 
+#include <atomic>
 #include <csignal>
 #include <cstdint>
 #include <ctime>
@@ -9,19 +10,15 @@
 namespace enfilade {
 namespace {
 
-// A signal handler can reach nothing but a global.
-// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free,
-              "the flag is set inside a signal handler");
-
 // What asks a process to stop may ask its group as well: signals that come so
 // soon after the first are the same request, ns.
 constexpr int64_t kSameRequestNs = 1'000'000'000;
 
+// A signal handler can reach nothing but a global.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 std::atomic<int64_t> requested_at_ns{0};
-static_assert(std::atomic<int64_t>::is_always_lock_free);
+static_assert(std::atomic<int64_t>::is_always_lock_free,
+              "it is set inside a signal handler");
 
 int64_t NowNs() {
   timespec now{};
@@ -29,8 +26,8 @@ int64_t NowNs() {
   return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-extern "C" void RequestStop(int signal) {
-  if (!stop_requested.exchange(true)) {
+extern "C" void StopOrDie(int signal) {
+  if (!RequestStop()) {
     requested_at_ns.store(NowNs());
   } else if (NowNs() - requested_at_ns.load() > kSameRequestNs) {
     std::signal(signal, SIG_DFL);
@@ -50,19 +47,9 @@ void Handle(int signal, void (*handler)(int)) {
 }  // namespace
 
 void InstallStopHandlers() {
-  Handle(SIGINT, RequestStop);
-  Handle(SIGTERM, RequestStop);
+  Handle(SIGINT, StopOrDie);
+  Handle(SIGTERM, StopOrDie);
   Handle(SIGXFSZ, SIG_IGN);
-}
-
-const std::atomic<bool>& StopRequested() {
-  return stop_requested;
-}
-
-void ThrowIfStopRequested() {
-  if (stop_requested.load()) {
-    throw InterruptedError("stopped on request");
-  }
 }
 
 }  // namespace enfilade

@@ -1,5 +1,7 @@
 #include "partition/artificial_walls.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -141,6 +143,7 @@ class LeafCutter {
                const ConvexRegion& region,
                std::vector<Point3> centers,
                double patches_per_center) {
+    ThrowIfStopRequested();
     const double patches =
         static_cast<double>(centers.size()) * patches_per_center;
     const auto plane = patches > kAimedShare * most_patches_

@@ -1,5 +1,6 @@
 #include "partition/bsp_builder.h"
 
+#include "base/stop.h"
 #include "partition/split_choice.h"
 
 #include <string_view>
@@ -95,6 +96,7 @@ class TreeBuilder {
 
   BspChild Build(const ConvexRegion& region,
                  std::vector<WallFragment> fragments) {
+    ThrowIfStopRequested();
     const uint64_t own_bytes = BytesOf(fragments);
     waiting_bytes_ += own_bytes;
     ChargeWith(BytesToChoose(fragments));

@@ -1,6 +1,7 @@
 #include "partition/cell_merge.h"
 
 #include "base/disjoint_sets.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <map>
@@ -188,6 +189,7 @@ bool JoinNichesOnce(const BuiltTree& built,
                     const std::vector<LeafBorder>& borders,
                     bool all_split,
                     LeafSets& sets) {
+  ThrowIfStopRequested();
   const std::vector<bool> niche = FindNiches(built, all_split, sets);
   std::map<std::pair<uint32_t, uint32_t>, double> open_m2;
   for (const LeafBorder& border : borders) {

@@ -1,5 +1,6 @@
 #include "partition/contact.h"
 
+#include "base/stop.h"
 #include "partition/contact_lines.h"
 #include "partition/overlap.h"
 #include "partition/patch_cutter.h"
@@ -74,6 +75,7 @@ class ContactCutter {
     std::vector<Patch> kept;
     kept.reserve(patches_.size());
     for (uint32_t i = 0; i < patches_.size(); ++i) {
+      ThrowIfStopRequested();
       const Patch& patch = patches_[i];
       if (!(patch.reflects || patch.emits) || patch.is_enclosed) {
         kept.push_back(patch);

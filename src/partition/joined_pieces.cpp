@@ -1,6 +1,7 @@
 #include "partition/joined_pieces.h"
 
 #include "base/disjoint_sets.h"
+#include "base/stop.h"
 #include "scene/box_tree.h"
 
 #include <algorithm>
@@ -77,6 +78,7 @@ double AreaOfLargePieces(std::span<const Polygon* const> polygons,
   const BoxTree tree(boxes);
   DisjointSets pieces(polygons.size());
   for (uint32_t i = 0; i < polygons.size(); ++i) {
+    ThrowIfStopRequested();
     tree.ForOverlaps(Grown(boxes[i], gap_m), [&](uint32_t k) {
       if (k < i && pieces.Find(i) != pieces.Find(k) &&
           !IsApartAlongEdges(*polygons[i], *polygons[k], normal, gap_m) &&

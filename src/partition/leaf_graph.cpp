@@ -1,5 +1,7 @@
 #include "partition/leaf_graph.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -194,6 +196,7 @@ void FindBordersOfNode(const BspTree& tree,
     std::vector<SectionPiece> behind;
     PushDown(tree, node.back, piece.polygon, behind);
     for (const SectionPiece& common : behind) {
+      ThrowIfStopRequested();
       LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
       border.area_m2 = PolygonArea(common.polygon);
       border.open = Subtract(

@@ -1,5 +1,6 @@
 #include "partition/overlap.h"
 
+#include "base/stop.h"
 #include "partition/overlap_pairs.h"
 #include "partition/overlap_pieces.h"
 #include "partition/patch_cutter.h"
@@ -26,6 +27,7 @@ void SettleAll(std::span<const Patch> patches,
     from_back[ranks[i]] = i;
   }
   for (const uint32_t front : from_back) {
+    ThrowIfStopRequested();
     const std::vector<OverlapPair> pairs =
         FindPairsOfFront(front, patches, tree, ranks);
     if (!pairs.empty()) {

@@ -1,5 +1,6 @@
 #include "partition/overlap_pieces.h"
 
+#include "base/stop.h"
 #include "partition/patch_cutter.h"
 
 #include <algorithm>
@@ -216,6 +217,7 @@ void OverlapPieces::RaiseAll() {
     }
   }
   while (!open.empty()) {
+    ThrowIfStopRequested();
     const uint32_t i = *open.begin();
     open.erase(open.begin());
     RaiseAbove(i, &open);

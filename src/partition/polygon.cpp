@@ -1,5 +1,7 @@
 #include "partition/polygon.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -205,6 +207,7 @@ std::vector<Polygon> Subtract(const Polygon& polygon,
                               const std::vector<const Polygon*>& covers) {
   std::vector<Polygon> left{polygon};
   for (const Polygon* cover : covers) {
+    ThrowIfStopRequested();
     std::vector<Polygon> outside;
     for (Polygon& piece : left) {
       SubtractOne(std::move(piece), normal, *cover, outside);

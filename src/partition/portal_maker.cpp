@@ -1,6 +1,7 @@
 #include "partition/portal_maker.h"
 
 #include "base/check.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -53,6 +54,7 @@ class OpeningJoiner {
  private:
   bool JoinOne() {
     for (size_t i = 0; i < openings_.size(); ++i) {
+      ThrowIfStopRequested();
       const size_t end = std::min(openings_.size(), i + kMostOpeningsCompared);
       for (size_t j = i + 1; j < end; ++j) {
         if (!openings_[i].HasTried(openings_[j]) && Join(i, j)) {

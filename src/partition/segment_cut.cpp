@@ -1,5 +1,7 @@
 #include "partition/segment_cut.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -129,6 +131,7 @@ std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
   std::optional<Cut> best;
   size_t fewest = SIZE_MAX;
   for (const size_t i : longest_first) {
+    ThrowIfStopRequested();
     const Segment& segment = part.runs[i].segment;
     const Plane line = PlaneThrough(segment.a, segment.b, normal);
     const size_t through = Through(part.spared, line, segment.foot);

@@ -1,6 +1,7 @@
 #include "partition/space_shells.h"
 
 #include "base/photometry.h"
+#include "base/stop.h"
 
 #include <utility>
 
@@ -101,6 +102,7 @@ std::vector<std::optional<SpaceId>> SpacesOfLeaves(
   std::vector<std::optional<SpaceId>> spaces;
   spaces.reserve(leaves.size());
   for (const LeafShape& leaf : leaves) {
+    ThrowIfStopRequested();
     spaces.push_back(SpaceOf(shells, leaf.center));
   }
   return spaces;

@@ -1,5 +1,6 @@
 #include "partition/split_choice.h"
 
+#include "base/stop.h"
 #include "partition/joined_pieces.h"
 
 #include <algorithm>
@@ -124,6 +125,7 @@ class SplitChooser {
     std::vector<Candidate> candidates;
     const std::vector<Group> groups = GroupsByArea();
     for (size_t i = 0; i < std::min(groups.size(), kMostPlanes); ++i) {
+      ThrowIfStopRequested();
       const auto plane = PlaneOfGroup(groups[i]);
       if (!plane) {
         continue;

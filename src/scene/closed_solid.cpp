@@ -1,6 +1,7 @@
 #include "scene/closed_solid.h"
 
 #include "base/disjoint_sets.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,6 +104,7 @@ class SolidFinder {
     }
     std::vector<ClosedSolid> found;
     for (const size_t i : members) {
+      ThrowIfStopRequested();
       const auto front_is_inside = FrontIsInside(members, i);
       if (!front_is_inside) {
         return;

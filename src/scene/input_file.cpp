@@ -1,6 +1,7 @@
 #include "scene/input_file.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <array>
@@ -66,6 +67,7 @@ InputFile::~InputFile() {
 }
 
 size_t InputFile::Read(std::span<char> buffer) {
+  ThrowIfStopRequested();
   const auto wanted =
       static_cast<unsigned>(std::min<size_t>(buffer.size(), kMostReadBytes));
   const int got = gzread(AsGz(file_), buffer.data(), wanted);

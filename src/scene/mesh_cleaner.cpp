@@ -1,6 +1,7 @@
 #include "scene/mesh_cleaner.h"
 
 #include "base/check.h"
+#include "base/stop.h"
 #include "scene/closed_solid.h"
 #include "scene/region_join.h"
 #include "scene/weld.h"
@@ -128,6 +129,7 @@ class LoopCutter {
   }
 
   void Measure(size_t i) {
+    ThrowIfStopRequested();
     const Point3 a = At(Before(i));
     const Point3 b = At(i);
     const Point3 c = At(After(i));
@@ -179,6 +181,7 @@ class Batch {
   }
 
   void Take(std::span<const Point3> corners) {
+    ThrowIfStopRequested();
     VertexLoop loop;
     for (const Point3 p : corners) {
       const uint32_t v = welder_.Vertex(p);
@@ -210,6 +213,7 @@ class Batch {
                                      options_.oriented);
     std::vector<VertexLoop> members;
     for (const std::vector<uint32_t>& region : regions) {
+      ThrowIfStopRequested();
       members.clear();
       for (const uint32_t f : region) {
         members.push_back(polygons_[f]);

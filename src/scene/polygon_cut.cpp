@@ -1,5 +1,7 @@
 #include "scene/polygon_cut.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -101,6 +103,7 @@ class Sweep {
     size_t next = 0;
     std::vector<const Leg*> active;
     for (size_t k = 0; k + 1 < heights_.size(); ++k) {
+      ThrowIfStopRequested();
       std::erase_if(active,
                     [&](const Leg* leg) { return leg->top.y <= heights_[k]; });
       while (next < legs_.size() && legs_[next].bottom.y <= heights_[k]) {

@@ -3,6 +3,7 @@
 #include "base/bytes.h"
 #include "base/check.h"
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <cmath>
 #include <utility>
@@ -214,6 +215,7 @@ void ForEachFace(const BlockStorage& store,
     const Bytes bytes = store.GetOrThrow({BlockKind::kFaces, chunk, 0, 0});
     ByteReader in(bytes);
     for (uint64_t left = in.GetVarint(); left > 0; --left) {
+      ThrowIfStopRequested();
       visit(FaceId(next_id++), GetFace(in));
     }
   }

@@ -1,5 +1,6 @@
 #include "visibility/beam_flood.h"
 
+#include "base/stop.h"
 #include "partition/polygon.h"
 
 #include <algorithm>
@@ -343,6 +344,7 @@ bool BeamFlood::Run(const DoorwayGroup& firsts, ReachedParts* reached) {
   }
   uint64_t tests = 0;
   while (!waiting_.empty()) {
+    ThrowIfStopRequested();
     const uint32_t number = TakeNearest();
     nodes_[number].passed_at = ++clock_;
     const Doorway& door = *nodes_[number].door;

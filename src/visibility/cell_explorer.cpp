@@ -1,5 +1,6 @@
 #include "visibility/cell_explorer.h"
 
+#include "base/stop.h"
 #include "visibility/beam_flood.h"
 
 #include <algorithm>
@@ -160,6 +161,7 @@ class Explorer {
     path_.push_back(seen_.NumberOf(door.to));
     seen_.Add(door.to, path_);
     for (const Doorway& next : graph_->Doorways(door.to)) {
+      ThrowIfStopRequested();
       if (is_spent_) {
         break;
       }

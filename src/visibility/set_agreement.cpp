@@ -1,6 +1,7 @@
 #include "visibility/set_agreement.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <bit>
@@ -243,6 +244,7 @@ void SetAgreement::ChargeAgreed(size_t at, std::vector<Asking>* batch) const {
 size_t SetAgreement::AgreeBatch(size_t first) {
   std::vector<Asking> batch = LoadBatch(first);
   for (const CellId source : SourcesOf(batch)) {
+    ThrowIfStopRequested();
     const MemoryCharge charge =
         ChargeFor(kBlockCopies * seen_bytes_[source.Index()]);
     const std::vector<SeenCell> theirs = Load(source, kSeenBlock);

@@ -1,6 +1,7 @@
 #include "visibility/trace_chunk.h"
 
 #include "base/check.h"
+#include "base/stop.h"
 #include "partition/patch.h"
 #include "visibility/ray_tracer.h"
 
@@ -159,6 +160,7 @@ std::vector<CellId> CellsInSpace(const BlockStorage& store) {
   Box3 all;
   for (const CellId id : cells) {
     Box3 box;
+    ThrowIfStopRequested();
     for (const Patch& p : LoadCellPatches(store, id).patches) {
       box.Include(enfilade::BoundsOf(Corners(p)));
     }
@@ -225,6 +227,7 @@ void BuildTraceChunks(BlockStorage& store, MemoryBudget& budget) {
   store.EraseAll(BlockKind::kTrace);
   ChunkWriter writer(store);
   for (const CellId cell : CellsInSpace(store)) {
+    ThrowIfStopRequested();
     writer.AddCell(cell, LoadCellPatches(store, cell));
   }
   writer.Finish();

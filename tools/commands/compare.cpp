@@ -2,6 +2,8 @@
 
 #include "tools/compare.h"
 
+#include "base/stop.h"
+
 #include <memory>
 #include <string>
 
@@ -9,7 +11,6 @@
 #include "tools/commands/options.h"
 #include "tools/progress.h"
 #include "tools/report.h"
-#include "tools/signal.h"
 #include <fmt/format.h>
 
 namespace enfilade {

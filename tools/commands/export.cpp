@@ -2,6 +2,8 @@
 
 #include "tools/export/export.h"
 
+#include "base/stop.h"
+
 #include <map>
 #include <memory>
 #include <string>
@@ -12,7 +14,6 @@
 #include "tools/pending_file.h"
 #include "tools/progress.h"
 #include "tools/report.h"
-#include "tools/signal.h"
 #include <fmt/format.h>
 
 namespace enfilade {

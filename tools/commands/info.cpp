@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "scene/import.h"
 #include "store/store_files.h"
 #include "visibility/audit.h"
@@ -15,7 +16,6 @@
 #include "tools/cost_estimate.h"
 #include "tools/pipeline.h"
 #include "tools/progress.h"
-#include "tools/signal.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>

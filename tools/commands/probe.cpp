@@ -3,6 +3,7 @@
 #include "tools/probe.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <filesystem>
 #include <fstream>
@@ -15,7 +16,6 @@
 #include "tools/pending_file.h"
 #include "tools/progress.h"
 #include "tools/report.h"
-#include "tools/signal.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

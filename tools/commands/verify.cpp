@@ -2,6 +2,8 @@
 
 #include "tools/verify/verify.h"
 
+#include "base/stop.h"
+
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,7 +12,6 @@
 #include "tools/commands/options.h"
 #include "tools/pipeline_state.h"
 #include "tools/progress.h"
-#include "tools/signal.h"
 #include <fmt/format.h>
 
 namespace enfilade {

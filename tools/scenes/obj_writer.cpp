@@ -2,14 +2,13 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <cerrno>
 #include <cstring>
 #include <iterator>
 #include <system_error>
 #include <utility>
-
-#include "tools/signal.h"
 
 namespace enfilade {
 
