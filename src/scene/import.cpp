@@ -249,9 +249,7 @@ uint64_t HashSceneFiles(const std::filesystem::path& scene,
         scene, [&](std::span<const char> text) { hash.Add(text); });
     hash.EndFile();
     for (const auto& path : files) {
-      if (IsFile(path)) {
-        hash.AddFile(path);
-      }
+      hash.AddFile(path);
     }
   } else {
     hash.AddFile(scene);

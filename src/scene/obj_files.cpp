@@ -4,20 +4,20 @@
 #include "scene/instance_line.h"
 #include "scene/number_text.h"
 
-#include <algorithm>
 #include <istream>
 #include <limits>
+#include <set>
 #include <utility>
 
 namespace enfilade {
 namespace {
 
-// A list of files without doubles.
+// A list of files without doubles. Names of none are not kept: a line that
+// names one costs nothing but the look for it.
 class FileList {
  public:
   bool Add(const std::filesystem::path& path) {
-    const bool is_new =
-        std::find(paths_.begin(), paths_.end(), path) == paths_.end();
+    const bool is_new = IsFile(path) && known_.insert(path).second;
     if (is_new) {
       paths_.push_back(path);
     }
@@ -28,6 +28,7 @@ class FileList {
 
  private:
   std::vector<std::filesystem::path> paths_;
+  std::set<std::filesystem::path> known_;
 };
 
 void ReadLines(const std::filesystem::path& path,
@@ -93,7 +94,7 @@ std::vector<std::filesystem::path> FilesBehindObj(
       return;
     }
     const auto piece = obj.parent_path() / instance->piece;
-    if (files.Add(piece) && IsFile(piece)) {
+    if (files.Add(piece)) {
       ReadLines(piece, [&](std::string_view piece_line) {
         AddMaterialFiles(piece, piece_line, files);
       });

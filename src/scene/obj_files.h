@@ -20,7 +20,7 @@ std::vector<std::filesystem::path> MaterialPaths(
     const std::filesystem::path& obj, std::string_view names);
 
 // The files that an OBJ draws on: its material files, its pieces and theirs, in
-// its order and once each; some may not exist. The OBJ is read to its end;
+// its order and once each; those that exist. The OBJ is read to its end;
 // `visit` sees its text: each line (LineStream) and a line feed after it.
 std::vector<std::filesystem::path> FilesBehindObj(
     const std::filesystem::path& obj,

@@ -1,3 +1,8 @@
+#include "scene/obj_files.h"
+
+#include <span>
+#include <string>
+
 #include "tests/scene/temp_scene.h"
 
 namespace enfilade {
@@ -32,6 +37,17 @@ TEST_F(ObjLines, CommentsThatEndInABackslashEndThere) {
 TEST_F(ObjLines, BlanksBeforeABackslashAreNoPartOfAName) {
   const Imported scene = ImportFile(Write("usemtl lamp \\\n\nf 1 2 3\n"));
   EXPECT_EQ(scene.info.input_polygons, 2U);
+}
+
+TEST_F(ObjLines, MaterialFilesThatAreMissingAreNotKept) {
+  std::string lines = "mtllib m.mtl\n";
+  for (int i = 0; i < 1000; ++i) {
+    lines += "mtllib none" + std::to_string(i) + ".mtl\n";
+  }
+  const auto obj = Write(lines);
+  const auto files = FilesBehindObj(obj, [](std::span<const char>) {});
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_EQ(files[0].filename(), "m.mtl");
 }
 
 TEST_F(ObjLines, ALineLongerThanAnyFaceIsRefused) {
