@@ -18,21 +18,14 @@ namespace {
 constexpr uint64_t kOverlapBytesPerPatch = 320;
 
 // Decides patch by patch, from back to front.
-void SettleAll(std::span<const Patch> patches,
-               const BoxTree& tree,
-               std::span<const uint32_t> ranks,
-               OverlapPieces* pieces) {
+void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
   std::vector<uint32_t> from_back(ranks.size());
   for (uint32_t i = 0; i < ranks.size(); ++i) {
     from_back[ranks[i]] = i;
   }
   for (const uint32_t front : from_back) {
     ThrowIfStopRequested();
-    const std::vector<OverlapPair> pairs =
-        FindPairsOfFront(front, patches, tree, ranks);
-    if (!pairs.empty()) {
-      pieces->Settle(pairs);
-    }
+    pieces->Settle(front);
   }
 }
 
@@ -72,7 +65,7 @@ OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
   const BoxTree tree = TreeOf(patches);
   const std::vector<uint32_t> ranks = RanksFromBack(patches);
   OverlapPieces pieces(patches, tree, ranks, budget);
-  SettleAll(patches, tree, ranks, &pieces);
+  SettleAll(ranks, &pieces);
   if (pieces.IsEmpty()) {
     return {};
   }

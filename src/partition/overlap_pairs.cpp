@@ -49,23 +49,6 @@ std::optional<OverlapPair> PairOn(const Polygon& own,
   return pair;
 }
 
-// Measured from the one of higher number, whichever is in front.
-std::optional<OverlapPair> PairOf(uint32_t front,
-                                  uint32_t behind,
-                                  std::span<const Patch> patches) {
-  const uint32_t first = std::max(front, behind);
-  const Polygon own = PolygonOf(patches[first]);
-  auto pair = PairOn(own, PlaneOf(own), patches[std::min(front, behind)]);
-  if (pair) {
-    pair->front = first;
-    pair->behind = std::min(front, behind);
-    if (first != front) {
-      pair->Swap();
-    }
-  }
-  return pair;
-}
-
 }  // namespace
 
 Polygon OverlapOf(const Polygon& polygon, const Polygon& other, Vec3 normal) {
@@ -89,6 +72,23 @@ void OverlapPair::Swap() {
   std::swap(least_rise, most_rise);
   least_rise = -least_rise;
   most_rise = -most_rise;
+}
+
+// Measured from the one of higher number, whichever is in front.
+std::optional<OverlapPair> PairOf(uint32_t front,
+                                  uint32_t behind,
+                                  std::span<const Patch> patches) {
+  const uint32_t first = std::max(front, behind);
+  const Polygon own = PolygonOf(patches[first]);
+  auto pair = PairOn(own, PlaneOf(own), patches[std::min(front, behind)]);
+  if (pair) {
+    pair->front = first;
+    pair->behind = std::min(front, behind);
+    if (first != front) {
+      pair->Swap();
+    }
+  }
+  return pair;
 }
 
 BoxTree TreeOf(std::span<const Patch> patches) {
@@ -123,26 +123,6 @@ std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches) {
     ranks[order[i]] = i;
   }
   return ranks;
-}
-
-std::vector<OverlapPair> FindPairsOfFront(uint32_t front,
-                                          std::span<const Patch> patches,
-                                          const BoxTree& tree,
-                                          std::span<const uint32_t> ranks) {
-  std::vector<OverlapPair> pairs;
-  tree.ForOverlaps(BoxAround(PolygonOf(patches[front])), [&](uint32_t k) {
-    const auto pair =
-        ranks[k] < ranks[front] ? PairOf(front, k, patches) : std::nullopt;
-    if (pair) {
-      pairs.push_back(*pair);
-    }
-  });
-  std::sort(pairs.begin(),
-            pairs.end(),
-            [&](const OverlapPair& a, const OverlapPair& b) {
-              return ranks[a.behind] < ranks[b.behind];
-            });
-  return pairs;
 }
 
 }  // namespace enfilade

@@ -8,6 +8,7 @@
 #include "scene/box_tree.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,12 +46,9 @@ BoxTree TreeOf(std::span<const Patch> patches);
 // area on this side) before small ones. No two have the same.
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches);
 
-// The pairs that a patch is the front of, being of higher rank than the other,
-// in the order of the ranks of those. Not those of all patches at once: of many
-// in one place, every two are a pair. Requires TreeOf(patches).
-std::vector<OverlapPair> FindPairsOfFront(uint32_t front,
-                                          std::span<const Patch> patches,
-                                          const BoxTree& tree,
-                                          std::span<const uint32_t> ranks);
+// The two patches as a pair, if they are one.
+std::optional<OverlapPair> PairOf(uint32_t front,
+                                  uint32_t behind,
+                                  std::span<const Patch> patches);
 
 }  // namespace enfilade

@@ -172,7 +172,39 @@ uint64_t OverlapPieces::MostPatches() const {
   return most;
 }
 
-void OverlapPieces::Settle(std::span<const OverlapPair> pairs) {
+// Of patches in one place, few have anything left: the others are passed over
+// before they are compared, lest time grow with the square of all.
+std::vector<OverlapPair> OverlapPieces::PairsOfFront(uint32_t front) const {
+  std::vector<OverlapPair> pairs;
+  const Box3 box = Grown(BoundsOf(PolygonOf(patches_[front])), kCoincidentM);
+  tree_->ForOverlaps(box, [&](uint32_t k) {
+    if (ranks_[k] >= ranks_[front]) {
+      return;
+    }
+    const std::vector<OverlapPiece>* left = Find(k);
+    if (left != nullptr && left->empty()) {
+      return;
+    }
+    if (const auto pair = PairOf(front, k, patches_)) {
+      pairs.push_back(*pair);
+    }
+  });
+  std::sort(pairs.begin(),
+            pairs.end(),
+            [&](const OverlapPair& a, const OverlapPair& b) {
+              return ranks_[a.behind] < ranks_[b.behind];
+            });
+  return pairs;
+}
+
+void OverlapPieces::Settle(uint32_t front) {
+  const std::vector<OverlapPair> pairs = PairsOfFront(front);
+  if (!pairs.empty()) {
+    SettleBy(pairs);
+  }
+}
+
+void OverlapPieces::SettleBy(std::span<const OverlapPair> pairs) {
   ChargeSettling(pairs);
   const uint32_t own = pairs.front().front;
   const Vec3 normal = PatchNormal(patches_[own]);

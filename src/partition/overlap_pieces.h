@@ -38,9 +38,9 @@ class OverlapPieces {
         ranks_(ranks),
         charge_(budget, "surfaces that lie in one another") {}
 
-  // Decides on one patch by all that it lies in: `pairs` are those that it is
-  // the front of (FindPairsOfFront). Requires that those behind are decided.
-  void Settle(std::span<const OverlapPair> pairs);
+  // Decides on one patch by all that it lies in. Requires that those of lower
+  // rank are decided.
+  void Settle(uint32_t front);
 
   // A carpet a millimetre above a floor with layers in it: they must not come
   // through. What lies that little before a patch that was put before others is
@@ -58,8 +58,14 @@ class OverlapPieces {
   [[nodiscard]] const OverlapCounts& Counts() const { return counts_; }
 
  private:
+  // The pairs that a patch is the front of, being of higher rank than the
+  // other, in the order of the ranks of those. Not those of all patches at
+  // once: of many in one place, every two are a pair.
+  [[nodiscard]] std::vector<OverlapPair> PairsOfFront(uint32_t front) const;
   [[nodiscard]] bool IsSame(const OverlapPair& pair) const;
   [[nodiscard]] std::vector<OverlapPiece> PiecesOf(uint32_t patch) const;
+
+  void SettleBy(std::span<const OverlapPair> pairs);
 
   // Charges what settling a patch takes for a while.
   void ChargeSettling(std::span<const OverlapPair> pairs);
