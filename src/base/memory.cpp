@@ -206,11 +206,13 @@ void MemoryBudget::GiveBackNearTheCap(uint64_t coming_bytes) {
   }
 }
 
-void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
+void MemoryBudget::Charge(uint64_t bytes,
+                          std::string_view what,
+                          uint64_t coming_bytes) {
   if (!TryCharge(bytes)) {
-    const auto now = static_cast<uint64_t>(
-        static_cast<double>(UsedBytes() + bytes) / share_);
-    const uint64_t enough = CapForBudget(now + now / kMoreParts);
+    const auto all = static_cast<uint64_t>(
+        static_cast<double>(UsedBytes() + bytes + coming_bytes) / share_);
+    const uint64_t enough = CapForBudget(all + all / kMoreParts);
     throw DoesNotFitError(fmt::format(
         "no room for {}: {:.1f} MiB more than the memory cap "
         "leaves; run again with --memory {}M or more",
@@ -218,6 +220,14 @@ void MemoryBudget::Charge(uint64_t bytes, std::string_view what) {
         static_cast<double>(bytes - std::min(bytes, FreeBytes())) / (1 << 20),
         enough >> 20));
   }
+}
+
+uint64_t ComingBytes(uint64_t bytes, double share) {
+  constexpr double kLeastShare = 0.02;  // less foretells nothing
+  return share > kLeastShare && share < 1
+             ? static_cast<uint64_t>(static_cast<double>(bytes) *
+                                     (1 / share - 1))
+             : 0;
 }
 
 }  // namespace enfilade

@@ -92,8 +92,8 @@ class MemoryBudget {
   [[nodiscard]] bool TryCharge(uint64_t bytes);
 
   // Charges, or throws DoesNotFitError that names `what` needs how much, and a
-  // cap to go on with.
-  void Charge(uint64_t bytes, std::string_view what);
+  // cap to go on with: one for what is coming, too, as far as that is foreseen.
+  void Charge(uint64_t bytes, std::string_view what, uint64_t coming_bytes = 0);
 
   void Release(uint64_t bytes) { used_bytes_.fetch_sub(bytes); }
 
@@ -108,14 +108,21 @@ class MemoryBudget {
   std::atomic<uint64_t> unlooked_bytes_{0};  // charged since the last look
 };
 
+// What is coming after so many bytes, which are a share of all, about: of a
+// file that is read so far, of faces that were looked at.
+uint64_t ComingBytes(uint64_t bytes, double share);
+
 // A charge that is released with its owner. The budget must outlive it.
 class MemoryCharge {
  public:
   MemoryCharge() = default;
 
-  MemoryCharge(MemoryBudget& budget, uint64_t bytes, std::string_view what)
+  MemoryCharge(MemoryBudget& budget,
+               uint64_t bytes,
+               std::string_view what,
+               uint64_t coming_bytes = 0)
       : budget_(&budget), bytes_(bytes) {
-    budget.Charge(bytes, what);
+    budget.Charge(bytes, what, coming_bytes);
   }
 
   // Nothing if it does not fit.
@@ -182,10 +189,11 @@ class GrowingCharge {
   GrowingCharge(const GrowingCharge&) = delete;
   GrowingCharge& operator=(const GrowingCharge&) = delete;
 
-  // Throws DoesNotFitError; unchanged then.
-  void GrowTo(uint64_t bytes) {
+  // Throws DoesNotFitError; unchanged then. `share`: of all that this will grow
+  // to, about.
+  void GrowTo(uint64_t bytes, double share = 1) {
     if (bytes > bytes_) {
-      budget_->Charge(bytes - bytes_, what_);
+      budget_->Charge(bytes - bytes_, what_, ComingBytes(bytes, share));
       bytes_ = bytes;
     }
   }

@@ -27,7 +27,9 @@ class FaceCollector {
   FaceCollector(MemoryBudget& budget, WallFaces& walls)
       : budget_(&budget), walls_(&walls) {}
 
-  void Add(const Polygon& polygon, MaterialId material) {
+  // A polygon after which that share of the scene's faces was looked at.
+  void Add(const Polygon& polygon, MaterialId material, double share) {
+    share_ = share;
     for (const Polygon& part : PlanarParts(polygon)) {
       AddPlanar(part, material);
     }
@@ -44,8 +46,10 @@ class FaceCollector {
     if (bytes_ > charged_) {
       charged_ = bytes_ + bytes_ / 2 + kChargeStepBytes;
       walls_->charge.Reset();
-      walls_->charge =
-          MemoryCharge(*budget_, charged_, "the walls of the scene");
+      walls_->charge = MemoryCharge(*budget_,
+                                    charged_,
+                                    "the walls of the scene",
+                                    ComingBytes(charged_, share_));
     }
   }
 
@@ -53,6 +57,7 @@ class FaceCollector {
   WallFaces* walls_;
   uint64_t bytes_ = 0;
   uint64_t charged_ = 0;
+  double share_ = 1;
 };
 
 bool MaySplit(const Face& face, const SceneInfo& info) {
@@ -156,10 +161,13 @@ WallFaces GatherWallFaces(const BlockStorage& store,
   walls.all_split = info.gbxml.has_value() || !info.spaces.empty();
   AxisAreas areas;
   FaceCollector collector(budget, walls);
-  ForEachFace(store, [&](FaceId, const Face& face) {
+  ForEachFace(store, [&](FaceId id, const Face& face) {
     areas.Add(AreaVector(face.vertices));
     if (MaySplit(face, info)) {
-      collector.Add(face.vertices, face.material);
+      collector.Add(face.vertices,
+                    face.material,
+                    static_cast<double>(id.Index() + 1) /
+                        static_cast<double>(info.faces));
     }
   });
   if (info.spaces.empty()) {
@@ -167,7 +175,7 @@ WallFaces GatherWallFaces(const BlockStorage& store,
   }
   for (const Opening& opening : info.openings) {
     if (opening.vertices.size() >= 3) {
-      collector.Add(opening.vertices, MaterialId(0U));
+      collector.Add(opening.vertices, MaterialId(0U), 1);
     }
   }
   walls.up = areas.Up();

@@ -30,8 +30,8 @@ Rgb ColourOf(std::optional<double> grey, const tinyobj::real_t (&c)[3]) {
 // for each, of which light needs a few words.
 class MtlReading {
  public:
-  MtlReading(std::string file, const std::function<void(MtlMaterial&&)>& take)
-      : file_(std::move(file)), take_(&take) {}
+  MtlReading(const InputFile& file, const MaterialTaker& take)
+      : file_(&file), take_(&take) {}
 
   // A line as it passes: checks whether what should be numbers are.
   void Read(std::string_view line, uint64_t number) {
@@ -63,11 +63,13 @@ class MtlReading {
     material.material.exitance = ColourOf(grey_exitance_, read.emission);
     material.material.clear =
         halo_opacity_.value_or(read.dissolve) < kLeastOpacity;
-    material.place = fmt::format("{}:{}", file_, place_);
-    (*take_)(std::move(material));
+    material.place = fmt::format("{}:{}", Name(), place_);
+    (*take_)(std::move(material), file_->Fraction());
   }
 
  private:
+  [[nodiscard]] std::string Name() const { return file_->Path().string(); }
+
   // As the library has it, the name is all that follows one blank: it may hold
   // others.
   void StartMaterial(std::string_view line, uint64_t number) {
@@ -76,7 +78,7 @@ class MtlReading {
     if (end == line.size()) {
       throw InputError(
           fmt::format("{}:{}: '{}' without a name: give the material one",
-                      file_,
+                      Name(),
                       number,
                       kKey));
     }
@@ -94,7 +96,7 @@ class MtlReading {
       throw InputError(
           fmt::format("{}:{}: '{}' of material '{}' has two values: give one "
                       "or three",
-                      file_,
+                      Name(),
                       number,
                       words[0],
                       name_));
@@ -114,7 +116,7 @@ class MtlReading {
     CheckNumbers(words, first, number);
     if (*ToNumber(words[first]) < 0) {
       throw InputError(fmt::format("{}:{}: '{}' of material '{}' is below 0",
-                                   file_,
+                                   Name(),
                                    number,
                                    words[0],
                                    name_));
@@ -142,7 +144,7 @@ class MtlReading {
     std::string errors;
     tinyobj::LoadMtl(&index_by_name, &read, &lines, &warnings, &errors);
     if (!errors.empty()) {
-      throw InputError(fmt::format("{}:{}: {}", file_, place_, errors));
+      throw InputError(fmt::format("{}:{}: {}", Name(), place_, errors));
     }
     ENFILADE_CHECK(!read.empty(), "no material was read of '{}'", text);
     return std::move(read.back());
@@ -156,7 +158,7 @@ class MtlReading {
         throw InputError(
             fmt::format("{}:{}: '{}' of material '{}' is not a "
                         "finite number: give '{}' numbers only",
-                        file_,
+                        Name(),
                         line,
                         words[i],
                         name_,
@@ -165,15 +167,15 @@ class MtlReading {
     }
     if (words.size() <= first) {
       throw InputError(fmt::format("{}:{}: '{}' of material '{}' has no value",
-                                   file_,
+                                   Name(),
                                    line,
                                    words[0],
                                    name_));
     }
   }
 
-  std::string file_;
-  const std::function<void(MtlMaterial&&)>* take_;
+  const InputFile* file_;
+  const MaterialTaker* take_;
   std::string name_;    // empty before the first material
   uint64_t place_ = 0;  // the line of its colour
   std::map<std::string, std::string> kept_;
@@ -185,10 +187,9 @@ class MtlReading {
 
 }  // namespace
 
-void ReadMtl(const std::filesystem::path& path,
-             const std::function<void(MtlMaterial&&)>& take) {
+void ReadMtl(const std::filesystem::path& path, const MaterialTaker& take) {
   InputFile file(path);
-  MtlReading reading(path.string(), take);
+  MtlReading reading(file, take);
   LineStream* stream_at = nullptr;
   LineStream lines(file, [&](std::string_view line) {
     reading.Read(line, stream_at->Line());

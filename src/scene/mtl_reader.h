@@ -16,10 +16,12 @@ struct MtlMaterial {
   std::string place;
 };
 
-// Calls take(material) for one after the other, in the order of the file.
-// Throws InputError with file and line for a number that is none. Colours out
-// of range are let through: what no face uses is no error.
-void ReadMtl(const std::filesystem::path& path,
-             const std::function<void(MtlMaterial&&)>& take);
+using MaterialTaker = std::function<void(MtlMaterial&&, double share)>;
+
+// Calls take(material, share) for one after the other, in the order of the
+// file, of which that share was read then. Throws InputError with file and line
+// for a number that is none. Colours out of range are let through: what no face
+// uses is no error.
+void ReadMtl(const std::filesystem::path& path, const MaterialTaker& take);
 
 }  // namespace enfilade

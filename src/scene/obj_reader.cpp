@@ -47,9 +47,10 @@ struct ObjContext {
   GrowingCharge materials_charge{budget, "the materials of the scene"};
   uint64_t material_bytes = 0;
 
-  // Charges a material before it is kept: in the table, a vector that grows,
-  // and by name, of its file and of the OBJ that names that.
-  void ChargeMaterial(const MtlMaterial& m) {
+  // Charges a material, which ends that share of its file, before it is kept:
+  // in the table, a vector that grows, and by name, of its file and of the OBJ
+  // that names that.
+  void ChargeMaterial(const MtlMaterial& m, double share) {
     constexpr uint64_t kGrowth = 3;
     constexpr uint64_t kNames = 2;
     constexpr uint64_t kBytesPerName = 128;  // of a map
@@ -57,7 +58,7 @@ struct ObjContext {
         kGrowth * sizeof(MtlMaterial) + kNames * kBytesPerName +
         (kNames + 1) * AllocatedBytes(m.material.name.size() + 1) +
         AllocatedBytes(m.place.size() + 1);
-    materials_charge.GrowTo(material_bytes);
+    materials_charge.GrowTo(material_bytes, share);
   }
 };
 
@@ -321,9 +322,9 @@ class ObjReading {
     }
     MaterialNames names;
     if (Exists(path)) {
-      ReadMtl(path, [&](MtlMaterial&& m) {
+      ReadMtl(path, [&](MtlMaterial&& m, double share) {
         const std::string name = m.material.name;
-        context_.ChargeMaterial(m);
+        context_.ChargeMaterial(m, share);
         names[name] = context_.materials.AddInput(std::move(m.material),
                                                   std::move(m.place));
       });

@@ -258,6 +258,24 @@ TEST(MemoryBudget, TheLeastCapForABudgetLeavesIt) {
   }
 }
 
+TEST(MemoryBudget, ARefusalNamesACapForWhatIsForeseen) {
+  const auto named = [](double share) {
+    MemoryBudget budget(10 << 20);
+    GrowingCharge charge(budget, "the test");
+    charge.GrowTo(8 << 20);
+    try {
+      charge.GrowTo(20 << 20, share);
+    } catch (const DoesNotFitError& error) {
+      const std::string what = error.what();
+      return std::stoull(what.substr(what.find("--memory ") + 9)) << 20;
+    }
+    return 0ULL;
+  };
+  EXPECT_GE(named(0.25), MemoryBudget::CapForBudget(80 << 20));
+  EXPECT_LT(named(1), MemoryBudget::CapForBudget(30 << 20));
+  EXPECT_EQ(named(1e-9), named(1)) << "as good as nothing was seen";
+}
+
 TEST(MemoryBudget, ChargeEndsWithItsLastOwner) {
   MemoryBudget budget(100);
   MemoryCharge outer;

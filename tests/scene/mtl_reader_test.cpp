@@ -10,7 +10,9 @@ class MtlReading : public ::testing::Test {
   std::vector<MtlMaterial> Read(const std::string& text) {
     std::vector<MtlMaterial> read;
     ReadMtl(temp_.Write("names.mtl", text),
-            [&](MtlMaterial&& m) { read.push_back(std::move(m)); });
+            [&](MtlMaterial&& m, double /*share*/) {
+              read.push_back(std::move(m));
+            });
     return read;
   }
 
@@ -78,7 +80,7 @@ TEST_F(MtlReading, OneMaterialAtATimeIsHeld) {
   const auto path = temp_.Write("many.mtl", text);
   const uint64_t before = PeakResidentBytes();
   size_t count = 0;
-  ReadMtl(path, [&](const MtlMaterial& /*m*/) { ++count; });
+  ReadMtl(path, [&](const MtlMaterial& /*m*/, double /*share*/) { ++count; });
   EXPECT_EQ(count, kCount);
   EXPECT_LT(PeakResidentBytes(), before + (8U << 20));
 }
