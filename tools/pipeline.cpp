@@ -139,7 +139,15 @@ void PipelineRun::Visibility() {
            [&] {
              VisibilityOptions options;
              options.progress = ProgressOrStop();
-             BuildVisibleSets(LoadPartition(store_), options, budget_, store_);
+             GrowingCharge charge(budget_, "the doorways of the building");
+             BuildVisibleSets(LoadPartition(store_,
+                                            [&](uint64_t bytes) {
+                                              charge.GrowTo(bytes,
+                                                            kShareOfPortals);
+                                            }),
+                              options,
+                              budget_,
+                              store_);
            });
 }
 

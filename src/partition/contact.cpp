@@ -62,7 +62,9 @@ void AddRim(const Polygon& polygon, std::vector<Segment>* rims) {
 
 class ContactCutter {
  public:
-  explicit ContactCutter(std::vector<Patch>& patches) : patches_(patches) {
+  ContactCutter(std::vector<Patch>& patches,
+                const std::function<void(uint64_t)>& grow)
+      : patches_(patches), grow_(grow) {
     std::vector<Box3> boxes;
     boxes.reserve(patches.size());
     for (const Patch& p : patches) {
@@ -76,6 +78,7 @@ class ContactCutter {
     kept.reserve(patches_.size());
     for (uint32_t i = 0; i < patches_.size(); ++i) {
       ThrowIfStopRequested();
+      MakeRoom(1, &kept);
       const Patch& patch = patches_[i];
       if (!(patch.reflects || patch.emits) || patch.is_enclosed) {
         kept.push_back(patch);
@@ -88,6 +91,18 @@ class ContactCutter {
   }
 
  private:
+  // For so many patches more.
+  void MakeRoom(size_t more, std::vector<Patch>* kept) const {
+    if (kept->size() + more <= kept->capacity()) {
+      return;
+    }
+    const size_t room = std::max(2 * kept->capacity(), kept->size() + more);
+    if (grow_) {
+      grow_((kept->capacity() + room) * sizeof(Patch));
+    }
+    kept->reserve(room);
+  }
+
   [[nodiscard]] bool MeetsLamp(const Box3& box) const {
     bool meets = false;
     tree_->ForOverlaps(box,
@@ -145,20 +160,23 @@ class ContactCutter {
       if (parts.size() == 1) {
         kept->push_back(patch);
       } else {
+        MakeRoom(part.size(), kept);
         AppendAsPatches(patch, part, {}, kept);
       }
     }
   }
 
   std::vector<Patch>& patches_;
+  const std::function<void(uint64_t)>& grow_;
   std::optional<BoxTree> tree_;
   ContactCounts counts_;
 };
 
 }  // namespace
 
-ContactCounts CutAlongContacts(std::vector<Patch>& patches) {
-  return ContactCutter(patches).Run();
+ContactCounts CutAlongContacts(std::vector<Patch>& patches,
+                               const std::function<void(uint64_t)>& grow) {
+  return ContactCutter(patches, grow).Run();
 }
 
 uint64_t CutAlongContactsBytes(size_t patches) {

@@ -12,6 +12,7 @@
 #include "partition/patch.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace enfilade {
@@ -24,9 +25,14 @@ struct ContactCounts {
 // Cuts the patches of a cell along the rims of what stands or lies on their
 // fronts; what lies behind another patch is enclosed. After SeparateOverlaps.
 // Patches that are not cut keep their order, parts stand where the patch was.
-ContactCounts CutAlongContacts(std::vector<Patch>& patches);
+// What they take when they become more than they were is told to `grow`, unless
+// that is empty, before they do.
+ContactCounts CutAlongContacts(
+    std::vector<Patch>& patches,
+    const std::function<void(uint64_t bytes)>& grow = {});
 
-// What CutAlongContacts takes for so many patches while it works.
+// What CutAlongContacts takes for so many patches while it works, if they do
+// not become more.
 uint64_t CutAlongContactsBytes(size_t patches);
 
 }  // namespace enfilade

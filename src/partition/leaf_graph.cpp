@@ -3,7 +3,6 @@
 #include "base/stop.h"
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 namespace enfilade {
@@ -154,6 +153,12 @@ void PushDown(const BspTree& tree,
 // The covers of one node with their boxes, sorted for quick refusal.
 class CoverIndex {
  public:
+  // What one of so many takes, and the list of those that are near.
+  static uint64_t BytesFor(size_t covers) {
+    constexpr uint64_t kGrowth = 2;
+    return covers * (sizeof(Entry) + kGrowth * sizeof(const Polygon*));
+  }
+
   explicit CoverIndex(const std::vector<Polygon>& covers) {
     entries_.reserve(covers.size());
     for (const Polygon& cover : covers) {
@@ -184,32 +189,88 @@ class CoverIndex {
   std::vector<Entry> entries_;
 };
 
-void FindBordersOfNode(const BspTree& tree,
-                       NodeId id,
-                       const Polygon& section,
-                       const CoverIndex& covers,
-                       const std::function<void(LeafBorder)>& visit) {
-  const BspNode& node = tree.nodes[id.Index()];
-  std::vector<SectionPiece> in_front;
-  PushDown(tree, node.front, section, in_front);
-  for (const SectionPiece& piece : in_front) {
-    std::vector<SectionPiece> behind;
-    PushDown(tree, node.back, piece.polygon, behind);
-    for (const SectionPiece& common : behind) {
-      ThrowIfStopRequested();
-      LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
-      border.area_m2 = PolygonArea(common.polygon);
-      border.open = Subtract(
-          common.polygon, node.plane.normal, covers.Near(common.polygon));
-      for (const Polygon& open : border.open) {
-        border.open_m2 += PolygonArea(open);
-      }
-      if (!border.open.empty()) {
-        visit(std::move(border));
+// What pieces take in a vector that grows.
+uint64_t BytesOf(const std::vector<SectionPiece>& pieces) {
+  constexpr uint64_t kGrowth = 2;
+  uint64_t bytes = 0;
+  for (const SectionPiece& piece : pieces) {
+    bytes += kGrowth * sizeof(SectionPiece) + kAllocationHeaderBytes +
+             piece.polygon.capacity() * sizeof(Point3);
+  }
+  return bytes;
+}
+
+// Finds the borders of one node after the other, and charges what they take.
+class BorderFinder {
+ public:
+  // `covers`: of all nodes together.
+  BorderFinder(const BspTree& tree, size_t covers, GrowingCharge& charge)
+      : tree_(&tree), all_covers_(covers), charge_(&charge) {}
+
+  void AddNode(NodeId id,
+               const Polygon& section,
+               const std::vector<Polygon>& covers) {
+    node_bytes_ = CoverIndex::BytesFor(covers.size());
+    ChargeWith(0, 0);
+    const CoverIndex index(covers);
+    const BspNode& node = tree_->nodes[id.Index()];
+    std::vector<SectionPiece> in_front;
+    PushDown(*tree_, node.front, section, in_front);
+    node_bytes_ += BytesOf(in_front);
+    for (const SectionPiece& piece : in_front) {
+      std::vector<SectionPiece> behind;
+      PushDown(*tree_, node.back, piece.polygon, behind);
+      for (const SectionPiece& common : behind) {
+        ThrowIfStopRequested();
+        LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
+        border.area_m2 = PolygonArea(common.polygon);
+        border.open = Subtract(
+            common.polygon,
+            node.plane.normal,
+            index.Near(common.polygon),
+            [&](uint64_t bytes, double share) {
+              ChargeWith(bytes, share * static_cast<double>(covers.size()));
+            });
+        Add(std::move(border));
       }
     }
+    done_covers_ += covers.size();
   }
-}
+
+  std::vector<LeafBorder> Take() { return std::move(borders_); }
+
+ private:
+  void Add(LeafBorder border) {
+    if (border.open.empty()) {
+      return;
+    }
+    for (const Polygon& open : border.open) {
+      border.open_m2 += PolygonArea(open);
+    }
+    border.open.shrink_to_fit();
+    open_bytes_ += BytesOf(border.open);
+    ChargeWith(0, 0);
+    borders_.push_back(std::move(border));
+  }
+
+  // Charges what there is, one border more, and so many bytes for a while, of
+  // so many covers of the node: pieces grow with covers.
+  void ChargeWith(uint64_t more_bytes, double covers) {
+    const size_t most = 2 * (borders_.size() + 1);  // it grows
+    const double done = static_cast<double>(done_covers_) + covers;
+    charge_->GrowTo(
+        open_bytes_ + most * sizeof(LeafBorder) + node_bytes_ + more_bytes,
+        done / static_cast<double>(std::max<size_t>(all_covers_, 1)));
+  }
+
+  const BspTree* tree_;
+  size_t all_covers_;
+  size_t done_covers_ = 0;  // of the nodes before
+  GrowingCharge* charge_;
+  std::vector<LeafBorder> borders_;
+  uint64_t open_bytes_ = 0;
+  uint64_t node_bytes_ = 0;  // while one is looked at
+};
 
 }  // namespace
 
@@ -240,22 +301,15 @@ uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
 std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
                                         const FaceSurvey& survey,
                                         GrowingCharge& charge) {
-  std::vector<LeafBorder> borders;
-  uint64_t open_bytes = 0;
-  const auto add = [&](LeafBorder border) {
-    open_bytes += BytesOf(border.open);
-    const size_t most = 2 * (borders.size() + 1);  // it grows
-    charge.GrowTo(open_bytes + most * sizeof(LeafBorder));
-    borders.push_back(std::move(border));
-  };
-  for (size_t i = 0; i < built.tree.nodes.size(); ++i) {
-    FindBordersOfNode(built.tree,
-                      NodeId(i),
-                      built.sections[i],
-                      CoverIndex(survey.covers[i]),
-                      add);
+  size_t covers = 0;
+  for (const std::vector<Polygon>& of_node : survey.covers) {
+    covers += of_node.size();
   }
-  return borders;
+  BorderFinder finder(built.tree, covers, charge);
+  for (size_t i = 0; i < built.tree.nodes.size(); ++i) {
+    finder.AddNode(NodeId(i), built.sections[i], survey.covers[i]);
+  }
+  return finder.Take();
 }
 
 }  // namespace enfilade

@@ -132,10 +132,17 @@ void SavePartition(const Partition& partition, BlockStorage& store) {
 
 std::vector<Portal> LoadPortals(const BlockStorage& store,
                                 uint32_t kind,
-                                uint64_t count) {
+                                uint64_t count,
+                                const std::function<void(uint64_t)>& reserve) {
+  constexpr uint64_t kBytesEach = 2 * sizeof(Portal) + kAllocationHeaderBytes;
   std::vector<Portal> portals;
+  uint64_t corner_bytes = 0;
   for (uint32_t chunk = 0; portals.size() < count; ++chunk) {
     const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk, kind});
+    corner_bytes += bytes.size();
+    if (reserve) {
+      reserve(count * kBytesEach + corner_bytes);
+    }
     ByteReader reader(bytes);
     if (reader.AtEnd()) {
       throw DamagedStoreError("a stored piece of the portals is empty");
@@ -249,7 +256,8 @@ Partition BuildPartition(BlockStorage& store,
   return partition;
 }
 
-Partition LoadPartition(const BlockStorage& store) {
+Partition LoadPartition(const BlockStorage& store,
+                        const std::function<void(uint64_t)>& reserve) {
   const auto text = store.Meta(kMetaName);
   if (!text) {
     throw DamagedStoreError(
@@ -274,11 +282,12 @@ Partition LoadPartition(const BlockStorage& store) {
   for (std::string& note : partition.notes) {
     note = head.GetString();
   }
-  partition.portals = LoadPortals(store, kPortalBlock, portals);
+  partition.portals = LoadPortals(store, kPortalBlock, portals, reserve);
   return partition;
 }
 
-std::optional<Regions> LoadRegions(const BlockStorage& store) {
+std::optional<Regions> LoadRegions(
+    const BlockStorage& store, const std::function<void(uint64_t)>& reserve) {
   const auto block = store.Get({BlockKind::kPortals, 0, kRegionBlock});
   if (!block) {
     return std::nullopt;
@@ -287,7 +296,7 @@ std::optional<Regions> LoadRegions(const BlockStorage& store) {
   Regions regions;
   const uint64_t openings = head.GetVarint();
   regions.cell_of = head.GetArray<CellId>();
-  regions.openings = LoadPortals(store, kOpeningBlock, openings);
+  regions.openings = LoadPortals(store, kOpeningBlock, openings, reserve);
   return regions;
 }
 

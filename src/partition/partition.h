@@ -76,10 +76,16 @@ Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);
 
-Partition LoadPartition(const BlockStorage& store);
+// Of portals there may be many: `reserve`, unless empty, is told how many bytes
+// they take in all before they are read. So with the openings of regions.
+Partition LoadPartition(
+    const BlockStorage& store,
+    const std::function<void(uint64_t bytes)>& reserve = {});
 
 // The regions of a partition that BuildPartition has stored; nullopt if the
 // store has none.
-std::optional<Regions> LoadRegions(const BlockStorage& store);
+std::optional<Regions> LoadRegions(
+    const BlockStorage& store,
+    const std::function<void(uint64_t bytes)>& reserve = {});
 
 }  // namespace enfilade

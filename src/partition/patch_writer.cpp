@@ -242,6 +242,7 @@ TouchCounts WritePatches(const SceneInfo& info,
   TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {
     constexpr std::string_view kWhat = "surfaces of a cell that touch";
+    constexpr uint64_t kCopies = 3;  // encoded, in a vector that grows
     const size_t patches = sink.Count(CellId(i));
     MemoryCharge charge(budget, SeparateOverlapsBytes(patches), kWhat);
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
@@ -252,7 +253,11 @@ TouchCounts WritePatches(const SceneInfo& info,
     charge.Reset();
     charge = MemoryCharge(
         budget, CutAlongContactsBytes(content.patches.size()), kWhat);
-    const ContactCounts contacts = CutAlongContacts(content.patches);
+    GrowingCharge more(budget, kWhat);
+    const ContactCounts contacts = CutAlongContacts(
+        content.patches, [&more](uint64_t bytes) { more.GrowTo(bytes); });
+    charge.Reset();
+    more.GrowTo(kCopies * content.patches.size() * sizeof(Patch));
     counts.contacts.cut += contacts.cut;
     counts.contacts.covered_m2 += contacts.covered_m2;
     cells[i].patches = static_cast<uint32_t>(content.patches.size());

@@ -1,5 +1,6 @@
 #include "partition/polygon.h"
 
+#include "base/memory.h"
 #include "base/stop.h"
 
 #include <algorithm>
@@ -86,6 +87,14 @@ void SubtractOne(Polygon polygon,
     }
   }
   std::move(cut_off.begin(), cut_off.end(), std::back_inserter(outside));
+}
+
+uint64_t CornerBytes(const std::vector<Polygon>& polygons) {
+  uint64_t bytes = 0;
+  for (const Polygon& polygon : polygons) {
+    bytes += AllocatedBytes(polygon.capacity() * sizeof(Point3));
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -202,17 +211,28 @@ Polygon RectangleAround(const Box3& box, const Plane& plane) {
           center - axes.u * r + axes.v * r};
 }
 
-std::vector<Polygon> Subtract(const Polygon& polygon,
-                              const Vec3& normal,
-                              const std::vector<const Polygon*>& covers) {
+std::vector<Polygon> Subtract(
+    const Polygon& polygon,
+    const Vec3& normal,
+    const std::vector<const Polygon*>& covers,
+    const std::function<void(uint64_t, double)>& grow) {
+  // The pieces before and after a cover, in vectors that grow.
+  constexpr uint64_t kBytesEach = 4 * sizeof(Polygon);
+  constexpr size_t kFew = 256;
+  size_t told = kFew;
   std::vector<Polygon> left{polygon};
-  for (const Polygon* cover : covers) {
+  for (size_t i = 0; i < covers.size(); ++i) {
     ThrowIfStopRequested();
     std::vector<Polygon> outside;
     for (Polygon& piece : left) {
-      SubtractOne(std::move(piece), normal, *cover, outside);
+      SubtractOne(std::move(piece), normal, *covers[i], outside);
     }
     left = std::move(outside);
+    if (grow && left.size() > told) {
+      told = left.size() + left.size() / 8;
+      grow(CornerBytes(left) / left.size() * told + told * kBytesEach,
+           static_cast<double>(i + 1) / static_cast<double>(covers.size()));
+    }
   }
   return left;
 }

@@ -9,6 +9,8 @@
 #include "base/packed.h"
 #include "base/vec.h"
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace enfilade {
@@ -93,10 +95,14 @@ Polygon RectangleAround(const Box3& box, const Plane& plane);
 
 // Removes `covers` (convex polygons that lie in the plane of `polygon`, facing
 // either way) from the polygon: what is left, as convex polygons. Gaps of less
-// than kCrackM between covers close.
-std::vector<Polygon> Subtract(const Polygon& polygon,
-                              const Vec3& normal,
-                              const std::vector<const Polygon*>& covers);
+// than kCrackM between covers close. Of many covers are many pieces: what those
+// take is told to `grow`, unless that is empty, as it grows, and what share of
+// the covers they are of.
+std::vector<Polygon> Subtract(
+    const Polygon& polygon,
+    const Vec3& normal,
+    const std::vector<const Polygon*>& covers,
+    const std::function<void(uint64_t bytes, double share)>& grow = {});
 
 // Without the vertices that lie on the line through their neighbours or on top
 // of them; empty if nothing with an area is left.

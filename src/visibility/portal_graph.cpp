@@ -47,6 +47,15 @@ Doorway MakeDoorway(PortalId id, CellId to, std::vector<Point3> polygon) {
 // A line from front to back runs against the normal of the vertices' order.
 PortalGraph::PortalGraph(size_t cells, const std::vector<Portal>& portals)
     : doorways_(cells) {
+  // What grows would take twice as much.
+  std::vector<size_t> counts(cells);
+  for (const Portal& portal : portals) {
+    ++counts[portal.front.Index()];
+    ++counts[portal.back.Index()];
+  }
+  for (size_t i = 0; i < cells; ++i) {
+    doorways_[i].reserve(counts[i]);
+  }
   for (size_t i = 0; i < portals.size(); ++i) {
     const Portal& portal = portals[i];
     if (portal.front == portal.back || portal.vertices.empty()) {
@@ -71,6 +80,17 @@ uint64_t PortalGraph::SizeBytes() const {
       bytes +=
           door.polygon.capacity() * sizeof(Point3) + kAllocationHeaderBytes;
     }
+  }
+  return bytes;
+}
+
+uint64_t PortalGraph::MostBytes(size_t cells,
+                                const std::vector<Portal>& portals) {
+  uint64_t bytes = cells * (sizeof(std::vector<Doorway>) + sizeof(size_t) +
+                            kAllocationHeaderBytes);
+  for (const Portal& portal : portals) {
+    bytes += 2 * (sizeof(Doorway) + kAllocationHeaderBytes +
+                  portal.vertices.size() * sizeof(Point3));
   }
   return bytes;
 }

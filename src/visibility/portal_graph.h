@@ -53,8 +53,9 @@ class PortalGraph {
 
   [[nodiscard]] size_t DoorwayCount() const { return doorway_count_; }
 
-  // What it takes in memory.
+  // What it takes in memory; and at most, while it is made of these.
   [[nodiscard]] uint64_t SizeBytes() const;
+  static uint64_t MostBytes(size_t cells, const std::vector<Portal>& portals);
 
   // Out of a cell, by portal.
   [[nodiscard]] const std::vector<Doorway>& Doorways(CellId cell) const {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <optional>
 #include <sstream>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -18,12 +19,18 @@ namespace {
 
 constexpr const char* kSummaryMeta = "visibility";
 constexpr size_t kMostExploredAtOnce = 8;  // cells
+constexpr std::string_view kDoorways = "the doorways of the building";
 
-// Without regions in the store every cell is one.
+// Without regions in the store every cell is one. What it takes is charged.
 RegionGraph RegionGraphOf(const Partition& partition,
-                          const BlockStorage& store) {
+                          const BlockStorage& store,
+                          GrowingCharge* charge) {
   const size_t cells = partition.cells.size();
-  std::optional<Regions> regions = LoadRegions(store);
+  uint64_t openings_bytes = 0;
+  std::optional<Regions> regions = LoadRegions(store, [&](uint64_t bytes) {
+    openings_bytes = bytes;
+    charge->GrowTo(bytes, kShareOfPortals);
+  });
   if (!regions) {
     regions.emplace();
     for (size_t i = 0; i < cells; ++i) {
@@ -31,7 +38,13 @@ RegionGraph RegionGraphOf(const Partition& partition,
     }
     regions->openings = partition.portals;
   }
-  return {cells, *regions};
+  charge->GrowTo(
+      openings_bytes +
+          PortalGraph::MostBytes(regions->cell_of.size(), regions->openings),
+      0.5);  // the cells' is to come
+  RegionGraph graph(cells, *regions);
+  charge->ShrinkTo(graph.Graph().SizeBytes());
+  return graph;
 }
 
 // What exploring a cell may take in memory.
@@ -56,11 +69,11 @@ uint64_t ExploreAll(const Partition& partition,
                     const VisibilityOptions& options,
                     MemoryBudget& budget,
                     SetAgreement& sets) {
-  const PortalGraph graph(partition.cells.size(), partition.portals);
   const size_t count = partition.cells.size();
-  const MemoryCharge of_graphs(budget,
-                               graph.SizeBytes() + regions.Graph().SizeBytes(),
-                               "the doorways of the building");
+  MemoryCharge of_graph(
+      budget, PortalGraph::MostBytes(count, partition.portals), kDoorways);
+  const PortalGraph graph(count, partition.portals);
+  of_graph.ShrinkTo(graph.SizeBytes());
   const uint64_t bytes_each =
       ExplorationBytes(count, regions, options.max_steps_per_cell);
   const size_t at_once = CellsAtOnce(bytes_each, budget);
@@ -106,8 +119,15 @@ VisibilitySummary BuildVisibleSets(const Partition& partition,
   store.EraseAll(BlockKind::kScratch);
   VisibilitySummary summary;
   SetAgreement sets(partition, budget, store);
-  summary.budget_spent_cells = ExploreAll(
-      partition, RegionGraphOf(partition, store), options, budget, sets);
+  {
+    GrowingCharge of_regions(budget, kDoorways);
+    summary.budget_spent_cells =
+        ExploreAll(partition,
+                   RegionGraphOf(partition, store, &of_regions),
+                   options,
+                   budget,
+                   sets);
+  }
   sets.Agree();
   for (size_t i = 0; i < partition.cells.size(); ++i) {
     summary.visible_pairs += sets.Finish(CellId(i));

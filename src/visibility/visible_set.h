@@ -38,6 +38,11 @@ uint64_t BytesOf(const VisibleSet& set);
 // Of so many sources with so many cells in between, all of them together.
 uint64_t VisibleSetBytes(size_t sources, size_t between);
 
+// Of what visibility takes for the doorways of a building, the share of the
+// portals as they are loaded, about: the openings between regions are as many,
+// and both become graphs, of two doorways each.
+inline constexpr double kShareOfPortals = 0.15;
+
 struct VisibilityOptions {
   uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
   std::function<void(double fraction)> progress;  // may be empty

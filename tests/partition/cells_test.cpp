@@ -277,9 +277,39 @@ TEST(FindOpenBorders, BordersAreChargedAsTheyAreFound) {
   EXPECT_THROW(FindOpenBorders(tree, survey, charge), DoesNotFitError);
 }
 
+TEST(Subtract, WhatIsLeftOfManyCoversIsTold) {
+  constexpr size_t kRow = 40;
+  const Polygon whole = {
+      {0, 0, 0}, {kRow, 0, 0}, {kRow, kRow, 0}, {0, kRow, 0}};
+  std::vector<Polygon> covers;
+  for (size_t i = 0; i < kRow * kRow; ++i) {
+    const auto x = static_cast<double>(i % kRow);
+    const auto y = static_cast<double>(i / kRow);
+    covers.push_back({{x + 0.2, y + 0.2, 0},
+                      {x + 0.6, y + 0.2, 0},
+                      {x + 0.6, y + 0.6, 0},
+                      {x + 0.2, y + 0.6, 0}});
+  }
+  std::vector<const Polygon*> all;
+  for (const Polygon& cover : covers) {
+    all.push_back(&cover);
+  }
+  uint64_t told = 0;
+  const std::vector<Polygon> left =
+      Subtract(whole, {0, 0, 1}, all, [&](uint64_t bytes, double /*share*/) {
+        told = bytes;
+      });
+  EXPECT_GT(left.size(), covers.size());
+  EXPECT_GE(told, left.size() * (sizeof(Polygon) + 3 * sizeof(Point3)));
+}
+
 TEST(Cells, LoadedPartitionIsTheOneBuilt) {
   const Built built(TwoRoomsWithDoor());
-  const Partition loaded = LoadPartition(*built.store);
+  uint64_t told = 0;
+  const Partition loaded =
+      LoadPartition(*built.store, [&](uint64_t bytes) { told = bytes; });
+  EXPECT_GE(told,
+            loaded.portals.size() * (sizeof(Portal) + 4 * sizeof(Point3)));
   ASSERT_EQ(loaded.cells.size(), built.partition.cells.size());
   for (size_t i = 0; i < loaded.cells.size(); ++i) {
     EXPECT_EQ(loaded.cells[i].patches, built.partition.cells[i].patches);

@@ -90,6 +90,13 @@ TEST(Contact, CutsTheFloorAlongTheWallsOfABox) {
   EXPECT_EQ(EnclosedArea(patches), 0);
 }
 
+TEST(Contact, WhatPartsTakeIsToldBeforeTheyDo) {
+  auto patches = FloorWith(Walls({1, 1, 0}, {1, 0.5, 0.4}));
+  uint64_t told = 0;
+  CutAlongContacts(patches, [&told](uint64_t bytes) { told = bytes; });
+  EXPECT_GE(told, patches.capacity() * sizeof(Patch));
+}
+
 TEST(Contact, LeavesTheFloorUnderALeg) {
   auto patches = FloorWith(Walls({1, 1, 0}, {0.05, 0.05, 0.4}));
   EXPECT_EQ(CutAlongContacts(patches).cut, 0U);
