@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/pipeline_state.h"
 #include "tools/progress.h"
 #include <fmt/format.h>
 
@@ -23,8 +24,10 @@ constexpr double kElementsPerLink = 0.2;
 // Of the whole store, elements included.
 constexpr double kM2BytesPerLink = 28;
 constexpr double kHaarBytesPerLink = 20;
-// Of one core.
+// Of one core; the rays that look at the error of the rounds take some time
+// whatever there is to refine.
 constexpr double kSecondsPerLink = 25e-6;
+constexpr double kSecondsOfRays = 8;
 
 // A count to two digits: 1900, 53000000.
 std::string RoundedText(double count) {
@@ -34,6 +37,38 @@ std::string RoundedText(double count) {
   const double unit =
       std::pow(10.0, std::max(0.0, std::floor(std::log10(count)) - 1));
   return fmt::format("{:.0f}", std::round(count / unit) * unit);
+}
+
+// How many times as many links a smaller error takes.
+double Growth(double error, double smaller_error) {
+  return std::pow(error / smaller_error, kLinksPerError);
+}
+
+// What the stages before it did not take of the runs' time.
+double SecondsOfSolve(const RunRecord& record) {
+  return record.wall_seconds - record.import_seconds -
+         record.partition_seconds - record.visibility_seconds;
+}
+
+// What a store's own solve took says more than rules of thumb: of this scene
+// and, rays included, of this machine.
+void LearnFromItself(const BlockStorage& store,
+                     const SolveOptions& options,
+                     uint64_t threads,
+                     CostEstimate* estimate) {
+  const SolveSummary solved = LoadSolveSummary(store);
+  if (solved.links == 0 || !(solved.estimated_error > 0)) {
+    return;
+  }
+  const double growth =
+      std::max(1.0, Growth(solved.estimated_error, options.error));
+  const RunRecord record = LoadRunRecord(store);
+  const double cores = static_cast<double>(record.threads) /
+                       static_cast<double>(std::max<uint64_t>(threads, 1));
+  estimate->links = growth * static_cast<double>(solved.links);
+  estimate->elements = growth * static_cast<double>(solved.elements);
+  estimate->solve_seconds = std::max(estimate->solve_seconds,
+                                     growth * cores * SecondsOfSolve(record));
 }
 
 }  // namespace
@@ -48,14 +83,15 @@ CostEstimate EstimateCost(const BlockStorage& store,
   const bool haar = options.basis == "haar";
   CostEstimate estimate;
   estimate.links = kLinksPerPatch * patches *
-                   std::pow(kErrorOfLinks / options.error, kLinksPerError) *
+                   Growth(kErrorOfLinks, options.error) *
                    (haar ? kHaarLinks : 1);
   estimate.elements = patches + kElementsPerLink * estimate.links;
+  estimate.solve_seconds = (estimate.links * kSecondsPerLink + kSecondsOfRays) /
+                           static_cast<double>(threads);
+  LearnFromItself(store, options, threads, &estimate);
   estimate.store_bytes =
       static_cast<double>(store.FileBytes()) +
       estimate.links * (haar ? kHaarBytesPerLink : kM2BytesPerLink);
-  estimate.solve_seconds =
-      estimate.links * kSecondsPerLink / static_cast<double>(threads);
   estimate.cap_to_begin_bytes =
       FindLeastMemory(store, options, kFirstGrowth).cap_bytes;
   estimate.least_cap_bytes =

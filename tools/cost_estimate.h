@@ -22,7 +22,7 @@ struct CostEstimate {
   double links = 0;
   double elements = 0;
   double store_bytes = 0;           // with what the store holds already
-  double solve_seconds = 0;         // after the stages before it
+  double solve_seconds = 0;         // in all, after the stages before it
   uint64_t least_cap_bytes = 0;     // under which the solve should end
   uint64_t cap_to_begin_bytes = 0;  // below which it is refused
 
@@ -30,7 +30,8 @@ struct CostEstimate {
   [[nodiscard]] CostEstimate WithCap(uint64_t cap_bytes) const;
 };
 
-// The store must have visible sets.
+// The store must have visible sets. Of one that was solved to some error, by
+// what that took.
 CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
                           uint64_t threads);

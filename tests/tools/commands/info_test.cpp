@@ -1,8 +1,10 @@
 // `enfilade info SCENE`: the cost of a solve before it begins.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "tests/tools/run_program.h"
 #include <gtest/gtest.h>
@@ -76,6 +78,15 @@ TEST_F(InfoOfScene, StoresSayWhatAResumeWouldTake) {
   EXPECT_GT(finer.at("estimate").at("links").get<double>(),
             finer.at("links").get<double>());
   EXPECT_EQ(finer.at("requested_error"), 0.3) << "nothing was requested";
+  // The rays that look at the error took most of the time, not the links.
+  const auto& stages = finer.at("stage_seconds");
+  const double solved_in = finer.at("wall_seconds").get<double>() -
+                           stages.at("import").get<double>() -
+                           stages.at("partition").get<double>() -
+                           stages.at("visibility").get<double>();
+  EXPECT_GE(finer.at("estimate").at("solve_seconds").get<double>(),
+            solved_in * finer.at("threads").get<double>() /
+                std::max(1U, std::thread::hardware_concurrency()));
   EXPECT_EQ(RunProgram({"info", dir_ / "s.enf", "--basis", "haar"}).exit_code,
             2);
 }
