@@ -185,9 +185,8 @@ void ProbeChooser::SetOnLeaves(const Solution::Cell& cell,
   double along = 0;
   std::optional<LeafMean> last;  // of the patch, with a weight
   const auto set_next = [&](const LeafMean& leaf) {
-    SetOnLeaf(cell.Patches()[leaf.patch.Index()],
-              leaf,
-              &batch->probes[next->probe]);
+    SetOnLeaf(
+        cell.Patches()[leaf.patch.Index()], leaf, &batch->probes[next->probe]);
     ++next;
   };
   // Sums of weights are rounded: what lies beyond the last leaf lies on it.

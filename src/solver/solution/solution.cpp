@@ -299,8 +299,8 @@ std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
     const size_t tasks = (here.size() + kPointsPerTask - 1) / kPointsPerTask;
     ParallelForInside(tasks, [&](size_t t) {
       const size_t to = std::min((t + 1) * kPointsPerTask, here.size());
-      for (const size_t i : here.subspan(t * kPointsPerTask,
-                                         to - t * kPointsPerTask)) {
+      for (const size_t i :
+           here.subspan(t * kPointsPerTask, to - t * kPointsPerTask)) {
         const PatchPoint& p = points[i];
         const Rgb value = NotBelowZero(IrradianceAt(cell, p.patch, {p.a, p.b}));
         values[i] = radiosity

@@ -87,6 +87,7 @@ class Solution {
 
    private:
     friend class Solution;
+
     Cell(const Impl& impl, const LoadedCell& loaded)
         : impl_(&impl), loaded_(&loaded) {}
 
