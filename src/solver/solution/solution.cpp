@@ -8,6 +8,7 @@
 #include "solver/elements/element_tree.h"
 #include "solver/elements/received_light.h"
 #include "solver/solution/display_cell.h"
+#include "solver/solution/points_by_cell.h"
 #include "solver/state/solve_state.h"
 
 #include <algorithm>
@@ -32,38 +33,6 @@ std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
         p, scene.materials.at(p.material.Index()), scene.bounds.Center()));
   }
   return geometry;
-}
-
-// Points by the cell that they lie in.
-struct PointsByCell {
-  PointsByCell(std::span<const PatchPoint> points, size_t cell_count);
-
-  [[nodiscard]] std::span<const size_t> Of(CellId cell) const {
-    const size_t begin = first[cell.Index()];
-    return std::span(order).subspan(begin, first[cell.Index() + 1] - begin);
-  }
-
-  std::vector<CellId> cells;  // that have any, ascending
-  std::vector<size_t> order;  // the points of each cell, ascending
-  std::vector<size_t> first;  // by cell: where its points begin; two more
-};
-
-PointsByCell::PointsByCell(std::span<const PatchPoint> points,
-                           size_t cell_count)
-    : order(points.size()), first(cell_count + 2) {
-  for (const PatchPoint& p : points) {
-    ++first[p.cell.Index() + 2];
-  }
-  for (size_t i = 0; i < cell_count; ++i) {
-    if (first[i + 2] > 0) {
-      cells.emplace_back(i);
-    }
-    first[i + 2] += first[i + 1];
-  }
-  // Each of these moves on to where the next one began.
-  for (size_t i = 0; i < points.size(); ++i) {
-    order[first[points[i].cell.Index() + 1]++] = i;
-  }
 }
 
 // Where the polynomials swing below 0, 0 is nearer to the truth.
@@ -294,8 +263,9 @@ std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
                                           bool radiosity) const {
   const PointsByCell by_cell(points, patch_counts.size());
   std::vector<Rgb> values(points.size());
-  ForEachLoaded(by_cell.cells, [&](size_t k, const LoadedCell& cell) {
-    const std::span<const size_t> here = by_cell.Of(by_cell.cells[k]);
+  const std::span<const CellId> cells = by_cell.Cells();
+  ForEachLoaded(cells, [&](size_t k, const LoadedCell& cell) {
+    const std::span<const size_t> here = by_cell.Of(cells[k]);
     const size_t tasks = (here.size() + kPointsPerTask - 1) / kPointsPerTask;
     ParallelForInside(tasks, [&](size_t t) {
       const size_t to = std::min((t + 1) * kPointsPerTask, here.size());
@@ -421,8 +391,9 @@ Rgb Solution::RadiosityOf(const Patch& patch, const Rgb& irradiance) const {
 std::vector<Rgb> Solution::DisplayRadiosity(
     std::span<const PatchPoint> points) const {
   const std::lock_guard lock(impl_->show_mutex);
+  const PointsByCell by_cell(points, CellCount());
   std::vector<Rgb> values(points.size());
-  for (const size_t i : PointsByCell(points, CellCount()).order) {
+  for (const size_t i : by_cell.All()) {
     const PatchPoint& p = points[i];
     Impl::ShownCell& cell = impl_->Show(p.cell);
     values[i] =

@@ -13,6 +13,7 @@
 #include "scene/scene_store.h"
 #include "solver/elements/geometry.h"
 #include "solver/solution/display_mesh.h"
+#include "solver/solution/points_by_cell.h"
 
 #include <functional>
 #include <memory>
@@ -20,14 +21,6 @@
 #include <vector>
 
 namespace enfilade {
-
-// A point on a patch, in patch coordinates (partition/patch.h).
-struct PatchPoint {
-  CellId cell;
-  PatchId patch;
-  double a = 0;
-  double b = 0;
-};
 
 // A leaf of an element tree: three or four corners in the order of
 // AreaVector (counter-clockwise seen from the front), and the radiosity and
