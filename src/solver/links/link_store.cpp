@@ -33,11 +33,17 @@ const LinkBlock& ChunkWriter::Start(LinkChunk&& chunk) {
 }
 
 void ChunkWriter::Finish() {
-  if (chunk_) {
-    writing_.Wait();
-    on_written_(std::move(*chunk_));
-    chunk_.reset();
+  if (!chunk_) {
+    return;
   }
+  try {
+    writing_.Wait();
+  } catch (...) {
+    chunk_.reset();  // it was not written
+    throw;
+  }
+  on_written_(std::move(*chunk_));
+  chunk_.reset();
 }
 
 LinkWriter::LinkWriter(BlockStorage& store,

@@ -6,12 +6,15 @@
 #include "base/parallel.h"
 #include "store/sqlite_store.h"
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "tests/store/file_size_limit.h"
 #include "tests/store/temp_store.h"
+#include "tests/visibility/map_storage.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -130,6 +133,25 @@ TEST(ChunkWriter, AFullDiskIsToldAtTheEnd) {
     store->VerifyAll();
     EXPECT_EQ(store->Count(BlockKind::kLinks), 0U);
   }
+}
+
+// A store into which nothing goes.
+class FullStorage : public test::MapStorage {
+ public:
+  uint64_t Put(const BlockKey& /*key*/,
+               std::span<const std::byte> /*content*/) override {
+    throw DiskError("full");
+  }
+};
+
+TEST(ChunkWriter, DoesNotTellOfWhatFailed) {
+  FullStorage store;
+  size_t written = 0;
+  ChunkWriter writer(store, [&](LinkChunk&& /*chunk*/) { ++written; });
+  writer.Start({kPair, 0, WeakLinks(0, 10), 0});
+  EXPECT_THROW(writer.Finish(), DiskError);
+  writer.Finish();
+  EXPECT_EQ(written, 0U);
 }
 
 }  // namespace
