@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
+#include <numeric>
 #include <vector>
 
 #include "tests/budgets.h"
@@ -73,7 +74,8 @@ std::vector<PatchPoint> ScatteredPoints(size_t count) {
 }
 
 TEST(Solution, IsTheSameForEveryBudgetAndNumberOfThreads) {
-  const auto points = ScatteredPoints(3000);
+  const auto points = ScatteredPoints(10000);  // several times what is
+                                               // evaluated at a time
   MemoryBudget roomy(kRoomy);
   const Solution solution(SolvedRooms(), roomy);
   ASSERT_GT(solution.CellCount(), 4U);
@@ -90,6 +92,24 @@ TEST(Solution, IsTheSameForEveryBudgetAndNumberOfThreads) {
   EXPECT_EQ(tight.UsedBytes(), 0U);
   const ThreadLimit one_thread(1);
   EXPECT_EQ(solution.Radiosity(points), values);
+}
+
+TEST(Solution, IsVisitedCellByCellInTheOrderOfPoints) {
+  const auto points = ScatteredPoints(6000);
+  MemoryBudget budget(kRoomy);
+  const Solution solution(SolvedRooms(), budget);
+  const std::vector<Rgb> values = solution.Radiosity(points);
+  std::vector<size_t> visited;
+  solution.ForEachRadiosity(points, [&](size_t i, const Rgb& radiosity) {
+    EXPECT_EQ(radiosity, values[i]);
+    visited.push_back(i);
+  });
+  std::vector<size_t> expected(points.size());
+  std::iota(expected.begin(), expected.end(), size_t{0});
+  std::stable_sort(expected.begin(), expected.end(), [&](size_t i, size_t j) {
+    return points[i].cell < points[j].cell;
+  });
+  EXPECT_EQ(visited, expected);
 }
 
 TEST(Solution, OfWhichACellDoesNotFitIsRefused) {

@@ -29,19 +29,22 @@ constexpr uint64_t kRaysPerPoint = ResidualSamples::kRaysPerProbe;
 
 // Of a point whose rays are traced, and of one that is looked up.
 constexpr uint64_t kTracedBytes = ResidualRays::kBytesPerProbe;
-constexpr uint64_t kPointBytes =
-    BatchSight::kBytesPerProbe +
-    ResidualSamples::kPointsPerProbe * (sizeof(Rgb) + sizeof(size_t)) +
-    sizeof(ResidualProbe) + ProbeChooser::kWorkBytesPerProbe;
+constexpr uint64_t kPointBytes = BatchSight::kBytesPerProbe +
+                                 sizeof(ResidualProbe) +
+                                 ProbeChooser::kWorkBytesPerProbe;
 constexpr uint64_t kMostTracedBytes = 8ULL << 20;
 constexpr uint64_t kMostLookedUpBytes = 24ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
 
-// How many points of so many bytes fit in an eighth of what is free: one eighth
-// for those that are traced, one for those that are looked up. To trace few at
-// a time costs nothing where the building is in memory.
-size_t PointsIn(const MemoryBudget& budget, uint64_t bytes, uint64_t most) {
-  const uint64_t room = std::min(budget.FreeBytes() / 8, most);
+// How many points of so many bytes fit in one part in `parts` of what is free:
+// a quarter for those that are looked up, whose number says how often cells are
+// read, and an eighth for those that are traced. To trace few at a time costs
+// nothing where the building is in memory.
+size_t PointsIn(const MemoryBudget& budget,
+                uint64_t parts,
+                uint64_t bytes,
+                uint64_t most) {
+  const uint64_t room = std::min(budget.FreeBytes() / parts, most);
   return std::clamp<uint64_t>(
       room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
 }
@@ -69,8 +72,8 @@ class ResidualMeter {
         by_patch_(chooser_.FirstPatches(),
                   options.most_rays / kRaysPerPoint + kPointsPerRound,
                   budget),
-        traced_points_(PointsIn(budget, kTracedBytes, kMostTracedBytes)),
-        batch_points_(PointsIn(budget, kPointBytes, kMostLookedUpBytes)),
+        traced_points_(PointsIn(budget, 8, kTracedBytes, kMostTracedBytes)),
+        batch_points_(PointsIn(budget, 4, kPointBytes, kMostLookedUpBytes)),
         batch_charge_(
             budget,
             traced_points_ * kTracedBytes + batch_points_ * kPointBytes,
@@ -121,10 +124,12 @@ class ResidualMeter {
     const ProbeBatch batch = chooser_.Choose(key, strata);
     BatchSight seen = rays_.Look(batch, &reflected_);
     traced_ += batch.probes.size() * kRaysPerPoint;
-    const std::vector<Rgb> radiosity = solution_.Radiosity(seen.points);
-    seen.AddRadiosity(radiosity);
+    solution_.ForEachRadiosity(seen.points,
+                               [&](size_t point, const Rgb& radiosity) {
+                                 seen.AddRadiosity(point, radiosity);
+                               });
     for (size_t i = 0; i < batch.probes.size(); ++i) {
-      AddResidual(batch.probes[i], seen.probes[i], radiosity[i]);
+      AddResidual(batch.probes[i], seen.probes[i]);
     }
     if (options_.progress) {
       options_.progress(std::min(1.0,
@@ -134,10 +139,7 @@ class ResidualMeter {
     }
   }
 
-  // `solved`: the solution's radiosity at the probe.
-  void AddResidual(const ResidualProbe& probe,
-                   const ProbeSight& sight,
-                   const Rgb& solved) {
+  void AddResidual(const ResidualProbe& probe, const ProbeSight& sight) {
     const Material& material =
         solution_.Scene().materials.at(probe.patch.material.Index());
     const Rgb& rho = material.reflectance;
@@ -145,7 +147,7 @@ class ResidualMeter {
     double square = 0;
     for (size_t c = 0; c < kRgbChannels; ++c) {
       const double reflected =
-          solved[c] - (probe.patch.emits ? material.exitance[c] : 0.0);
+          sight.solved[c] - (probe.patch.emits ? material.exitance[c] : 0.0);
       const double first = rho[c] * sight.arriving[0][c] - reflected;
       const double second = rho[c] * sight.arriving[1][c] - reflected;
       square += first * second / kRgbChannels;

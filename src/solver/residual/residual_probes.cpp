@@ -18,7 +18,7 @@ namespace {
 constexpr double kOpenShare = 0.15;
 constexpr double kEnclosedShare = 0.01;
 // Weighed together: bounds what is kept of them beside the weights.
-constexpr size_t kCellsAtATime = 32;
+constexpr size_t kCellsAtATime = 16;
 
 size_t PatchCount(const Partition& partition) {
   size_t patches = 0;
@@ -81,6 +81,7 @@ void ProbeChooser::Weigh(const Partition& partition) {
     first_patch_.push_back(patches);
     patches += cell.patches;
   }
+  first_patch_.push_back(patches);
   weights_.resize(patches + size_t{1});
   for (size_t first = 0; first < cells.size(); first += kCellsAtATime) {
     const size_t count = std::min(kCellsAtATime, cells.size() - first);
@@ -91,24 +92,25 @@ void ProbeChooser::Weigh(const Partition& partition) {
 
 // Some cells in succession.
 void ProbeChooser::WeighCells(std::span<const CellId> cells) {
-  std::vector<std::vector<double>> areas(cells.size());  // that reflect
+  const uint32_t first = first_patch_[cells.front().Index()];
+  const uint32_t count = first_patch_[cells.back().Index() + 1] - first;
+  const MemoryCharge charge(
+      *budget_, count * sizeof(double), "the areas of patches");
+  std::vector<double> areas(count);  // that reflect
   solution_->VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
     const std::span<const Patch> patches = cell.Patches();
-    double* const weights =
-        &weights_[first_patch_[cells[i].Index()] + size_t{1}];
+    const uint32_t begin = first_patch_[cells[i].Index()];
+    double* const weights = &weights_[begin + size_t{1}];
     cell.ForEachMean(AllPatches(patches.size()), [&](const LeafMean& leaf) {
       const size_t k = leaf.patch.Index();
       weights[k] += leaf.area * DensityOf(patches[k], leaf.irradiance);
     });
-    for (const Patch& p : patches) {
-      if (Reflects(p, solution_->Scene().materials)) {
-        areas[i].push_back(PatchArea(p));
-      }
+    for (size_t k = 0; k < patches.size(); ++k) {
+      const bool reflects = Reflects(patches[k], solution_->Scene().materials);
+      areas[begin - first + k] = reflects ? PatchArea(patches[k]) : 0;
     }
   });
-  for (const std::vector<double>& of_cell : areas) {
-    area_ = std::accumulate(of_cell.begin(), of_cell.end(), area_);
-  }
+  area_ = std::accumulate(areas.begin(), areas.end(), area_);
 }
 
 // Of the weight, W/m2.

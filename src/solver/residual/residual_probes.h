@@ -60,6 +60,7 @@ class ProbeChooser {
   // Nothing reflects.
   [[nodiscard]] bool IsEmpty() const { return !(weights_.back() > 0); }
 
+  // By cell, counted through all cells; one more.
   [[nodiscard]] std::span<const uint32_t> FirstPatches() const {
     return first_patch_;
   }
@@ -112,7 +113,7 @@ class ProbeChooser {
   double mean_reflected_;
   MemoryCharge charge_;
   std::vector<double> weights_;        // sums over the patches before; one more
-  std::vector<uint32_t> first_patch_;  // by cell
+  std::vector<uint32_t> first_patch_;  // by cell; one more
   double area_ = 0;
   double offset_ = 0;
 };

@@ -71,14 +71,16 @@ BatchSight NothingSeen(const ProbeBatch& batch) {
 
 }  // namespace
 
-void BatchSight::AddRadiosity(std::span<const Rgb> radiosity) {
-  for (size_t k = 0; k < owners.size(); ++k) {
-    const uint32_t owner = owners[k];
-    AddScaled(
-        &probes[owner / Samples::kHalves].arriving[owner % Samples::kHalves],
-        radiosity[probes.size() + k],
-        1.0 / Samples::kDirections);
+void BatchSight::AddRadiosity(size_t point, const Rgb& radiosity) {
+  if (point < probes.size()) {
+    probes[point].solved = radiosity;
+    return;
   }
+  const uint32_t owner = owners[point - probes.size()];
+  AddScaled(
+      &probes[owner / Samples::kHalves].arriving[owner % Samples::kHalves],
+      radiosity,
+      1.0 / Samples::kDirections);
 }
 
 BatchSight ResidualRays::Look(const ProbeBatch& batch,

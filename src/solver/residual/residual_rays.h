@@ -21,6 +21,7 @@
 #include "solver/residual/lamps.h"
 #include "solver/residual/reflected_error.h"
 #include "solver/residual/residual_probes.h"
+#include "solver/solution/points_by_cell.h"
 #include "visibility/ray_tracer.h"
 
 #include <array>
@@ -54,20 +55,23 @@ struct ProbeSight {
   // By half, W/m2: at first the light of the lamps that is sampled on them and
   // by rays, less what the solution's radiosity will bring of it again.
   std::array<Rgb, ResidualSamples::kHalves> arriving{};
+  Rgb solved{};         // the solution's radiosity at the probe, W/m2
   size_t group = 0;     // of the probe (reflected_error.h)
   double enclosed = 0;  // share of the hemisphere that anything came from
 };
 
 // What the probes of a batch see.
 struct BatchSight {
+  // While the solution is looked up, too.
   static constexpr uint64_t kBytesPerProbe =
-      ResidualSamples::kPointsPerProbe *
-          (sizeof(PatchPoint) + sizeof(uint32_t)) +
+      (1 + ResidualSamples::kPointsPerProbe) *
+          (sizeof(PatchPoint) + sizeof(uint32_t) +
+           PointsByCell::kBytesPerPoint) +
       sizeof(ProbeSight);
 
-  // Completes what arrives at the probes. `radiosity`, W/m2: of the solution,
-  // at `points`. Once.
-  void AddRadiosity(std::span<const Rgb> radiosity);
+  // The solution has so much radiosity, W/m2, at one of the points. What
+  // arrives is complete after all of them; the bits depend on their order.
+  void AddRadiosity(size_t point, const Rgb& radiosity);
 
   std::vector<ProbeSight> probes;
   // Where the solution is to be looked up: at the probes, in their order, then

@@ -1,10 +1,17 @@
 #include "solver/solution/points_by_cell.h"
 
+#include "base/check.h"
+
+#include <limits>
+
 namespace enfilade {
 
 PointsByCell::PointsByCell(std::span<const PatchPoint> points,
                            size_t cell_count)
     : order_(points.size()), first_(cell_count + 2) {
+  ENFILADE_CHECK(points.size() <= std::numeric_limits<uint32_t>::max(),
+                 "{} points at a time",
+                 points.size());
   for (const PatchPoint& p : points) {
     ++first_[p.cell.Index() + 2];
   }
@@ -16,7 +23,7 @@ PointsByCell::PointsByCell(std::span<const PatchPoint> points,
   }
   // Each of these moves on to where the next one began.
   for (size_t i = 0; i < points.size(); ++i) {
-    order_[first_[points[i].cell.Index() + 1]++] = i;
+    order_[first_[points[i].cell.Index() + 1]++] = static_cast<uint32_t>(i);
   }
 }
 

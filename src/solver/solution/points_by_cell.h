@@ -6,6 +6,7 @@
 #include "base/ids.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -21,25 +22,33 @@ struct PatchPoint {
 
 class PointsByCell {
  public:
-  // Takes a number for each point and two for each cell.
+  // What it takes for a point: its number.
+  static constexpr uint64_t kBytesPerPoint = sizeof(uint32_t);
+
+  // Takes that, and a number for each cell. Of fewer than 2^32 points.
   PointsByCell(std::span<const PatchPoint> points, size_t cell_count);
 
   // Those in which there are points, ascending.
   [[nodiscard]] std::span<const CellId> Cells() const { return cells_; }
 
   // The points of a cell by their numbers, ascending.
-  [[nodiscard]] std::span<const size_t> Of(CellId cell) const {
-    const size_t begin = first_[cell.Index()];
-    return All().subspan(begin, first_[cell.Index() + 1] - begin);
+  [[nodiscard]] std::span<const uint32_t> Of(CellId cell) const {
+    return From(cell, cell);
   }
 
-  // Those of all cells, one after the other.
-  [[nodiscard]] std::span<const size_t> All() const { return order_; }
+  // Those of all cells from one to another, one after the other.
+  [[nodiscard]] std::span<const uint32_t> From(CellId first,
+                                               CellId last) const {
+    const size_t begin = first_[first.Index()];
+    return All().subspan(begin, first_[last.Index() + 1] - begin);
+  }
+
+  [[nodiscard]] std::span<const uint32_t> All() const { return order_; }
 
  private:
   std::vector<CellId> cells_;
-  std::vector<size_t> order_;
-  std::vector<size_t> first_;  // by cell: where its points begin; two more
+  std::vector<uint32_t> order_;
+  std::vector<uint32_t> first_;  // by cell: where its points begin; two more
 };
 
 }  // namespace enfilade

@@ -18,8 +18,13 @@
 namespace enfilade {
 namespace {
 
-// Points that are evaluated by one thread in one go.
-constexpr size_t kPointsPerTask = 512;
+// Points that are evaluated by one thread in one go, and by all together.
+constexpr size_t kPointsPerTask = 128;
+constexpr size_t kPointsAtATime = 4096;
+
+size_t TasksOf(size_t points) {
+  return (points + kPointsPerTask - 1) / kPointsPerTask;
+}
 
 // Cells that are in memory together, at most.
 constexpr size_t kMostCells = 16;
@@ -84,9 +89,12 @@ struct Solution::Impl {
     return loaded;
   }
 
-  // Calls body(i, cell) for all of the cells, in parallel. The first of those
-  // that are in memory together must fit; the others may take a half of what is
-  // left beside it.
+  // Of some cells, from the first on, those that are to be in memory together:
+  // the first must fit, the others may take a half of what is left beside it.
+  [[nodiscard]] std::vector<LoadedCell> LoadSome(
+      std::span<const CellId> cells) const;
+
+  // Calls body(i, cell) for all of the cells, these in parallel.
   template <typename Body>
   void ForEachLoaded(std::span<const CellId> cells, const Body& body) const;
   [[nodiscard]] std::vector<MemoryCharge> ChargeSome(
@@ -105,9 +113,16 @@ struct Solution::Impl {
            elements * Shape().Stride() * sizeof(float);
   }
 
+  // It may swing below 0.
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const;
+
+  [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
+                                 const PatchPoint& p) const {
+    return NotBelowZero(IrradianceAt(cell, p.patch, {p.a, p.b}));
+  }
+
   using Irradiance = std::array<float, kRgbChannels * kMaxNodes>;
   void VisitMeans(const LoadedCell& cell,
                   ElementId element,
@@ -116,8 +131,15 @@ struct Solution::Impl {
   template <typename PatchLike>
   [[nodiscard]] Rgb RadiosityOf(const PatchLike& patch,
                                 const Rgb& irradiance) const;
-  [[nodiscard]] std::vector<Rgb> Evaluate(std::span<const PatchPoint> points,
-                                          bool radiosity) const;
+  [[nodiscard]] Rgb RadiosityAt(const LoadedCell& cell,
+                                const PatchPoint& point) const;
+
+  // Calls visit(i, value_at(cell, point)) for all points, the first from this
+  // thread and as ForEachRadiosity says, the second in parallel.
+  template <typename ValueAt, typename Visit>
+  void ForEachValue(std::span<const PatchPoint> points,
+                    const ValueAt& value_at,
+                    const Visit& visit) const;
 
   // A cell and its display meshes.
   struct ShownCell {
@@ -247,39 +269,62 @@ std::vector<MemoryCharge> Solution::Impl::ChargeSome(
   return charges;
 }
 
+std::vector<Solution::LoadedCell> Solution::Impl::LoadSome(
+    std::span<const CellId> cells) const {
+  std::vector<MemoryCharge> charges = ChargeSome(cells);
+  std::vector<LoadedCell> loaded(charges.size());
+  ParallelFor(loaded.size(), [&](size_t k) {
+    loaded[k] = Load(cells[k], std::move(charges[k]));
+  });
+  return loaded;
+}
+
 template <typename Body>
 void Solution::Impl::ForEachLoaded(std::span<const CellId> cells,
                                    const Body& body) const {
   for (size_t first = 0; first < cells.size();) {
-    std::vector<MemoryCharge> charges = ChargeSome(cells.subspan(first));
-    ParallelFor(charges.size(), [&](size_t k) {
-      body(first + k, Load(cells[first + k], std::move(charges[k])));
-    });
-    first += charges.size();
+    const std::vector<LoadedCell> loaded = LoadSome(cells.subspan(first));
+    ParallelFor(loaded.size(), [&](size_t k) { body(first + k, loaded[k]); });
+    first += loaded.size();
   }
 }
 
-std::vector<Rgb> Solution::Impl::Evaluate(std::span<const PatchPoint> points,
-                                          bool radiosity) const {
+template <typename ValueAt, typename Visit>
+void Solution::Impl::ForEachValue(std::span<const PatchPoint> points,
+                                  const ValueAt& value_at,
+                                  const Visit& visit) const {
   const PointsByCell by_cell(points, patch_counts.size());
-  std::vector<Rgb> values(points.size());
   const std::span<const CellId> cells = by_cell.Cells();
-  ForEachLoaded(cells, [&](size_t k, const LoadedCell& cell) {
-    const std::span<const size_t> here = by_cell.Of(cells[k]);
-    const size_t tasks = (here.size() + kPointsPerTask - 1) / kPointsPerTask;
-    ParallelForInside(tasks, [&](size_t t) {
-      const size_t to = std::min((t + 1) * kPointsPerTask, here.size());
-      for (const size_t i :
-           here.subspan(t * kPointsPerTask, to - t * kPointsPerTask)) {
-        const PatchPoint& p = points[i];
-        const Rgb value = NotBelowZero(IrradianceAt(cell, p.patch, {p.a, p.b}));
-        values[i] = radiosity
-                        ? RadiosityOf(cell.geometry.at(p.patch.Index()), value)
-                        : value;
+  std::vector<Rgb> values(std::min(points.size(), kPointsAtATime));
+  for (size_t first = 0; first < cells.size();) {
+    const std::vector<LoadedCell> loaded = LoadSome(cells.subspan(first));
+    const std::span<const CellId> now = cells.subspan(first, loaded.size());
+    const auto evaluate = [&](const PatchPoint& p) {
+      const auto at = std::lower_bound(now.begin(), now.end(), p.cell);
+      return value_at(loaded[static_cast<size_t>(at - now.begin())], p);
+    };
+    auto left = by_cell.From(now.front(), now.back());
+    while (!left.empty()) {
+      const auto some = left.first(std::min(left.size(), kPointsAtATime));
+      ParallelFor(TasksOf(some.size()), [&](size_t task) {
+        const size_t end = std::min((task + 1) * kPointsPerTask, some.size());
+        for (size_t k = task * kPointsPerTask; k < end; ++k) {
+          values[k] = evaluate(points[some[k]]);
+        }
+      });
+      for (size_t k = 0; k < some.size(); ++k) {
+        visit(some[k], values[k]);
       }
-    });
-  });
-  return values;
+      left = left.subspan(some.size());
+    }
+    first += loaded.size();
+  }
+}
+
+Rgb Solution::Impl::RadiosityAt(const LoadedCell& cell,
+                                const PatchPoint& point) const {
+  return RadiosityOf(cell.geometry.at(point.patch.Index()),
+                     IrradianceAt(cell, point));
 }
 
 Solution::Solution(const BlockStorage& store, MemoryBudget& budget) {
@@ -311,11 +356,32 @@ uint64_t Solution::MostCellBytes() const {
 
 std::vector<Rgb> Solution::Irradiance(
     std::span<const PatchPoint> points) const {
-  return impl_->Evaluate(points, false);
+  std::vector<Rgb> values(points.size());
+  impl_->ForEachValue(
+      points,
+      [this](const LoadedCell& cell, const PatchPoint& p) {
+        return impl_->IrradianceAt(cell, p);
+      },
+      [&](size_t i, const Rgb& value) { values[i] = value; });
+  return values;
 }
 
 std::vector<Rgb> Solution::Radiosity(std::span<const PatchPoint> points) const {
-  return impl_->Evaluate(points, true);
+  std::vector<Rgb> values(points.size());
+  ForEachRadiosity(points,
+                   [&](size_t i, const Rgb& value) { values[i] = value; });
+  return values;
+}
+
+void Solution::ForEachRadiosity(
+    std::span<const PatchPoint> points,
+    const std::function<void(size_t, const Rgb&)>& visit) const {
+  impl_->ForEachValue(
+      points,
+      [this](const LoadedCell& cell, const PatchPoint& p) {
+        return impl_->RadiosityAt(cell, p);
+      },
+      visit);
 }
 
 void Solution::ForEachLeaf(

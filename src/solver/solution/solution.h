@@ -64,6 +64,13 @@ class Solution {
   [[nodiscard]] std::vector<Rgb> Radiosity(
       std::span<const PatchPoint> points) const;
 
+  // The same, without a value kept for each of them: calls visit(i, radiosity)
+  // from this thread, the points of a cell together and in their order, cells
+  // ascending.
+  void ForEachRadiosity(
+      std::span<const PatchPoint> points,
+      const std::function<void(size_t, const Rgb&)>& visit) const;
+
   // Visits the leaves of a cell in a fixed order.
   void ForEachLeaf(CellId cell,
                    const std::function<void(const LeafElement&)>& visit) const;

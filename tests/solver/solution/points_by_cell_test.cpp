@@ -33,6 +33,8 @@ TEST(PointsByCell, KeepTheOrderWithinACell) {
     size_t seen = 0;
     std::vector<CellId> with_points;
     for (uint32_t c = 0; c < kCellCount; ++c) {
+      EXPECT_EQ(by_cell.From(CellId(0U), CellId(c)).size(),
+                seen + by_cell.Of(CellId(c)).size());
       for (const size_t i : by_cell.Of(CellId(c))) {
         EXPECT_EQ(i, order[seen++]);
         EXPECT_EQ(points[i].cell, CellId(c));
