@@ -217,6 +217,7 @@ void PipelineRun::RunStage(Stage stage,
   UpdateRecord();
   store_.Commit();
   ReleaseFreedMemory();
+  ReleaseCode();  // the next stage needs other parts of it
   progress_.End();
   WarnIfCapExceeded(name);
 }

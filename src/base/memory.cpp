@@ -7,9 +7,12 @@
 #include <array>
 #include <charconv>
 #include <limits>
+#include <string_view>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <link.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -74,6 +77,30 @@ uint64_t PeakResidentBytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+// Only of files, and of what nobody has written to.
+void ReleaseCode() {
+  const auto release = [](dl_phdr_info* object, size_t /*size*/, void*) {
+    const std::string_view file = object->dlpi_name;
+    if (!file.empty() && file.front() != '/') {
+      return 0;  // the kernel's; the program itself has no name
+    }
+    const auto page = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+    for (size_t i = 0; i < object->dlpi_phnum; ++i) {
+      const auto& segment = object->dlpi_phdr[i];
+      if (segment.p_type == PT_LOAD && segment.p_flags == (PF_R | PF_X)) {
+        const uint64_t begin = object->dlpi_addr + segment.p_vaddr;
+        const uint64_t first = begin / page * page;
+        // NOLINTNEXTLINE(performance-no-int-to-ptr): addresses are numbers here
+        madvise(reinterpret_cast<void*>(first),
+                begin + segment.p_memsz - first,
+                MADV_DONTNEED);
+      }
+    }
+    return 0;
+  };
+  dl_iterate_phdr(release, nullptr);
 }
 
 #ifdef ENFILADE_JEMALLOC

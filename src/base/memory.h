@@ -37,6 +37,10 @@ uint64_t PeakResidentBytes();
 // until then, or until a charge would bring the process near its cap.
 void ReleaseFreedMemory();
 
+// Gives what is in memory of the program's and its libraries' code back to the
+// system. What is still needed comes again by itself, from the page cache.
+void ReleaseCode();
+
 // What the allocator takes for an array of so many bytes.
 uint64_t AllocatedBytes(uint64_t bytes);
 

@@ -207,6 +207,16 @@ TEST(MemoryBudget, NearTheCapWhatWasFreedIsGivenBack) {
   EXPECT_LT(ResidentBytes(), before + kBytes / 4);
 }
 
+TEST(ResidentBytes, FallWhenCodeIsReleasedWhichComesAgain) {
+  // What code takes, of this program and of its libraries, is some MiB.
+  constexpr uint64_t kLeast = 256 << 10;
+  EXPECT_EQ(std::to_string(1.5), "1.500000");
+  const uint64_t before = ResidentBytes();
+  ReleaseCode();
+  EXPECT_LT(ResidentBytes(), before - kLeast);
+  EXPECT_EQ(std::to_string(1.5), "1.500000");
+}
+
 TEST(MemoryBudget, ChargesUpToItsLimitAndNotBeyond) {
   MemoryBudget budget(100);
   EXPECT_TRUE(budget.TryCharge(100));
