@@ -118,7 +118,7 @@ bool CellPager::EvictNeededFrom(uint64_t first_use,
 // memory back to the system, takes as long for one as for many.
 uint64_t CellPager::EvictionMargin() const {
   constexpr uint64_t kMost = 4 << 20;
-  constexpr uint64_t kParts = 64;
+  constexpr uint64_t kParts = 256;
   return std::min(kMost, budget_->LimitBytes() / kParts);
 }
 
