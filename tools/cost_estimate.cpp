@@ -77,7 +77,7 @@ CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
                           uint64_t threads) {
   double patches = 0;
-  for (const CellInfo& cell : LoadPartition(store).cells) {
+  for (const CellInfo& cell : LoadCells(store)) {
     patches += cell.patches;
   }
   const bool haar = options.basis == "haar";

@@ -130,18 +130,22 @@ void SavePartition(const Partition& partition, BlockStorage& store) {
   portals.Finish();
 }
 
-std::vector<Portal> LoadPortals(const BlockStorage& store,
-                                uint32_t kind,
-                                uint64_t count,
-                                const std::function<void(uint64_t)>& reserve) {
-  constexpr uint64_t kBytesEach = 2 * sizeof(Portal) + kAllocationHeaderBytes;
-  std::vector<Portal> portals;
-  uint64_t corner_bytes = 0;
-  for (uint32_t chunk = 0; portals.size() < count; ++chunk) {
+// Beside its corners, in an array that has grown to hold it.
+constexpr uint64_t kPortalBytes = 2 * sizeof(Portal) + kAllocationHeaderBytes;
+// Beside its corners in the store, at most: three small numbers.
+constexpr uint64_t kStoredPortalBytes = 16;
+
+// `read`, unless empty, is told of the size of each piece before its portals.
+void VisitPortals(const BlockStorage& store,
+                  uint32_t kind,
+                  uint64_t count,
+                  const std::function<void(uint64_t)>& read,
+                  const std::function<void(Portal&&)>& visit) {
+  uint64_t visited = 0;
+  for (uint32_t chunk = 0; visited < count; ++chunk) {
     const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk, kind});
-    corner_bytes += bytes.size();
-    if (reserve) {
-      reserve(count * kBytesEach + corner_bytes);
+    if (read) {
+      read(bytes.size());
     }
     ByteReader reader(bytes);
     if (reader.AtEnd()) {
@@ -152,10 +156,57 @@ std::vector<Portal> LoadPortals(const BlockStorage& store,
       portal.front = CellId(static_cast<uint32_t>(reader.GetVarint()));
       portal.back = CellId(static_cast<uint32_t>(reader.GetVarint()));
       portal.vertices = reader.GetArray<Point3>();
-      portals.push_back(std::move(portal));
+      visit(std::move(portal));
+      ++visited;
     }
   }
+}
+
+std::vector<Portal> LoadPortals(const BlockStorage& store,
+                                uint32_t kind,
+                                uint64_t count,
+                                const std::function<void(uint64_t)>& reserve) {
+  std::vector<Portal> portals;
+  uint64_t corner_bytes = 0;
+  const auto read = [&](uint64_t bytes) {
+    corner_bytes += bytes;
+    if (reserve) {
+      reserve(count * kPortalBytes + corner_bytes);
+    }
+  };
+  VisitPortals(store, kind, count, read, [&](Portal&& portal) {
+    portals.push_back(std::move(portal));
+  });
   return portals;
+}
+
+// All but the portals, and how many of these there are.
+Partition LoadHead(const BlockStorage& store, uint64_t* portals) {
+  const auto text = store.Meta(kMetaName);
+  if (!text) {
+    throw DamagedStoreError(
+        "the store holds no cells: its partition was never finished; solve "
+        "the scene again");
+  }
+  ByteReader head(std::as_bytes(std::span<const char>(*text)));
+  Partition partition;
+  partition.cells.resize(head.GetVarint());
+  for (CellInfo& cell : partition.cells) {
+    cell.bounds = head.Get<Box3>();
+    cell.patches = static_cast<uint32_t>(head.GetVarint());
+    cell.area_m2 = head.Get<double>();
+    const uint64_t space = head.GetVarint();
+    if (space > 0) {
+      cell.space = SpaceId(static_cast<uint32_t>(space - 1));
+    }
+  }
+  partition.overlap_m2 = head.Get<double>();
+  *portals = head.GetVarint();
+  partition.notes.resize(head.GetVarint());
+  for (std::string& note : partition.notes) {
+    note = head.GetString();
+  }
+  return partition;
 }
 
 class StageProgress {
@@ -258,32 +309,27 @@ Partition BuildPartition(BlockStorage& store,
 
 Partition LoadPartition(const BlockStorage& store,
                         const std::function<void(uint64_t)>& reserve) {
-  const auto text = store.Meta(kMetaName);
-  if (!text) {
-    throw DamagedStoreError(
-        "the store holds no cells: its partition was never finished; solve "
-        "the scene again");
-  }
-  ByteReader head(std::as_bytes(std::span<const char>(*text)));
-  Partition partition;
-  partition.cells.resize(head.GetVarint());
-  for (CellInfo& cell : partition.cells) {
-    cell.bounds = head.Get<Box3>();
-    cell.patches = static_cast<uint32_t>(head.GetVarint());
-    cell.area_m2 = head.Get<double>();
-    const uint64_t space = head.GetVarint();
-    if (space > 0) {
-      cell.space = SpaceId(static_cast<uint32_t>(space - 1));
-    }
-  }
-  partition.overlap_m2 = head.Get<double>();
-  const uint64_t portals = head.GetVarint();
-  partition.notes.resize(head.GetVarint());
-  for (std::string& note : partition.notes) {
-    note = head.GetString();
-  }
+  uint64_t portals = 0;
+  Partition partition = LoadHead(store, &portals);
   partition.portals = LoadPortals(store, kPortalBlock, portals, reserve);
   return partition;
+}
+
+std::vector<CellInfo> LoadCells(const BlockStorage& store) {
+  uint64_t portals = 0;
+  return LoadHead(store, &portals).cells;
+}
+
+void ForEachPortal(const BlockStorage& store,
+                   const std::function<void(const Portal&)>& visit) {
+  uint64_t portals = 0;
+  LoadHead(store, &portals);
+  VisitPortals(store, kPortalBlock, portals, {}, visit);
+}
+
+uint64_t BytesOf(const Portal& portal) {
+  return kPortalBytes + kStoredPortalBytes +
+         portal.vertices.size() * sizeof(Point3);
 }
 
 std::optional<Regions> LoadRegions(

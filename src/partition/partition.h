@@ -76,8 +76,20 @@ Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);
 
-// Of portals there may be many: `reserve`, unless empty, is told how many bytes
-// they take in all before they are read. So with the openings of regions.
+// The cells of a partition that BuildPartition has stored, without its portals.
+std::vector<CellInfo> LoadCells(const BlockStorage& store);
+
+// Visits its portals in their order, of which few are in memory at a time.
+void ForEachPortal(const BlockStorage& store,
+                   const std::function<void(const Portal&)>& visit);
+
+// What a portal takes among those that are loaded, as `reserve` below is told,
+// at most.
+uint64_t BytesOf(const Portal& portal);
+
+// All of it. Of portals there may be many: `reserve`, unless empty, is told how
+// many bytes they take in all before they are read. So with the openings of
+// regions.
 Partition LoadPartition(
     const BlockStorage& store,
     const std::function<void(uint64_t bytes)>& reserve = {});

@@ -122,6 +122,7 @@ class Engine {
   SolveOptions options_;
   MemoryBudget* budget_;
   SceneInfo scene_;
+  GrowingCharge portals_charge_;
   Partition partition_;
   Basis basis_;
   TreeShape shape_;

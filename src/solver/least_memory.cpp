@@ -59,7 +59,7 @@ class NeedFinder {
         growth_(growth),
         basis_(BasisNamed(options.basis)),
         shape_{&basis_, kRgbChannels},
-        partition_(LoadPartition(store)),
+        cells_(LoadCells(store)),
         has_trees_(store.Count(BlockKind::kCellTree) > 0) {}
 
   LeastMemory Find() {
@@ -68,7 +68,7 @@ class NeedFinder {
       LookAt(CellId(i));
     }
     least_.budget_bytes +=
-        kSolveWorkspaceBytes +
+        kSolveWorkspaceBytes + portal_bytes_ +
         NextUse::BytesFor(needs_.size(),
                           LoadVisibilitySummary(*store_).visible_pairs);
     // The record of what is read has a share of it all, itself included.
@@ -80,14 +80,15 @@ class NeedFinder {
 
  private:
   void MeasureCells() {
-    std::vector<size_t> portal_triangles(partition_.cells.size());
-    for (const Portal& portal : partition_.portals) {
+    std::vector<size_t> portal_triangles(cells_.size());
+    ForEachPortal(*store_, [&](const Portal& portal) {
       const size_t triangles = portal.vertices.size() - 2;
-      portal_triangles[portal.front.Index()] += triangles;
-      portal_triangles[portal.back.Index()] += triangles;
-    }
-    needs_.reserve(partition_.cells.size());
-    for (size_t i = 0; i < partition_.cells.size(); ++i) {
+      portal_triangles.at(portal.front.Index()) += triangles;
+      portal_triangles.at(portal.back.Index()) += triangles;
+      portal_bytes_ += BytesOf(portal);
+    });
+    needs_.reserve(cells_.size());
+    for (size_t i = 0; i < cells_.size(); ++i) {
       needs_.push_back(NeedOf(CellId(i), portal_triangles[i]));
     }
   }
@@ -183,7 +184,8 @@ class NeedFinder {
   TreeGrowth growth_;
   Basis basis_;
   TreeShape shape_;
-  Partition partition_;
+  std::vector<CellInfo> cells_;
+  uint64_t portal_bytes_ = 0;
   bool has_trees_;
   std::vector<CellNeed> needs_;  // by CellId
   LeastMemory least_;

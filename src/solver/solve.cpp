@@ -194,7 +194,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
     summary.estimated_error = state.rounds.back().estimated_error;
     summary.most_error_by_rays = state.rounds.back().most_by_rays;
   }
-  for (const CellInfo& cell : LoadPartition(store).cells) {
+  for (const CellInfo& cell : LoadCells(store)) {
     summary.patches += cell.patches;
   }
   if (summary.links > 0) {

@@ -322,6 +322,18 @@ TEST(Cells, LoadedPartitionIsTheOneBuilt) {
     EXPECT_EQ(loaded.portals[i].front, built.partition.portals[i].front);
   }
   EXPECT_EQ(loaded.notes, built.partition.notes);
+  const std::vector<CellInfo> cells = LoadCells(*built.store);
+  ASSERT_EQ(cells.size(), loaded.cells.size());
+  EXPECT_EQ(cells.back().area_m2, loaded.cells.back().area_m2);
+  uint64_t bytes = 0;
+  size_t visited = 0;
+  ForEachPortal(*built.store, [&](const Portal& portal) {
+    EXPECT_EQ(portal.vertices, loaded.portals.at(visited++).vertices);
+    bytes += BytesOf(portal);
+  });
+  EXPECT_EQ(visited, loaded.portals.size());
+  EXPECT_GE(bytes, told);
+  EXPECT_LE(bytes, told + 16 * visited);
 }
 
 }  // namespace

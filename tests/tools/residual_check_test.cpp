@@ -247,7 +247,7 @@ TEST(ResidualProbes, StandForTheWholeArea) {
   MemoryBudget budget(kRoomy);
   const Solution solution(*scene.store, budget);
   const ProbeChooser chooser(
-      *scene.store, LoadPartition(*scene.store), solution, 0.1, budget);
+      *scene.store, LoadCells(*scene.store), solution, 0.1, budget);
   constexpr uint32_t kProbes = 1 << 14;
   double area = 0;
   double lit = 0;

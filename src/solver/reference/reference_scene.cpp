@@ -75,9 +75,9 @@ ReferenceScene::ReferenceScene(const BlockStorage& store,
                                MemoryBudget& budget)
     : seed_(seed), device_(budget, LoadSceneInfo(store).bounds.Center()) {
   const SceneInfo scene = LoadSceneInfo(store);
-  const Partition partition = LoadPartition(store);
+  const std::vector<CellInfo> cells = LoadCells(store);
   size_t count = 0;
-  for (const CellInfo& cell : partition.cells) {
+  for (const CellInfo& cell : cells) {
     count += cell.patches;
   }
   if (count > kMostPanels) {
@@ -92,7 +92,7 @@ ReferenceScene::ReferenceScene(const BlockStorage& store,
   charge_ = MemoryCharge(
       budget, count * sizeof(PatchGeometry), "the patches of the scene");
   patches_.reserve(count);
-  for (size_t c = 0; c < partition.cells.size(); ++c) {
+  for (size_t c = 0; c < cells.size(); ++c) {
     const CellPatches cell = LoadCellPatches(store, CellId(c));
     cell_begins_.push_back(patches_.size());
     for (const Patch& p : cell.patches) {

@@ -64,11 +64,11 @@ class ResidualMeter {
                 const ResidualOptions& options,
                 MemoryBudget& budget)
       : options_(options),
-        partition_(LoadPartition(store)),
+        cells_(LoadCells(store)),
         solution_(store, budget),
-        lamps_(store, solution_.Scene(), partition_.cells.size(), budget),
-        reflected_(partition_.cells, budget),
-        chooser_(store, partition_, solution_, options.mean_reflected, budget),
+        lamps_(store, solution_.Scene(), cells_.size(), budget),
+        reflected_(cells_, budget),
+        chooser_(store, cells_, solution_, options.mean_reflected, budget),
         by_patch_(chooser_.FirstPatches(),
                   options.most_rays / kRaysPerPoint + kPointsPerRound,
                   budget),
@@ -162,7 +162,7 @@ class ResidualMeter {
   }
 
   ResidualOptions options_;
-  Partition partition_;
+  std::vector<CellInfo> cells_;
   Solution solution_;
   Lamps lamps_;
   ReflectedError reflected_;

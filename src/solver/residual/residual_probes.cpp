@@ -20,9 +20,9 @@ constexpr double kEnclosedShare = 0.01;
 // Weighed together: bounds what is kept of them beside the weights.
 constexpr size_t kCellsAtATime = 16;
 
-size_t PatchCount(const Partition& partition) {
+size_t PatchCount(std::span<const CellInfo> cells) {
   size_t patches = 0;
-  for (const CellInfo& cell : partition.cells) {
+  for (const CellInfo& cell : cells) {
     patches += cell.patches;
   }
   return patches;
@@ -57,7 +57,7 @@ double EvenlySpread(size_t k, int power, double shift) {
 }
 
 ProbeChooser::ProbeChooser(const BlockStorage& store,
-                           const Partition& partition,
+                           std::span<const CellInfo> cells,
                            const Solution& solution,
                            double mean_reflected,
                            MemoryBudget& budget)
@@ -66,17 +66,17 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
       budget_(&budget),
       mean_reflected_(mean_reflected),
       charge_(budget,
-              (PatchCount(partition) + 1) * sizeof(double),
+              (PatchCount(cells) + 1) * sizeof(double),
               "the weights of patches") {
   const Box3& bounds = solution.Scene().bounds;
   offset_ = std::max(1e-5, 1e-6 * Length(bounds.Extent()));
-  Weigh(partition);
+  Weigh(cells);
 }
 
-void ProbeChooser::Weigh(const Partition& partition) {
+void ProbeChooser::Weigh(std::span<const CellInfo> infos) {
   std::vector<CellId> cells;
   uint32_t patches = 0;
-  for (const CellInfo& cell : partition.cells) {
+  for (const CellInfo& cell : infos) {
     cells.emplace_back(cells.size());
     first_patch_.push_back(patches);
     patches += cell.patches;

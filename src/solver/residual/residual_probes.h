@@ -52,7 +52,7 @@ class ProbeChooser {
   // Reads every cell once; what it borrows must outlive it. `mean_reflected`:
   // W/m2.
   ProbeChooser(const BlockStorage& store,
-               const Partition& partition,
+               std::span<const CellInfo> cells,
                const Solution& solution,
                double mean_reflected,
                MemoryBudget& budget);
@@ -95,7 +95,7 @@ class ProbeChooser {
     std::vector<Place> places;
   };
 
-  void Weigh(const Partition& partition);
+  void Weigh(std::span<const CellInfo> infos);
   void WeighCells(std::span<const CellId> cells);
   [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] size_t PatchAt(double at) const;

@@ -62,7 +62,7 @@ struct Solution::LoadedCell {
 struct Solution::Impl {
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
       : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {
-    for (const CellInfo& cell : LoadPartition(s).cells) {
+    for (const CellInfo& cell : LoadCells(s)) {
       patch_counts.push_back(cell.patches);
     }
   }
