@@ -29,7 +29,9 @@ class Prober {
       : view_(view),
         options_(options),
         charge_(budget, kBatchPoints * kProbePointBytes, "a batch of points"),
-        tracer_(view, budget) {}
+        tracer_(view, budget) {
+    tracer_.EnlargeBatch(budget);
+  }
 
   // One value per line, in their order.
   std::vector<Rgb> Irradiance(const std::vector<ProbeLine>& lines) {

@@ -141,6 +141,31 @@ TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {
   }
 }
 
+// Every batch may read the whole building again.
+TEST_F(ProbeTest, ABatchOfRaysTakesHalfOfTheBudgetAtLeast) {
+  constexpr uint64_t kBudgetBytes = 8ULL << 20;
+  constexpr size_t kPathBytes = 768;
+  options_.gather_rays = 1024;
+  std::string csv;
+  for (int i = 0; i < 20; ++i) {
+    csv += "1," + std::to_string(1 + i / 20.0) + ",1,0,0,1\n";
+  }
+  size_t traces = 0;
+  BuildingView view = building_.View();
+  view.trace = [&](std::span<const TraceRay> rays, std::span<TraceHit> hits) {
+    ++traces;
+    building_.View().trace(rays, hits);
+  };
+  std::istringstream in(csv);
+  std::ostringstream out;
+  MemoryBudget budget(kBudgetBytes);
+  ProbePoints(view, in, "points.csv", out, options_, budget);
+  constexpr size_t kBatchPaths = kBudgetBytes / 2 / kPathBytes;
+  const size_t batches = (20 * 1024 + kBatchPaths - 1) / kBatchPaths;
+  EXPECT_LE(traces, 1 + batches);  // one finds what points lie on
+  EXPECT_EQ(out.str(), Run(csv));
+}
+
 TEST_F(ProbeTest, ManyPointsKeepTheirOrder) {
   std::string csv;
   for (int i = 0; i < 2500; ++i) {

@@ -54,6 +54,23 @@ PathTracer::PathTracer(const BuildingView& view,
 PathTracer::PathTracer(const BuildingView& view, MemoryBudget& budget)
     : PathTracer(view, budget, std::min(budget.FreeBytes() / 12, kMostBytes)) {}
 
+// Where the building does not fit, every batch reads it again.
+void PathTracer::EnlargeBatch(MemoryBudget& budget) {
+  uint64_t most_patches = 0;
+  for (const CellInfo& cell : view_->partition->cells) {
+    most_patches = std::max<uint64_t>(most_patches, cell.patches);
+  }
+  batch_charge_.Reset();
+  const uint64_t free_bytes = budget.FreeBytes();
+  const uint64_t left_bytes =
+      free_bytes - std::min(free_bytes, most_patches * sizeof(Patch));
+  batch_paths_ = std::clamp<size_t>(left_bytes / 4 * 3 / kPathBytes,
+                                    batch_paths_,
+                                    std::max(batch_paths_, kMostBatch));
+  batch_charge_ =
+      MemoryCharge(budget, batch_paths_ * kPathBytes, "a batch of paths");
+}
+
 void PathTracer::LearnEmitters(MemoryBudget& budget, uint64_t key) {
   rays_traced_ += seen_.Learn(
       *view_, budget, std::min(budget.FreeBytes() / 2, kMostBytes), key);

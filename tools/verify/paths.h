@@ -48,6 +48,10 @@ class PathTracer {
              uint64_t emitter_bytes);
   PathTracer(const BuildingView& view, MemoryBudget& budget);
 
+  // Lets a batch of paths take three quarters of what is free, beside the
+  // patches of any one cell: for who learns nothing of what follows.
+  void EnlargeBatch(MemoryBudget& budget);
+
   // Finds by rays which emitters the cells see, for receivers that know their
   // cell and for all later vertices; worth its time before many paths. Takes
   // up to half of what is free in the budget.
