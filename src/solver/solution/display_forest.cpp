@@ -13,11 +13,24 @@ namespace {
 // A leaf may exceed twice the edge of another by rounding.
 constexpr double kEdgeRatio = 2 * (1 + 1e-6);
 constexpr double kHeightsPerTolerance = 8;
+// Of what a group's mesh takes while it is made, its forest's part, about: of
+// ceilings around many lamps.
+constexpr double kShareOfMesh = 0.2;
 // Frames are exact in single precision down to here.
 constexpr float kLeastScale = 1.0F / (1 << kMaxLevel);
 
 double Least(const ElementFrame& frame, double root_m) {
   return static_cast<double>(std::abs(frame.scale)) * root_m;
+}
+
+// Of an element and all below it.
+size_t CountFrom(const CellTree& tree, ElementId element) {
+  const uint32_t first = tree.At(element).first_child;
+  size_t count = 1;
+  for (uint32_t c = 0; first != 0 && c < kChildren; ++c) {
+    count += CountFrom(tree, ElementId(first + c));
+  }
+  return count;
 }
 
 }  // namespace
@@ -62,6 +75,11 @@ void DisplayForest::AddRoot(const Patch& patch, PatchId id) {
 
 // Level by level, since children come behind their parents.
 void DisplayForest::CopyTree(const CellTree& tree) {
+  size_t count = 0;
+  for (const Root& root : roots_) {
+    count += CountFrom(tree, ElementId(root.patch.value));
+  }
+  Reserve(count);
   for (size_t e = 0; e < elements_.size(); ++e) {
     const uint32_t first = tree.At(*elements_[e].source).first_child;
     if (first == 0) {
@@ -74,13 +92,27 @@ void DisplayForest::CopyTree(const CellTree& tree) {
   }
 }
 
+// With a number for each, of the leaves that wait to be looked at.
+uint64_t DisplayForest::BytesFor(size_t elements) const {
+  return elements * (sizeof(DisplayElement) + sizeof(uint32_t)) +
+         index_.front().SizeBytes() + roots_.capacity() * sizeof(Root);
+}
+
+// Charges all that is allocated right before it is, so that what others have
+// freed is given back in time: the old array lives until the new one is filled.
+void DisplayForest::Reserve(size_t elements) {
+  if (elements <= elements_.capacity()) {
+    return;
+  }
+  charge_.ShrinkTo(BytesFor(elements_.capacity()));
+  charge_.GrowTo(BytesFor(elements_.capacity() + elements), kShareOfMesh);
+  elements_.reserve(elements);
+  charge_.ShrinkTo(BytesFor(elements_.capacity()));
+}
+
 void DisplayForest::Split(size_t e) {
   if (elements_.capacity() < elements_.size() + kChildren) {
-    const size_t room = elements_.size() + elements_.size() / 4 + 64;
-    // The old array lives until the new one is filled.
-    charge_.GrowTo(room * (2 * sizeof(DisplayElement) + sizeof(uint32_t)) +
-                   index_.front().SizeBytes() + roots_.size() * sizeof(Root));
-    elements_.reserve(room);
+    Reserve(elements_.size() + elements_.size() / 4 + 64);
   }
   const auto first = static_cast<uint32_t>(elements_.size());
   elements_[e].first_child = first;
@@ -96,12 +128,9 @@ void DisplayForest::Split(size_t e) {
 // After the last split of a pass: the tolerance, and the charge of what is
 // left.
 void DisplayForest::EndPass() {
+  charge_.GrowTo(BytesFor(elements_.capacity() + elements_.size()));
   elements_.shrink_to_fit();
-  const uint64_t bytes = elements_.capacity() * sizeof(DisplayElement) +
-                         index_.front().SizeBytes() +
-                         roots_.capacity() * sizeof(Root);
-  charge_.ShrinkTo(bytes);
-  charge_.GrowTo(bytes);
+  charge_.ShrinkTo(BytesFor(elements_.capacity()));
   double least_m = kHeightsPerTolerance * kCrackM;
   for (const DisplayElement& e : elements_) {
     if (e.first_child == 0) {

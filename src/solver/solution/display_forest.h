@@ -112,6 +112,8 @@ class DisplayForest {
 
   void AddRoot(const Patch& patch, PatchId id);
   void CopyTree(const CellTree& tree);
+  [[nodiscard]] uint64_t BytesFor(size_t elements) const;
+  void Reserve(size_t elements);
   void Split(size_t e);
   void SplitIfLarger(size_t e, double most_m, std::vector<uint32_t>* work);
   void DescendTo(PlanePoint p,
