@@ -147,7 +147,7 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
 // To look for victims takes as long for one as for many: a little more than
 // must goes, and not much more.
 TEST_F(PagedFloor, MakingRoomEvictsALittleMoreThanItMust) {
-  constexpr uint64_t kMargin = kModest / 64;
+  constexpr uint64_t kMargin = kModest / 256;
   constexpr uint64_t kFree = 50'000;
   Pages pages(*this, kModest);
   uint64_t largest = 0;  // of all that came in for one cell
