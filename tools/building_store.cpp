@@ -27,14 +27,16 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
                                Sharing sharing)
     : store_(&store),
       budget_(&budget),
+      portals_charge_(budget, "the portals of the building"),
+      scene_(LoadSceneInfo(store)),
+      partition_(LoadPartition(
+          store, [this](uint64_t bytes) { portals_charge_.GrowTo(bytes); })),
       turns_(sharing == Sharing::kAlone ||
              (sharing == Sharing::kTurns &&
               budget.FreeBytes() < kTurnsBelowBytes)),
       work_budget_(WorkBytes(budget, sharing),
                    ShareOf(budget, WorkBytes(budget, sharing))),
-      work_charge_(budget, work_budget_.LimitBytes(), "the work on outputs"),
-      scene_(LoadSceneInfo(store)),
-      partition_(LoadPartition(store)) {
+      work_charge_(budget, work_budget_.LimitBytes(), "the work on outputs") {
   view_.scene = &scene_;
   view_.partition = &partition_;
   view_.load_cell = [this](CellId cell) {

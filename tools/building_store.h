@@ -54,11 +54,12 @@ class StoredBuilding {
 
   const BlockStorage* store_;
   MemoryBudget* budget_;
+  GrowingCharge portals_charge_;  // before what is free is shared
+  SceneInfo scene_;
+  Partition partition_;
   bool turns_;
   MemoryBudget work_budget_;
   MemoryCharge work_charge_;
-  SceneInfo scene_;
-  Partition partition_;
   BuildingView view_;
   std::optional<MemoryBudget> tracer_budget_;
   std::optional<MemoryBudget> solution_budget_;

@@ -80,8 +80,9 @@ CompareSummary Compare(const BlockStorage& a,
                        MemoryBudget& budget) {
   options.Validate();
   const SceneInfo scene = LoadSceneInfo(b);
-  const Partition partition = LoadPartition(b);
-  RequireSameBuilding(LoadSceneInfo(a), scene, LoadPartition(a), partition);
+  const Partition partition = LoadWithoutPortals(b);
+  RequireSameBuilding(
+      LoadSceneInfo(a), scene, LoadWithoutPortals(a), partition);
   BuildingView view;
   view.scene = &scene;
   view.partition = &partition;

@@ -46,7 +46,9 @@ void AddSceneKeys(const BlockStorage& store, Stage stage, Json& report) {
   const bool imported = stage >= Stage::kImported;
   const SceneInfo scene = imported ? LoadSceneInfo(store) : SceneInfo{};
   const bool partitioned = stage >= Stage::kPartitioned;
-  const Partition partition = partitioned ? LoadPartition(store) : Partition{};
+  uint64_t portals = 0;
+  const Partition partition =
+      partitioned ? LoadWithoutPortals(store, &portals) : Partition{};
   uint64_t patches = 0;
   for (const CellInfo& cell : partition.cells) {
     patches += cell.patches;
@@ -56,7 +58,7 @@ void AddSceneKeys(const BlockStorage& store, Stage stage, Json& report) {
   report["faces"] = scene.faces;
   report["spaces"] = scene.spaces.size();
   report["cells"] = partition.cells.size();
-  report["portals"] = partition.portals.size();
+  report["portals"] = portals;
   report["visible_pairs"] =
       stage >= Stage::kVisible ? LoadVisibilitySummary(store).visible_pairs : 0;
   report["patches"] = patches;

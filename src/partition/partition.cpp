@@ -180,35 +180,6 @@ std::vector<Portal> LoadPortals(const BlockStorage& store,
   return portals;
 }
 
-// All but the portals, and how many of these there are.
-Partition LoadHead(const BlockStorage& store, uint64_t* portals) {
-  const auto text = store.Meta(kMetaName);
-  if (!text) {
-    throw DamagedStoreError(
-        "the store holds no cells: its partition was never finished; solve "
-        "the scene again");
-  }
-  ByteReader head(std::as_bytes(std::span<const char>(*text)));
-  Partition partition;
-  partition.cells.resize(head.GetVarint());
-  for (CellInfo& cell : partition.cells) {
-    cell.bounds = head.Get<Box3>();
-    cell.patches = static_cast<uint32_t>(head.GetVarint());
-    cell.area_m2 = head.Get<double>();
-    const uint64_t space = head.GetVarint();
-    if (space > 0) {
-      cell.space = SpaceId(static_cast<uint32_t>(space - 1));
-    }
-  }
-  partition.overlap_m2 = head.Get<double>();
-  *portals = head.GetVarint();
-  partition.notes.resize(head.GetVarint());
-  for (std::string& note : partition.notes) {
-    note = head.GetString();
-  }
-  return partition;
-}
-
 class StageProgress {
  public:
   explicit StageProgress(const PartitionOptions& options)
@@ -307,23 +278,53 @@ Partition BuildPartition(BlockStorage& store,
   return partition;
 }
 
+Partition LoadWithoutPortals(const BlockStorage& store, uint64_t* portals) {
+  const auto text = store.Meta(kMetaName);
+  if (!text) {
+    throw DamagedStoreError(
+        "the store holds no cells: its partition was never finished; solve "
+        "the scene again");
+  }
+  ByteReader head(std::as_bytes(std::span<const char>(*text)));
+  Partition partition;
+  partition.cells.resize(head.GetVarint());
+  for (CellInfo& cell : partition.cells) {
+    cell.bounds = head.Get<Box3>();
+    cell.patches = static_cast<uint32_t>(head.GetVarint());
+    cell.area_m2 = head.Get<double>();
+    const uint64_t space = head.GetVarint();
+    if (space > 0) {
+      cell.space = SpaceId(static_cast<uint32_t>(space - 1));
+    }
+  }
+  partition.overlap_m2 = head.Get<double>();
+  const uint64_t portal_count = head.GetVarint();
+  if (portals != nullptr) {
+    *portals = portal_count;
+  }
+  partition.notes.resize(head.GetVarint());
+  for (std::string& note : partition.notes) {
+    note = head.GetString();
+  }
+  return partition;
+}
+
 Partition LoadPartition(const BlockStorage& store,
                         const std::function<void(uint64_t)>& reserve) {
   uint64_t portals = 0;
-  Partition partition = LoadHead(store, &portals);
+  Partition partition = LoadWithoutPortals(store, &portals);
   partition.portals = LoadPortals(store, kPortalBlock, portals, reserve);
   return partition;
 }
 
 std::vector<CellInfo> LoadCells(const BlockStorage& store) {
-  uint64_t portals = 0;
-  return LoadHead(store, &portals).cells;
+  return LoadWithoutPortals(store).cells;
 }
 
 void ForEachPortal(const BlockStorage& store,
                    const std::function<void(const Portal&)>& visit) {
   uint64_t portals = 0;
-  LoadHead(store, &portals);
+  LoadWithoutPortals(store, &portals);
   VisitPortals(store, kPortalBlock, portals, {}, visit);
 }
 

@@ -76,7 +76,12 @@ Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);
 
-// The cells of a partition that BuildPartition has stored, without its portals.
+// A partition that BuildPartition has stored, without its portals; `portals`,
+// unless null, is told how many there are.
+Partition LoadWithoutPortals(const BlockStorage& store,
+                             uint64_t* portals = nullptr);
+
+// Its cells alone.
 std::vector<CellInfo> LoadCells(const BlockStorage& store);
 
 // Visits its portals in their order, of which few are in memory at a time.

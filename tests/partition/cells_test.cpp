@@ -324,6 +324,9 @@ TEST(Cells, LoadedPartitionIsTheOneBuilt) {
   EXPECT_EQ(loaded.notes, built.partition.notes);
   const std::vector<CellInfo> cells = LoadCells(*built.store);
   ASSERT_EQ(cells.size(), loaded.cells.size());
+  uint64_t portals = 0;
+  EXPECT_EQ(LoadWithoutPortals(*built.store, &portals).notes, loaded.notes);
+  EXPECT_EQ(portals, loaded.portals.size());
   EXPECT_EQ(cells.back().area_m2, loaded.cells.back().area_m2);
   uint64_t bytes = 0;
   size_t visited = 0;

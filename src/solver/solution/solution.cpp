@@ -22,8 +22,16 @@ namespace {
 constexpr size_t kPointsPerTask = 128;
 constexpr size_t kPointsAtATime = 4096;
 
-size_t TasksOf(size_t points) {
-  return (points + kPointsPerTask - 1) / kPointsPerTask;
+// Calls body(k) for so many points, in parallel.
+template <typename Body>
+void InTasks(size_t points, const Body& body) {
+  const size_t tasks = (points + kPointsPerTask - 1) / kPointsPerTask;
+  ParallelFor(tasks, [&](size_t task) {
+    const size_t end = std::min((task + 1) * kPointsPerTask, points);
+    for (size_t k = task * kPointsPerTask; k < end; ++k) {
+      body(k);
+    }
+  });
 }
 
 // Cells that are in memory together, at most.
@@ -59,6 +67,17 @@ struct Solution::LoadedCell {
   CoefficientArray gathered{1};
 };
 
+// Cells that are in memory together, ascending.
+struct Solution::LoadedCells {
+  [[nodiscard]] const LoadedCell& Of(CellId id) const {
+    const auto at = std::lower_bound(ids.begin(), ids.end(), id);
+    return cells[static_cast<size_t>(at - ids.begin())];
+  }
+
+  std::span<const CellId> ids;
+  std::vector<LoadedCell> cells;
+};
+
 struct Solution::Impl {
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
       : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {
@@ -91,8 +110,7 @@ struct Solution::Impl {
 
   // Of some cells, from the first on, those that are to be in memory together:
   // the first must fit, the others may take a half of what is left beside it.
-  [[nodiscard]] std::vector<LoadedCell> LoadSome(
-      std::span<const CellId> cells) const;
+  [[nodiscard]] LoadedCells LoadSome(std::span<const CellId> cells) const;
 
   // Calls body(i, cell) for all of the cells, these in parallel.
   template <typename Body>
@@ -269,12 +287,13 @@ std::vector<MemoryCharge> Solution::Impl::ChargeSome(
   return charges;
 }
 
-std::vector<Solution::LoadedCell> Solution::Impl::LoadSome(
+Solution::LoadedCells Solution::Impl::LoadSome(
     std::span<const CellId> cells) const {
   std::vector<MemoryCharge> charges = ChargeSome(cells);
-  std::vector<LoadedCell> loaded(charges.size());
-  ParallelFor(loaded.size(), [&](size_t k) {
-    loaded[k] = Load(cells[k], std::move(charges[k]));
+  LoadedCells loaded{cells.first(charges.size()), {}};
+  loaded.cells.resize(charges.size());
+  ParallelFor(charges.size(), [&](size_t k) {
+    loaded.cells[k] = Load(cells[k], std::move(charges[k]));
   });
   return loaded;
 }
@@ -283,9 +302,10 @@ template <typename Body>
 void Solution::Impl::ForEachLoaded(std::span<const CellId> cells,
                                    const Body& body) const {
   for (size_t first = 0; first < cells.size();) {
-    const std::vector<LoadedCell> loaded = LoadSome(cells.subspan(first));
-    ParallelFor(loaded.size(), [&](size_t k) { body(first + k, loaded[k]); });
-    first += loaded.size();
+    const LoadedCells loaded = LoadSome(cells.subspan(first));
+    ParallelFor(loaded.cells.size(),
+                [&](size_t k) { body(first + k, loaded.cells[k]); });
+    first += loaded.cells.size();
   }
 }
 
@@ -297,27 +317,20 @@ void Solution::Impl::ForEachValue(std::span<const PatchPoint> points,
   const std::span<const CellId> cells = by_cell.Cells();
   std::vector<Rgb> values(std::min(points.size(), kPointsAtATime));
   for (size_t first = 0; first < cells.size();) {
-    const std::vector<LoadedCell> loaded = LoadSome(cells.subspan(first));
-    const std::span<const CellId> now = cells.subspan(first, loaded.size());
-    const auto evaluate = [&](const PatchPoint& p) {
-      const auto at = std::lower_bound(now.begin(), now.end(), p.cell);
-      return value_at(loaded[static_cast<size_t>(at - now.begin())], p);
-    };
-    auto left = by_cell.From(now.front(), now.back());
+    const LoadedCells loaded = LoadSome(cells.subspan(first));
+    auto left = by_cell.From(loaded.ids.front(), loaded.ids.back());
     while (!left.empty()) {
       const auto some = left.first(std::min(left.size(), kPointsAtATime));
-      ParallelFor(TasksOf(some.size()), [&](size_t task) {
-        const size_t end = std::min((task + 1) * kPointsPerTask, some.size());
-        for (size_t k = task * kPointsPerTask; k < end; ++k) {
-          values[k] = evaluate(points[some[k]]);
-        }
+      InTasks(some.size(), [&](size_t k) {
+        const PatchPoint& p = points[some[k]];
+        values[k] = value_at(loaded.Of(p.cell), p);
       });
       for (size_t k = 0; k < some.size(); ++k) {
         visit(some[k], values[k]);
       }
       left = left.subspan(some.size());
     }
-    first += loaded.size();
+    first += loaded.cells.size();
   }
 }
 

@@ -43,6 +43,7 @@ struct LeafMean {
 class Solution {
   struct Impl;
   struct LoadedCell;
+  struct LoadedCells;
 
  public:
   // Throws InputError if the store holds no solution yet.
