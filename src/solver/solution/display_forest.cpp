@@ -128,8 +128,10 @@ void DisplayForest::Split(size_t e) {
 // After the last split of a pass: the tolerance, and the charge of what is
 // left.
 void DisplayForest::EndPass() {
-  charge_.GrowTo(BytesFor(elements_.capacity() + elements_.size()));
-  elements_.shrink_to_fit();
+  if (elements_.capacity() > elements_.size()) {
+    charge_.GrowTo(BytesFor(elements_.capacity() + elements_.size()));
+    elements_.shrink_to_fit();
+  }
   charge_.ShrinkTo(BytesFor(elements_.capacity()));
   double least_m = kHeightsPerTolerance * kCrackM;
   for (const DisplayElement& e : elements_) {
