@@ -35,18 +35,27 @@ constexpr uint64_t kPointBytes = BatchSight::kBytesPerProbe +
 constexpr uint64_t kMostTracedBytes = 8ULL << 20;
 constexpr uint64_t kMostLookedUpBytes = 24ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
+// One part in so many of what is free. The number of points that are looked up
+// together says how often cells are read; to trace few at a time costs nothing
+// where the building is in memory.
+constexpr uint64_t kTracedParts = 8;
+constexpr uint64_t kLookedUpParts = 4;
 
-// How many points of so many bytes fit in one part in `parts` of what is free:
-// a quarter for those that are looked up, whose number says how often cells are
-// read, and an eighth for those that are traced. To trace few at a time costs
-// nothing where the building is in memory.
-size_t PointsIn(const MemoryBudget& budget,
-                uint64_t parts,
-                uint64_t bytes,
-                uint64_t most) {
-  const uint64_t room = std::min(budget.FreeBytes() / parts, most);
+// How many points of so many bytes fit.
+size_t PointsIn(uint64_t room, uint64_t bytes) {
   return std::clamp<uint64_t>(
       room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
+}
+
+size_t TracedPoints(const MemoryBudget& budget) {
+  return PointsIn(std::min(budget.FreeBytes() / kTracedParts, kMostTracedBytes),
+                  kTracedBytes);
+}
+
+size_t LookedUpPoints(const MemoryBudget& budget) {
+  return PointsIn(
+      std::min(budget.FreeBytes() / kLookedUpParts, kMostLookedUpBytes),
+      kPointBytes);
 }
 
 // Takes half of what is free beside a cell's solution.
@@ -72,8 +81,8 @@ class ResidualMeter {
         by_patch_(chooser_.FirstPatches(),
                   options.most_rays / kRaysPerPoint + kPointsPerRound,
                   budget),
-        traced_points_(PointsIn(budget, 8, kTracedBytes, kMostTracedBytes)),
-        batch_points_(PointsIn(budget, 4, kPointBytes, kMostLookedUpBytes)),
+        traced_points_(TracedPoints(budget)),
+        batch_points_(LookedUpPoints(budget)),
         batch_charge_(
             budget,
             traced_points_ * kTracedBytes + batch_points_ * kPointBytes,

@@ -6,7 +6,7 @@
 #include "partition/partition.h"
 #include "solver/elements/basis.h"
 #include "solver/elements/element_tree.h"
-#include "solver/elements/received_light.h"
+#include "solver/solution/cell_loader.h"
 #include "solver/solution/display_cell.h"
 #include "solver/solution/points_by_cell.h"
 #include "solver/state/solve_state.h"
@@ -34,20 +34,6 @@ void InTasks(size_t points, const Body& body) {
   });
 }
 
-// Cells that are in memory together, at most.
-constexpr size_t kMostCells = 16;
-
-std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
-                                        const SceneInfo& scene) {
-  std::vector<PatchGeometry> geometry;
-  geometry.reserve(cell.patches.size());
-  for (const Patch& p : cell.patches) {
-    geometry.push_back(MakePatchGeometry(
-        p, scene.materials.at(p.material.Index()), scene.bounds.Center()));
-  }
-  return geometry;
-}
-
 // Where the polynomials swing below 0, 0 is nearer to the truth.
 Rgb NotBelowZero(Rgb value) {
   for (double& channel : value) {
@@ -58,78 +44,16 @@ Rgb NotBelowZero(Rgb value) {
 
 }  // namespace
 
-// A cell's trees, as long as somebody reads them.
-struct Solution::LoadedCell {
-  MemoryCharge charge;
-  CellPatches stored;
-  std::vector<PatchGeometry> geometry;
-  std::unique_ptr<CellTree> tree;  // its elements alone
-  CoefficientArray gathered{1};
-};
-
-// Cells that are in memory together, ascending.
-struct Solution::LoadedCells {
-  [[nodiscard]] const LoadedCell& Of(CellId id) const {
-    const auto at = std::lower_bound(ids.begin(), ids.end(), id);
-    return cells[static_cast<size_t>(at - ids.begin())];
-  }
-
-  std::span<const CellId> ids;
-  std::vector<LoadedCell> cells;
-};
-
 struct Solution::Impl {
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
-      : store(&s), budget(&b), scene(LoadSceneInfo(s)), basis(kind) {
-    for (const CellInfo& cell : LoadCells(s)) {
-      patch_counts.push_back(cell.patches);
-    }
-  }
-
-  [[nodiscard]] MemoryCharge ChargeFor(uint64_t bytes) const {
-    return {*budget, bytes, "a cell's solution"};
-  }
-
-  [[nodiscard]] LoadedCell Load(CellId cell) const {
-    return Load(cell, ChargeFor(BytesOf(cell)));
-  }
-
-  [[nodiscard]] LoadedCell Load(CellId cell, MemoryCharge charge) const {
-    LoadedCell loaded;
-    loaded.charge = std::move(charge);
-    loaded.stored = LoadCellPatches(*store, cell);
-    loaded.geometry = MakeGeometry(loaded.stored, scene);
-    auto stored =
-        CellTree::LoadElements(*store, cell, Shape(), loaded.geometry);
-    loaded.tree = std::make_unique<CellTree>(
-        stored ? std::move(*stored) : CellTree(Shape(), loaded.geometry));
-    loaded.gathered =
-        ReceivedLight::LoadGathered(*store, cell, Shape(), loaded.tree->Size());
-    return loaded;
-  }
-
-  // Of some cells, from the first on, those that are to be in memory together:
-  // the first must fit, the others may take a half of what is left beside it.
-  [[nodiscard]] LoadedCells LoadSome(std::span<const CellId> cells) const;
+      : budget(&b),
+        scene(LoadSceneInfo(s)),
+        loader(s, scene, kind, b),
+        basis(&loader.BasisOfTrees()) {}
 
   // Calls body(i, cell) for all of the cells, these in parallel.
   template <typename Body>
   void ForEachLoaded(std::span<const CellId> cells, const Body& body) const;
-  [[nodiscard]] std::vector<MemoryCharge> ChargeSome(
-      std::span<const CellId> cells) const;
-
-  [[nodiscard]] TreeShape Shape() const { return {&basis, kRgbChannels}; }
-
-  // What a loaded cell takes.
-  [[nodiscard]] uint64_t BytesOf(CellId cell) const {
-    const size_t patches = patch_counts[cell.Index()];
-    const size_t stored = CellTree::StoredSize(*store, cell);
-    const size_t elements = stored > 0 ? stored : patches;
-    return patches * (sizeof(Patch) + sizeof(PatchGeometry)) +
-           (stored > 0 ? CellTree::ElementBytesFor(stored)
-                       : CellTree::BytesFor(patches, Shape())) +
-           elements * Shape().Stride() * sizeof(float);
-  }
 
   // It may swing below 0.
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
@@ -176,16 +100,15 @@ struct Solution::Impl {
   ShownCell& Show(CellId cell) {
     if (!shown || shown->id != cell) {
       shown.reset();
-      shown = std::make_unique<ShownCell>(cell, Load(cell), *budget);
+      shown = std::make_unique<ShownCell>(cell, loader.Load(cell), *budget);
     }
     return *shown;
   }
 
-  const BlockStorage* store;
   MemoryBudget* budget;
   SceneInfo scene;
-  Basis basis;
-  std::vector<uint32_t> patch_counts;  // by cell
+  CellLoader loader;
+  const Basis* basis;  // the loader's
   std::mutex show_mutex;
   std::unique_ptr<ShownCell> shown;  // the last one
 };
@@ -194,8 +117,8 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const {
   const PatchShape shape = cell.geometry.at(patch.Index()).shape;
-  const ShapeBasis& on = basis.On(shape);
-  const size_t nodes = basis.parallelogram.NodeCount();
+  const ShapeBasis& on = basis->On(shape);
+  const size_t nodes = basis->parallelogram.NodeCount();
   Rgb sum{};
   ElementId e(patch.value);
   while (true) {
@@ -222,8 +145,8 @@ void Solution::Impl::VisitMeans(
     const std::function<void(const LeafMean&)>& visit) const {
   const Element& e = cell.tree->At(element);
   const PatchGeometry& patch = cell.geometry[e.patch];
-  const ShapeBasis& on = basis.On(patch.shape);
-  const TreeShape shape = Shape();
+  const ShapeBasis& on = basis->On(patch.shape);
+  const TreeShape shape = loader.Shape();
   Irradiance all = above;
   const auto own = cell.gathered[element];
   for (size_t k = 0; k < own.size(); ++k) {
@@ -266,43 +189,11 @@ Rgb Solution::Impl::RadiosityOf(const PatchLike& patch,
   return b;
 }
 
-// For as many cells from the first on as are to be in memory together.
-std::vector<MemoryCharge> Solution::Impl::ChargeSome(
-    std::span<const CellId> cells) const {
-  std::vector<MemoryCharge> charges;
-  charges.push_back(ChargeFor(BytesOf(cells.front())));
-  uint64_t room = budget->FreeBytes() / 2;
-  while (charges.size() < std::min(cells.size(), kMostCells)) {
-    const uint64_t bytes = BytesOf(cells[charges.size()]);
-    if (bytes > room || budget->ResidentExcess(bytes) > 0) {
-      break;
-    }
-    auto charge = MemoryCharge::IfItFits(*budget, bytes);
-    if (!charge) {
-      break;
-    }
-    charges.push_back(std::move(*charge));
-    room -= bytes;
-  }
-  return charges;
-}
-
-Solution::LoadedCells Solution::Impl::LoadSome(
-    std::span<const CellId> cells) const {
-  std::vector<MemoryCharge> charges = ChargeSome(cells);
-  LoadedCells loaded{cells.first(charges.size()), {}};
-  loaded.cells.resize(charges.size());
-  ParallelFor(charges.size(), [&](size_t k) {
-    loaded.cells[k] = Load(cells[k], std::move(charges[k]));
-  });
-  return loaded;
-}
-
 template <typename Body>
 void Solution::Impl::ForEachLoaded(std::span<const CellId> cells,
                                    const Body& body) const {
   for (size_t first = 0; first < cells.size();) {
-    const LoadedCells loaded = LoadSome(cells.subspan(first));
+    const LoadedCells loaded = loader.LoadSome(cells.subspan(first));
     ParallelFor(loaded.cells.size(),
                 [&](size_t k) { body(first + k, loaded.cells[k]); });
     first += loaded.cells.size();
@@ -313,11 +204,11 @@ template <typename ValueAt, typename Visit>
 void Solution::Impl::ForEachValue(std::span<const PatchPoint> points,
                                   const ValueAt& value_at,
                                   const Visit& visit) const {
-  const PointsByCell by_cell(points, patch_counts.size());
+  const PointsByCell by_cell(points, loader.CellCount());
   const std::span<const CellId> cells = by_cell.Cells();
   std::vector<Rgb> values(std::min(points.size(), kPointsAtATime));
   for (size_t first = 0; first < cells.size();) {
-    const LoadedCells loaded = LoadSome(cells.subspan(first));
+    const LoadedCells loaded = loader.LoadSome(cells.subspan(first));
     auto left = by_cell.From(loaded.ids.front(), loaded.ids.back());
     while (!left.empty()) {
       const auto some = left.first(std::min(left.size(), kPointsAtATime));
@@ -356,13 +247,13 @@ const SceneInfo& Solution::Scene() const {
 }
 
 size_t Solution::CellCount() const {
-  return impl_->patch_counts.size();
+  return impl_->loader.CellCount();
 }
 
 uint64_t Solution::MostCellBytes() const {
   uint64_t most = 0;
-  for (size_t i = 0; i < impl_->patch_counts.size(); ++i) {
-    most = std::max(most, impl_->BytesOf(CellId(i)));
+  for (size_t i = 0; i < CellCount(); ++i) {
+    most = std::max(most, impl_->loader.BytesOf(CellId(i)));
   }
   return most;
 }
@@ -399,7 +290,7 @@ void Solution::ForEachRadiosity(
 
 void Solution::ForEachLeaf(
     CellId cell, const std::function<void(const LeafElement&)>& visit) const {
-  const LoadedCell loaded = impl_->Load(cell);
+  const LoadedCell loaded = impl_->loader.Load(cell);
   for (size_t i = 0; i < loaded.tree->Size(); ++i) {
     const Element& e = loaded.tree->At(ElementId(i));
     if (e.first_child != 0) {
@@ -460,7 +351,7 @@ void Solution::ForEachMean(
     CellId cell,
     std::span<const PatchId> patches,
     const std::function<void(const LeafMean&)>& visit) const {
-  Cell(*impl_, impl_->Load(cell)).ForEachMean(patches, visit);
+  Cell(*impl_, impl_->loader.Load(cell)).ForEachMean(patches, visit);
 }
 
 Rgb Solution::RadiosityOf(const Patch& patch, const Rgb& irradiance) const {
@@ -486,7 +377,7 @@ void Solution::ForEachDisplayMesh(
     CellId cell,
     const DisplayOptions& options,
     const std::function<void(const DisplayMesh&, const Patch&)>& visit) const {
-  const LoadedCell loaded = impl_->Load(cell);
+  const LoadedCell loaded = impl_->loader.Load(cell);
   const DisplayCell display(
       *loaded.tree, loaded.gathered, loaded.stored.patches, *impl_->budget);
   for (size_t g = 0; g < display.GroupCount(); ++g) {
@@ -496,8 +387,8 @@ void Solution::ForEachDisplayMesh(
 
 std::string Solution::Digest() const {
   uint64_t digest = 0;
-  for (size_t i = 0; i < impl_->patch_counts.size(); ++i) {
-    const LoadedCell cell = impl_->Load(CellId(i));
+  for (size_t i = 0; i < CellCount(); ++i) {
+    const LoadedCell cell = impl_->loader.Load(CellId(i));
     const uint64_t tree = cell.tree->Digest(cell.gathered);
     digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);
   }

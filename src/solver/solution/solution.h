@@ -40,10 +40,10 @@ struct LeafMean {
   Rgb irradiance{};
 };
 
+struct LoadedCell;
+
 class Solution {
   struct Impl;
-  struct LoadedCell;
-  struct LoadedCells;
 
  public:
   // Throws InputError if the store holds no solution yet.
