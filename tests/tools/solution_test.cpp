@@ -6,11 +6,6 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "partition/partition.h"
-#include "scene/import.h"
-#include "solver/solve.h"
-#include "store/sqlite_store.h"
-#include "visibility/ray_tracer.h"
-#include "visibility/visible_set.h"
 
 #include <algorithm>
 #include <atomic>
@@ -19,32 +14,11 @@
 #include <vector>
 
 #include "tests/budgets.h"
-#include "tests/temporary_folder.h"
-#include "tools/scenes/floorplan.h"
+#include "tests/tools/solved_rooms.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
 namespace {
-
-// Four rooms, solved once for all tests.
-const BlockStorage& SolvedRooms() {
-  static const std::unique_ptr<BlockStorage> solved = [] {
-    const TemporaryFolder dir;
-    ObjWriter writer(dir / "scene.obj");
-    WriteFloorplan({4, 1, 0.5, 1}, writer);
-    writer.Finish();
-    auto store = CreateStoreInMemory();
-    MemoryBudget budget(kRoomy);
-    ImportScene(dir / "scene.obj", {}, budget, *store);
-    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
-    BuildTraceChunks(*store, budget);
-    SolveOptions options;
-    options.error = 0.5;
-    Solve(*store, options, budget);
-    return store;
-  }();
-  return *solved;
-}
 
 std::vector<CellId> AllCells(const Solution& solution) {
   std::vector<CellId> cells;
