@@ -29,9 +29,7 @@ class Prober {
       : view_(view),
         options_(options),
         charge_(budget, kBatchPoints * kProbePointBytes, "a batch of points"),
-        tracer_(view, budget) {
-    tracer_.EnlargeBatch(budget);
-  }
+        tracer_(view, budget, BatchRoom::kMost) {}
 
   // One value per line, in their order.
   std::vector<Rgb> Irradiance(const std::vector<ProbeLine>& lines) {

@@ -33,43 +33,50 @@ void AddProduct(Rgb& sum, const Rgb& a, const Rgb& b, double factor) {
   }
 }
 
-size_t BatchPaths(const MemoryBudget& budget) {
-  const uint64_t count = budget.FreeBytes() / 6 / kPathBytes;
-  return std::clamp(static_cast<size_t>(count), kLeastBatch, kMostBatch);
+uint64_t MostPatchBytes(const BuildingView& view) {
+  uint64_t most_patches = 0;
+  for (const CellInfo& cell : view.partition->cells) {
+    most_patches = std::max<uint64_t>(most_patches, cell.patches);
+  }
+  return most_patches * sizeof(Patch);
+}
+
+size_t BatchPaths(const BuildingView& view,
+                  const MemoryBudget& budget,
+                  BatchRoom room) {
+  const uint64_t free_bytes = budget.FreeBytes();
+  const auto share =
+      std::clamp(static_cast<size_t>(free_bytes / 6 / kPathBytes),
+                 kLeastBatch,
+                 kMostBatch);
+  if (room == BatchRoom::kShare) {
+    return share;
+  }
+  const uint64_t left_bytes =
+      free_bytes - std::min(free_bytes, MostPatchBytes(view));
+  return std::clamp(
+      static_cast<size_t>(left_bytes / 4 * 3 / kPathBytes), share, kMostBatch);
 }
 
 }  // namespace
 
 PathTracer::PathTracer(const BuildingView& view,
                        MemoryBudget& budget,
-                       uint64_t emitter_bytes)
+                       uint64_t emitter_bytes,
+                       BatchRoom room)
     : view_(&view),
       offset_(RayOffset(view.scene->bounds)),
       emitters_(view, budget, emitter_bytes),
       seen_(emitters_),
       surfaces_(view, budget, std::min(budget.FreeBytes() / 8, kMostBytes)),
-      batch_paths_(BatchPaths(budget)),
+      batch_paths_(BatchPaths(view, budget, room)),
       batch_charge_(budget, batch_paths_ * kPathBytes, "a batch of paths") {}
 
-PathTracer::PathTracer(const BuildingView& view, MemoryBudget& budget)
-    : PathTracer(view, budget, std::min(budget.FreeBytes() / 12, kMostBytes)) {}
-
-// Where the building does not fit, every batch reads it again.
-void PathTracer::EnlargeBatch(MemoryBudget& budget) {
-  uint64_t most_patches = 0;
-  for (const CellInfo& cell : view_->partition->cells) {
-    most_patches = std::max<uint64_t>(most_patches, cell.patches);
-  }
-  batch_charge_.Reset();
-  const uint64_t free_bytes = budget.FreeBytes();
-  const uint64_t left_bytes =
-      free_bytes - std::min(free_bytes, most_patches * sizeof(Patch));
-  batch_paths_ = std::clamp<size_t>(left_bytes / 4 * 3 / kPathBytes,
-                                    batch_paths_,
-                                    std::max(batch_paths_, kMostBatch));
-  batch_charge_ =
-      MemoryCharge(budget, batch_paths_ * kPathBytes, "a batch of paths");
-}
+PathTracer::PathTracer(const BuildingView& view,
+                       MemoryBudget& budget,
+                       BatchRoom room)
+    : PathTracer(
+          view, budget, std::min(budget.FreeBytes() / 12, kMostBytes), room) {}
 
 void PathTracer::LearnEmitters(MemoryBudget& budget, uint64_t key) {
   rays_traced_ += seen_.Learn(

@@ -38,6 +38,13 @@ enum class GatherMode {
   kField,  // takes the view's radiosity for reflected light at the first hit
 };
 
+// How much a batch of paths takes of what is free. Where the building does not
+// fit, every batch reads it again.
+enum class BatchRoom {
+  kShare,  // a sixth: other things follow
+  kMost,   // three quarters, beside the patches of any one cell
+};
+
 class PathTracer {
  public:
   // Takes a share of what is free in the budget for surfaces and a batch of
@@ -45,12 +52,11 @@ class PathTracer {
   // this.
   PathTracer(const BuildingView& view,
              MemoryBudget& budget,
-             uint64_t emitter_bytes);
-  PathTracer(const BuildingView& view, MemoryBudget& budget);
-
-  // Lets a batch of paths take three quarters of what is free, beside the
-  // patches of any one cell: for who learns nothing of what follows.
-  void EnlargeBatch(MemoryBudget& budget);
+             uint64_t emitter_bytes,
+             BatchRoom room = BatchRoom::kShare);
+  PathTracer(const BuildingView& view,
+             MemoryBudget& budget,
+             BatchRoom room = BatchRoom::kShare);
 
   // Finds by rays which emitters the cells see, for receivers that know their
   // cell and for all later vertices; worth its time before many paths. Takes
