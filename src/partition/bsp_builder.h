@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "partition/bsp_tree.h"
 #include "partition/convex_region.h"
-#include "partition/wall_faces.h"
+#include "partition/walls.h"
 
 #include <cstdint>
 #include <vector>
@@ -34,7 +34,8 @@ uint64_t BytesOf(const BuiltTree& built);
 
 // Splits `box`, which holds all walls, until no leaf holds a wall.
 BuiltTree BuildTree(const Box3& box,
-                    const WallFaces& walls,
+                    Walls walls,
+                    FragmentShelf& shelf,
                     MemoryBudget& budget);
 
 }  // namespace enfilade

@@ -27,7 +27,7 @@ struct JoinInput {
   const std::vector<LeafBorder>& borders;
   // Indexed by LeafId; empty for a scene without Spaces.
   const std::vector<std::optional<SpaceId>>& space_of_leaf;
-  bool all_split = false;  // see WallFaces
+  bool all_split = false;  // see WallRules
 };
 
 // With Spaces, the leaves of a Space that are open to each other are a cell.

@@ -34,10 +34,10 @@ bool IsApartAlongEdges(const Polygon& a,
 // Along the longest edge of the largest polygon, as most floors are drawn;
 // boxes along the axes of the world would all overlap in a building that is
 // turned.
-Vec3 MainDirection(std::span<const Polygon* const> polygons) {
-  const Polygon& largest = **std::max_element(
-      polygons.begin(), polygons.end(), [](const Polygon* a, const Polygon* b) {
-        return PolygonArea(*a) < PolygonArea(*b);
+Vec3 MainDirection(std::span<const Polygon> polygons) {
+  const Polygon& largest = *std::max_element(
+      polygons.begin(), polygons.end(), [](const Polygon& a, const Polygon& b) {
+        return PolygonArea(a) < PolygonArea(b);
       });
   Vec3 longest{1, 0, 0};
   double most = 0;
@@ -51,15 +51,15 @@ Vec3 MainDirection(std::span<const Polygon* const> polygons) {
   return longest;
 }
 
-std::vector<Box3> BoxesInPlane(std::span<const Polygon* const> polygons,
+std::vector<Box3> BoxesInPlane(std::span<const Polygon> polygons,
                                const Vec3& normal) {
   const Vec3 u = MainDirection(polygons);
   const Vec3 v = Cross(normal, u);
   std::vector<Box3> boxes;
   boxes.reserve(polygons.size());
-  for (const Polygon* polygon : polygons) {
-    const AxisRange along = RangeAlong(*polygon, u);
-    const AxisRange aside = RangeAlong(*polygon, v);
+  for (const Polygon& polygon : polygons) {
+    const AxisRange along = RangeAlong(polygon, u);
+    const AxisRange aside = RangeAlong(polygon, v);
     boxes.push_back({{along.low, aside.low, 0}, {along.high, aside.high, 0}});
   }
   return boxes;
@@ -67,7 +67,7 @@ std::vector<Box3> BoxesInPlane(std::span<const Polygon* const> polygons,
 
 }  // namespace
 
-double AreaOfLargePieces(std::span<const Polygon* const> polygons,
+double AreaOfLargePieces(std::span<const Polygon> polygons,
                          const Vec3& normal,
                          double gap_m,
                          double least_m2) {
@@ -81,15 +81,15 @@ double AreaOfLargePieces(std::span<const Polygon* const> polygons,
     ThrowIfStopRequested();
     tree.ForOverlaps(Grown(boxes[i], gap_m), [&](uint32_t k) {
       if (k < i && pieces.Find(i) != pieces.Find(k) &&
-          !IsApartAlongEdges(*polygons[i], *polygons[k], normal, gap_m) &&
-          !IsApartAlongEdges(*polygons[k], *polygons[i], normal, gap_m)) {
+          !IsApartAlongEdges(polygons[i], polygons[k], normal, gap_m) &&
+          !IsApartAlongEdges(polygons[k], polygons[i], normal, gap_m)) {
         pieces.Join(i, k);
       }
     });
   }
   std::vector<double> area_m2(polygons.size());
   for (uint32_t i = 0; i < polygons.size(); ++i) {
-    area_m2[pieces.Find(i)] += PolygonArea(*polygons[i]);
+    area_m2[pieces.Find(i)] += PolygonArea(polygons[i]);
   }
   double large_m2 = 0;
   for (const double m2 : area_m2) {

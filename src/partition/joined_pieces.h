@@ -13,7 +13,7 @@ namespace enfilade {
 // The polygons lie in a plane of that normal (or of its opposite); two belong
 // to one piece if no line along an edge leaves more than `gap_m` between them,
 // or if a chain of others joins them.
-double AreaOfLargePieces(std::span<const Polygon* const> polygons,
+double AreaOfLargePieces(std::span<const Polygon> polygons,
                          const Vec3& normal,
                          double gap_m,
                          double least_m2);

@@ -3,6 +3,7 @@
 #include "base/stop.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -18,26 +19,35 @@ uint32_t CountPatches(const Polygon& polygon) {
   return n < 3 ? 0 : n - 2;
 }
 
-// Sends the faces down the tree.
-class Surveyor {
+// What is free is shared with the borders that the covers leave open.
+constexpr uint64_t kCoverParts = 3;
+
+// What a cover takes in a list that has grown to hold it.
+uint64_t BytesOfCover(const Polygon& polygon) {
+  return 2 * sizeof(Polygon) + polygon.size() * sizeof(Point3) +
+         kAllocationHeaderBytes;
+}
+
+// Sends the faces of the scene down the tree.
+class FaceSorter {
  public:
-  Surveyor(const BspTree& tree, MemoryBudget& budget)
-      : tree_(&tree), budget_(&budget) {
-    survey_.covers.resize(tree.nodes.size());
-    survey_.patches.resize(tree.leaf_count);
-    survey_.area_m2.resize(tree.leaf_count);
-    bytes_ = tree.nodes.size() * sizeof(std::vector<Polygon>) +
-             tree.leaf_count * (sizeof(uint32_t) + sizeof(float));
-    Charge();
+  virtual ~FaceSorter() = default;
+
+  void AddAll(const BlockStorage& store) {
+    ForEachFace(store, [this](FaceId, const Face& face) {
+      for (const Polygon& part : PlanarParts(face.vertices)) {
+        Descend(tree_->root, part, PlaneOf(part).normal, kBothSides);
+      }
+    });
   }
 
-  void Add(const Polygon& polygon) {
-    for (const Polygon& part : PlanarParts(polygon)) {
-      Descend(tree_->root, part, PlaneOf(part).normal, kBothSides);
-    }
-  }
+ protected:
+  explicit FaceSorter(const BspTree& tree) : tree_(&tree) {}
 
-  FaceSurvey Finish() { return std::move(survey_); }
+  // A piece of a face, of which so many sides (one or two) are in the leaf.
+  virtual void AddToLeaf(LeafId leaf, const Polygon& piece, uint32_t sides) = 0;
+  // One that lies in the plane of the node.
+  virtual void AddCover(NodeId node, const Polygon& piece) = 0;
 
  private:
   static constexpr int kFrontSide = 1;
@@ -49,11 +59,7 @@ class Surveyor {
                const Vec3& normal,
                int sides) {
     if (child.IsLeaf()) {
-      const uint32_t count = sides == kBothSides ? 2 : 1;
-      survey_.patches[child.Leaf().Index()] += CountPatches(polygon) * count;
-      survey_.area_m2[child.Leaf().Index()] +=
-          static_cast<float>(PolygonArea(polygon) * count);
-      return;
+      return AddToLeaf(child.Leaf(), polygon, sides == kBothSides ? 2 : 1);
     }
     const BspNode& node = tree_->nodes[child.Node().Index()];
     switch (Classify(polygon, node.plane, kOnPlaneM)) {
@@ -76,12 +82,7 @@ class Surveyor {
   }
 
   void Cover(NodeId id, const Polygon& polygon, const Vec3& normal, int sides) {
-    survey_.covers[id.Index()].push_back(polygon);
-    bytes_ += sizeof(Polygon) + polygon.size() * sizeof(Point3) +
-              kAllocationHeaderBytes;
-    if (bytes_ > survey_.charge.Bytes()) {
-      Charge();
-    }
+    AddCover(id, polygon);
     const BspNode& node = tree_->nodes[id.Index()];
     const bool ahead = Dot(normal, node.plane.normal) > 0;
     for (const int side : {kFrontSide, kBackSide}) {
@@ -92,18 +93,65 @@ class Surveyor {
     }
   }
 
-  void Charge() {
-    survey_.charge.Reset();
-    survey_.charge = MemoryCharge(*budget_,
-                                  bytes_ + bytes_ / 2 + kChargeStepBytes,
-                                  "the walls between the cells");
+  const BspTree* tree_;
+};
+
+class Surveyor : public FaceSorter {
+ public:
+  Surveyor(const BspTree& tree, MemoryBudget& budget) : FaceSorter(tree) {
+    survey_.charge =
+        MemoryCharge(budget,
+                     tree.nodes.size() * sizeof(uint64_t) +
+                         tree.leaf_count * (sizeof(uint32_t) + sizeof(float)),
+                     "the faces of convex regions");
+    survey_.cover_bytes.resize(tree.nodes.size());
+    survey_.patches.resize(tree.leaf_count);
+    survey_.area_m2.resize(tree.leaf_count);
   }
 
-  const BspTree* tree_;
-  MemoryBudget* budget_;
+  FaceSurvey Finish() { return std::move(survey_); }
+
+ private:
+  void AddToLeaf(LeafId leaf, const Polygon& piece, uint32_t sides) override {
+    survey_.patches[leaf.Index()] += CountPatches(piece) * sides;
+    survey_.area_m2[leaf.Index()] +=
+        static_cast<float>(PolygonArea(piece) * sides);
+  }
+
+  void AddCover(NodeId node, const Polygon& piece) override {
+    survey_.cover_bytes[node.Index()] += BytesOfCover(piece);
+  }
+
   FaceSurvey survey_;
-  uint64_t bytes_ = 0;
 };
+
+// The faces in the planes of some nodes: from `first` to below `end`.
+class CoverCollector : public FaceSorter {
+ public:
+  CoverCollector(const BspTree& tree, size_t first, size_t end)
+      : FaceSorter(tree), first_(first), covers_(end - first) {}
+
+  [[nodiscard]] const std::vector<Polygon>& Of(size_t node) const {
+    return covers_[node - first_];
+  }
+
+ private:
+  void AddToLeaf(LeafId, const Polygon&, uint32_t) override {}
+
+  void AddCover(NodeId node, const Polygon& piece) override {
+    if (node.Index() >= first_ && node.Index() - first_ < covers_.size()) {
+      covers_[node.Index() - first_].push_back(piece);
+    }
+  }
+
+  size_t first_;
+  std::vector<std::vector<Polygon>> covers_;
+};
+
+// Of its covers.
+uint64_t BytesOfNode(const FaceSurvey& survey, size_t node) {
+  return sizeof(std::vector<Polygon>) + survey.cover_bytes[node];
+}
 
 uint64_t BytesOf(const std::vector<Polygon>& polygons) {
   uint64_t bytes = 0;
@@ -203,13 +251,20 @@ uint64_t BytesOf(const std::vector<SectionPiece>& pieces) {
 // Finds the borders of one node after the other, and charges what they take.
 class BorderFinder {
  public:
-  // `covers`: of all nodes together.
-  BorderFinder(const BspTree& tree, size_t covers, GrowingCharge& charge)
-      : tree_(&tree), all_covers_(covers), charge_(&charge) {}
+  BorderFinder(const BspTree& tree,
+               const FaceSurvey& survey,
+               GrowingCharge& charge)
+      : tree_(&tree),
+        survey_(&survey),
+        all_cover_bytes_(std::accumulate(
+            survey.cover_bytes.begin(), survey.cover_bytes.end(), uint64_t{0})),
+        charge_(&charge) {}
 
   void AddNode(NodeId id,
                const Polygon& section,
                const std::vector<Polygon>& covers) {
+    const auto cover_bytes =
+        static_cast<double>(survey_->cover_bytes[id.Index()]);
     node_bytes_ = CoverIndex::BytesFor(covers.size());
     ChargeWith(0, 0);
     const CoverIndex index(covers);
@@ -224,17 +279,16 @@ class BorderFinder {
         ThrowIfStopRequested();
         LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
         border.area_m2 = PolygonArea(common.polygon);
-        border.open = Subtract(
-            common.polygon,
-            node.plane.normal,
-            index.Near(common.polygon),
-            [&](uint64_t bytes, double share) {
-              ChargeWith(bytes, share * static_cast<double>(covers.size()));
-            });
+        border.open = Subtract(common.polygon,
+                               node.plane.normal,
+                               index.Near(common.polygon),
+                               [&](uint64_t bytes, double share) {
+                                 ChargeWith(bytes, share * cover_bytes);
+                               });
         Add(std::move(border));
       }
     }
-    done_covers_ += covers.size();
+    done_cover_bytes_ += cover_bytes;
   }
 
   std::vector<LeafBorder> Take() { return std::move(borders_); }
@@ -254,18 +308,19 @@ class BorderFinder {
   }
 
   // Charges what there is, one border more, and so many bytes for a while, of
-  // so many covers of the node: pieces grow with covers.
-  void ChargeWith(uint64_t more_bytes, double covers) {
+  // so many bytes of the node's covers: pieces grow with covers.
+  void ChargeWith(uint64_t more_bytes, double cover_bytes) {
     const size_t most = 2 * (borders_.size() + 1);  // it grows
-    const double done = static_cast<double>(done_covers_) + covers;
+    const double done = done_cover_bytes_ + cover_bytes;
     charge_->GrowTo(
         open_bytes_ + most * sizeof(LeafBorder) + node_bytes_ + more_bytes,
-        done / static_cast<double>(std::max<size_t>(all_covers_, 1)));
+        done / static_cast<double>(std::max<uint64_t>(all_cover_bytes_, 1)));
   }
 
   const BspTree* tree_;
-  size_t all_covers_;
-  size_t done_covers_ = 0;  // of the nodes before
+  const FaceSurvey* survey_;
+  uint64_t all_cover_bytes_;
+  double done_cover_bytes_ = 0;  // of the nodes before
   GrowingCharge* charge_;
   std::vector<LeafBorder> borders_;
   uint64_t open_bytes_ = 0;
@@ -274,19 +329,11 @@ class BorderFinder {
 
 }  // namespace
 
-void FaceSurvey::DropCovers() {
-  FreeVector(&covers);
-  charge.ShrinkTo(patches.capacity() * sizeof(uint32_t) +
-                  area_m2.capacity() * sizeof(float));
-}
-
 FaceSurvey SurveyFaces(const BlockStorage& store,
                        const BspTree& tree,
                        MemoryBudget& budget) {
   Surveyor surveyor(tree, budget);
-  ForEachFace(store, [&surveyor](FaceId, const Face& face) {
-    surveyor.Add(face.vertices);
-  });
+  surveyor.AddAll(store);
   return surveyor.Finish();
 }
 
@@ -298,16 +345,27 @@ uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
   return bytes;
 }
 
-std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
+std::vector<LeafBorder> FindOpenBorders(const BlockStorage& store,
+                                        const BuiltTree& built,
                                         const FaceSurvey& survey,
+                                        MemoryBudget& budget,
                                         GrowingCharge& charge) {
-  size_t covers = 0;
-  for (const std::vector<Polygon>& of_node : survey.covers) {
-    covers += of_node.size();
-  }
-  BorderFinder finder(built.tree, covers, charge);
-  for (size_t i = 0; i < built.tree.nodes.size(); ++i) {
-    finder.AddNode(NodeId(i), built.sections[i], survey.covers[i]);
+  BorderFinder finder(built.tree, survey, charge);
+  const size_t nodes = built.tree.nodes.size();
+  for (size_t first = 0; first < nodes;) {
+    const uint64_t room = budget.FreeBytes() / kCoverParts;
+    size_t end = first;
+    uint64_t bytes = 0;
+    do {
+      bytes += BytesOfNode(survey, end++);
+    } while (end < nodes && bytes + BytesOfNode(survey, end) <= room);
+    const MemoryCharge covers_charge(
+        budget, bytes, "the walls between the cells");
+    CoverCollector covers(built.tree, first, end);
+    covers.AddAll(store);
+    for (; first < end; ++first) {
+      finder.AddNode(NodeId(first), built.sections[first], covers.Of(first));
+    }
   }
   return finder.Take();
 }

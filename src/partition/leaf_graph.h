@@ -12,18 +12,16 @@
 
 namespace enfilade {
 
-// The faces of the scene, sorted into the tree.
+// What the faces of the scene come to, sorted into the tree.
 struct FaceSurvey {
-  // Indexed by NodeId: the faces that lie in the node's plane, cut to it.
-  std::vector<std::vector<Polygon>> covers;
+  // Indexed by NodeId: what the faces take that lie in the node's plane, cut to
+  // it.
+  std::vector<uint64_t> cover_bytes;
   // Indexed by LeafId: the patches that the faces make in the leaf, at most.
   std::vector<uint32_t> patches;
   // Indexed by LeafId: their area, m2.
   std::vector<float> area_m2;
   MemoryCharge charge;
-
-  // When the borders are known.
-  void DropCovers();
 };
 
 // One pass over the store's faces.
@@ -45,11 +43,14 @@ struct LeafBorder {
 uint64_t BytesOf(const std::vector<LeafBorder>& borders);
 
 // All borders that are open somewhere, in the order of their nodes; what they
-// take is charged as they are found.
+// take is charged as they are found. Passes over the store's faces once for as
+// many nodes as those that lie in their planes fit into a part of what is free.
 // Conservative: a point of the border is left out of `open` only if faces in
 // the plane cover it, cracks of less than kCrackM closed.
-std::vector<LeafBorder> FindOpenBorders(const BuiltTree& built,
+std::vector<LeafBorder> FindOpenBorders(const BlockStorage& store,
+                                        const BuiltTree& built,
                                         const FaceSurvey& survey,
+                                        MemoryBudget& budget,
                                         GrowingCharge& charge);
 
 }  // namespace enfilade

@@ -7,7 +7,7 @@
 #include "partition/patch_writer.h"
 #include "partition/portal_maker.h"
 #include "partition/space_shells.h"
-#include "partition/wall_faces.h"
+#include "partition/walls.h"
 
 #include <algorithm>
 #include <string>
@@ -227,21 +227,24 @@ Partition BuildPartition(BlockStorage& store,
   const SceneInfo info = LoadSceneInfo(store);
   bool all_split = false;
   BuiltTree built = [&] {
-    const WallFaces walls = GatherWallFaces(store, info, budget);
-    all_split = walls.all_split;
+    FragmentShelf shelf(store, budget);
+    Walls walls = GatherWalls(store, info, budget, shelf);
+    all_split = walls.rules.all_split;
     progress.Reach(0.1);
-    return BuildTree(BoxAround(info.bounds), walls, budget);
+    BuiltTree tree =
+        BuildTree(BoxAround(info.bounds), std::move(walls), shelf, budget);
+    shelf.Clear();
+    return tree;
   }();
   progress.Reach(0.4);
-  FaceSurvey survey =
+  const FaceSurvey survey =
       RelieveCrowdedLeaves(store, options.max_cell_patches, budget, built);
   built.charge.Reset();
   built.charge =
       MemoryCharge(budget, BytesOf(built), "the tree of splitting planes");
   GrowingCharge borders_charge(budget, "the borders between convex regions");
   const std::vector<LeafBorder> borders =
-      FindOpenBorders(built, survey, borders_charge);
-  survey.DropCovers();
+      FindOpenBorders(store, built, survey, budget, borders_charge);
   FreeVector(&built.sections);
   built.charge.ShrinkTo(BytesOf(built));
   // Twice: cells are joined, and portals made, by what is open.

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
+#include <vector>
 
 namespace enfilade {
 namespace {
@@ -32,114 +34,195 @@ constexpr size_t kMostPlanesCompared = 12;
 // A region is not split into parts thinner than this.
 constexpr double kLeastThicknessM = 2 * kOnPlaneM;
 
+// Slabs are looked at together while their polygons take no more than this.
+constexpr uint64_t kSlabsBytes = 8ULL << 20;
+
 // The fragments of one plane group within the region.
 struct Group {
-  std::vector<uint32_t> fragments;
+  uint32_t number = 0;
   double area_m2 = 0;
   double tall_m2 = 0;  // of the fragments that stand the region's height
+  uint64_t fragments = 0;
+  uint64_t corners = 0;
+  // Of the largest fragment that can cut the region.
+  std::optional<Plane> plane;
+  double plane_m2 = 0;
+  double section_m2 = 0;  // of the region, by the plane
+  double wall_m2 = 0;     // 0 if it is no wall
 };
+
+// In a map, and in a list.
+constexpr uint64_t kBytesPerRegionGroup = 2 * sizeof(Group) + 64;
 
 struct Candidate {
   Plane plane;
   double share = 0;  // of the cross-section, covered
-  double score = 0;
+  double front = 0;  // fragments on either side
+  double back = 0;
+  double cut = 0;
 };
+
+// The polygons of a slab, and what is made of them to tell its pieces apart.
+uint64_t BytesOfSlab(const Group& group) {
+  constexpr uint64_t kBytesPerPolygon =
+      2 * sizeof(Polygon) + kAllocationHeaderBytes + 160;
+  return group.fragments * kBytesPerPolygon + group.corners * sizeof(Point3);
+}
 
 class SplitChooser {
  public:
   SplitChooser(const ConvexRegion& region,
-               const std::vector<WallFragment>& fragments,
-               const WallFaces& walls)
-      : region_(&region), fragments_(&fragments), walls_(&walls) {
+               const FragmentList& fragments,
+               const WallRules& rules,
+               MemoryBudget& budget)
+      : region_(&region),
+        fragments_(&fragments),
+        rules_(&rules),
+        budget_(&budget),
+        charge_(budget, "the planes of the walls of a region") {
     const Vec3 extent = region.Bounds().Extent();
-    height_m_ = std::abs(Dot(extent, walls.up));
+    height_m_ = std::abs(Dot(extent, rules.up));
   }
 
-  [[nodiscard]] std::optional<Plane> Choose() const {
-    std::vector<Candidate> candidates = Walls();
+  [[nodiscard]] std::optional<Plane> Choose() {
+    FindGroups();
+    FindPlanes();
+    FindWalls();
+    std::vector<Candidate> candidates = Candidates();
     if (candidates.empty()) {
       return std::nullopt;
     }
-    const size_t compared = std::min(candidates.size(), kMostPlanesCompared);
-    for (size_t i = 0; i < compared; ++i) {
-      candidates[i].score = Score(candidates[i]);
-    }
-    candidates.resize(compared);
+    CountSides(candidates);
     // The first of equals: the order is by share and then by group.
     const auto best =
         std::max_element(candidates.begin(),
                          candidates.end(),
-                         [](const Candidate& a, const Candidate& b) {
-                           return a.score < b.score;
+                         [this](const Candidate& a, const Candidate& b) {
+                           return Score(a) < Score(b);
                          });
     return best->plane;
   }
 
  private:
-  [[nodiscard]] std::vector<Group> GroupsByArea() const {
+  // Those of most area.
+  void FindGroups() {
     std::map<uint32_t, Group> by_plane;
-    for (uint32_t i = 0; i < fragments_->size(); ++i) {
-      const WallFragment& fragment = (*fragments_)[i];
-      Group& group = by_plane[walls_->faces[fragment.face].plane_group];
+    fragments_->Visit([&](const WallFragment& fragment) {
+      const auto [found, is_new] =
+          by_plane.try_emplace(fragment.plane_group, Group{});
+      if (is_new) {
+        charge_.GrowTo(by_plane.size() * kBytesPerRegionGroup);
+      }
+      Group& group = found->second;
       const double area = PolygonArea(fragment.polygon);
-      group.fragments.push_back(i);
       group.area_m2 += area;
-      const AxisRange tall = RangeAlong(fragment.polygon, walls_->up);
+      const AxisRange tall = RangeAlong(fragment.polygon, rules_->up);
       if (tall.high - tall.low >= kTallShare * height_m_) {
         group.tall_m2 += area;
       }
-    }
-    std::vector<Group> groups;
-    groups.reserve(by_plane.size());
-    for (auto& [plane, group] : by_plane) {
-      groups.push_back(std::move(group));
+      ++group.fragments;
+      group.corners += fragment.polygon.size();
+    });
+    groups_.reserve(by_plane.size());
+    for (const auto& [number, group] : by_plane) {
+      groups_.push_back(group);
+      groups_.back().number = number;
     }
     std::stable_sort(
-        groups.begin(), groups.end(), [](const Group& a, const Group& b) {
+        groups_.begin(), groups_.end(), [](const Group& a, const Group& b) {
           return a.area_m2 > b.area_m2;
         });
-    return groups;
+    groups_.resize(std::min(groups_.size(), kMostPlanes));
+    for (size_t i = 0; i < groups_.size(); ++i) {
+      place_of_[groups_[i].number] = i;
+    }
   }
 
-  // The plane of the group's largest fragment that can cut the region.
-  [[nodiscard]] std::optional<Plane> PlaneOfGroup(const Group& group) const {
-    std::optional<Plane> best;
-    double best_m2 = 0;
-    for (const uint32_t i : group.fragments) {
-      const WallFragment& fragment = (*fragments_)[i];
+  [[nodiscard]] Group* Find(uint32_t number) {
+    const auto found = place_of_.find(number);
+    return found == place_of_.end() ? nullptr : &groups_[found->second];
+  }
+
+  // The plane of each group's largest fragment that can cut the region.
+  void FindPlanes() {
+    fragments_->Visit([&](const WallFragment& fragment) {
+      Group* group = Find(fragment.plane_group);
+      if (group == nullptr) {
+        return;
+      }
       const double area = PolygonArea(fragment.polygon);
-      if (area > best_m2) {
-        const Plane& plane = walls_->faces[fragment.face].plane;
-        const auto thickness = region_->ThicknessAt(plane);
+      if (area > group->plane_m2) {
+        const auto thickness = region_->ThicknessAt(fragment.plane);
         if (std::min(thickness.front_m, thickness.back_m) > kLeastThicknessM) {
-          best = plane;
-          best_m2 = area;
+          group->plane = fragment.plane;
+          group->plane_m2 = area;
         }
       }
-    }
-    return best;
+    });
   }
 
-  // The planes that are walls of the region, those that cover most first.
-  [[nodiscard]] std::vector<Candidate> Walls() const {
-    std::vector<Candidate> candidates;
-    const std::vector<Group> groups = GroupsByArea();
-    for (size_t i = 0; i < std::min(groups.size(), kMostPlanes); ++i) {
+  // Which of the groups are walls.
+  void FindWalls() {
+    std::vector<Group*> slabs;
+    for (Group& group : groups_) {
       ThrowIfStopRequested();
-      const auto plane = PlaneOfGroup(groups[i]);
-      if (!plane) {
-        continue;
-      }
-      const Polygon section = region_->CrossSection(*plane);
+      const Polygon section =
+          group.plane ? region_->CrossSection(*group.plane) : Polygon();
       if (section.empty()) {
         continue;
       }
-      const double section_m2 = PolygonArea(section);
-      const double wall_m2 = walls_->all_split
-                                 ? groups[i].area_m2
-                                 : WallArea(groups[i], *plane, section_m2);
-      if (wall_m2 > 0) {
-        candidates.push_back({*plane, std::min(1.0, wall_m2 / section_m2), 0});
+      group.section_m2 = PolygonArea(section);
+      if (rules_->all_split) {
+        group.wall_m2 = group.area_m2;
+      } else if (std::abs(Dot(group.plane->normal, rules_->up)) < 0.5) {
+        group.wall_m2 = UprightArea(group);
+      } else if (IsSlab(group.area_m2, group.section_m2)) {
+        slabs.push_back(&group);
+      }
+    }
+    for (size_t first = 0; first < slabs.size();) {
+      size_t end = first;
+      uint64_t bytes = 0;
+      do {
+        bytes += BytesOfSlab(*slabs[end++]);
+      } while (end < slabs.size() &&
+               bytes + BytesOfSlab(*slabs[end]) <= kSlabsBytes);
+      const MemoryCharge charge(*budget_, bytes, "the walls of one plane");
+      MeasureSlabs(std::span(slabs).subspan(first, end - first));
+      first = end;
+    }
+  }
+
+  // Of what is level only large pieces count.
+  void MeasureSlabs(std::span<Group* const> slabs) {
+    std::map<uint32_t, std::vector<Polygon>> polygons;
+    for (const Group* slab : slabs) {
+      polygons[slab->number].reserve(slab->fragments);
+    }
+    fragments_->Visit([&polygons](const WallFragment& fragment) {
+      const auto slab = polygons.find(fragment.plane_group);
+      if (slab != polygons.end()) {
+        slab->second.push_back(fragment.polygon);
+      }
+    });
+    for (Group* slab : slabs) {
+      const double pieces_m2 = AreaOfLargePieces(
+          polygons.at(slab->number),
+          slab->plane->normal,
+          kSlabGapM,
+          std::min(kSlabM2, kLeastSlabPieceShare * slab->section_m2));
+      slab->wall_m2 = IsSlab(pieces_m2, slab->section_m2) ? pieces_m2 : 0;
+    }
+  }
+
+  // The walls that cover most of their cross-section, in that order.
+  [[nodiscard]] std::vector<Candidate> Candidates() const {
+    std::vector<Candidate> candidates;
+    for (const Group& group : groups_) {
+      if (group.wall_m2 > 0) {
+        candidates.push_back(
+            {.plane = *group.plane,
+             .share = std::min(1.0, group.wall_m2 / group.section_m2)});
       }
     }
     std::stable_sort(candidates.begin(),
@@ -147,27 +230,16 @@ class SplitChooser {
                      [](const Candidate& a, const Candidate& b) {
                        return a.share > b.share;
                      });
+    candidates.resize(std::min(candidates.size(), kMostPlanesCompared));
     return candidates;
   }
 
-  // The area of a wall of that cross-section; 0 if it is none.
-  [[nodiscard]] double WallArea(const Group& group,
-                                const Plane& plane,
-                                double section_m2) const {
-    if (std::abs(Dot(plane.normal, walls_->up)) < 0.5) {
-      return Covers(group.area_m2, section_m2) || group.tall_m2 >= kLeastTallM2
-                 ? group.area_m2
-                 : 0;
-    }
-    if (!IsSlab(group.area_m2, section_m2)) {
-      return 0;
-    }
-    const double pieces_m2 =
-        AreaOfLargePieces(PolygonsOf(group),
-                          plane.normal,
-                          kSlabGapM,
-                          std::min(kSlabM2, kLeastSlabPieceShare * section_m2));
-    return IsSlab(pieces_m2, section_m2) ? pieces_m2 : 0;
+  // The area of a wall that stands; 0 if it is none.
+  static double UprightArea(const Group& group) {
+    return Covers(group.area_m2, group.section_m2) ||
+                   group.tall_m2 >= kLeastTallM2
+               ? group.area_m2
+               : 0;
   }
 
   static bool Covers(double area_m2, double section_m2) {
@@ -180,54 +252,52 @@ class SplitChooser {
            area_m2 >= kLargeSlabM2;
   }
 
-  [[nodiscard]] std::vector<const Polygon*> PolygonsOf(
-      const Group& group) const {
-    std::vector<const Polygon*> polygons;
-    polygons.reserve(group.fragments.size());
-    for (const uint32_t i : group.fragments) {
-      polygons.push_back(&(*fragments_)[i].polygon);
-    }
-    return polygons;
+  void CountSides(std::vector<Candidate>& candidates) const {
+    fragments_->Visit([&candidates](const WallFragment& fragment) {
+      for (Candidate& candidate : candidates) {
+        switch (Classify(fragment.polygon, candidate.plane, kOnPlaneM)) {
+          case PlaneSide::kFront:
+            candidate.front += 1;
+            break;
+          case PlaneSide::kBack:
+            candidate.back += 1;
+            break;
+          case PlaneSide::kCut:
+            candidate.cut += 1;
+            break;
+          case PlaneSide::kOn:
+            break;
+        }
+      }
+    });
   }
 
   [[nodiscard]] double Score(const Candidate& candidate) const {
-    double front = 0;
-    double back = 0;
-    double cut = 0;
-    for (const WallFragment& fragment : *fragments_) {
-      switch (Classify(fragment.polygon, candidate.plane, kOnPlaneM)) {
-        case PlaneSide::kFront:
-          front += 1;
-          break;
-        case PlaneSide::kBack:
-          back += 1;
-          break;
-        case PlaneSide::kCut:
-          cut += 1;
-          break;
-        case PlaneSide::kOn:
-          break;
-      }
-    }
-    const double all = static_cast<double>(fragments_->size());
+    const double all = static_cast<double>(fragments_->Size());
     const double level =
-        std::abs(Dot(candidate.plane.normal, walls_->up)) > 0.99 ? 0.3 : 0.0;
-    return candidate.share + level + 0.8 * std::min(front, back) / all -
-           cut / all;
+        std::abs(Dot(candidate.plane.normal, rules_->up)) > 0.99 ? 0.3 : 0.0;
+    return candidate.share + level +
+           0.8 * std::min(candidate.front, candidate.back) / all -
+           candidate.cut / all;
   }
 
   const ConvexRegion* region_;
-  const std::vector<WallFragment>* fragments_;
-  const WallFaces* walls_;
+  const FragmentList* fragments_;
+  const WallRules* rules_;
+  MemoryBudget* budget_;
+  GrowingCharge charge_;
   double height_m_ = 0;
+  std::vector<Group> groups_;            // those of most area, in that order
+  std::map<uint32_t, size_t> place_of_;  // in that list, by number
 };
 
 }  // namespace
 
 std::optional<Plane> ChooseSplit(const ConvexRegion& region,
-                                 const std::vector<WallFragment>& fragments,
-                                 const WallFaces& walls) {
-  return SplitChooser(region, fragments, walls).Choose();
+                                 const FragmentList& fragments,
+                                 const WallRules& rules,
+                                 MemoryBudget& budget) {
+  return SplitChooser(region, fragments, rules, budget).Choose();
 }
 
 }  // namespace enfilade

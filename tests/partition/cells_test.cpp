@@ -246,35 +246,94 @@ TEST(Cells, AnEmptySceneIsOneCell) {
   EXPECT_TRUE(built.partition.portals.empty());
 }
 
-TEST(BuildTree, WallsAreChargedWhileCellsAreFound) {
-  constexpr size_t kCount = 100;
-  WallFaces walls;
-  walls.all_split = true;
-  for (uint32_t i = 0; i < kCount; ++i) {
-    const double x = i;
-    const Polygon wall = {{x, 0, 0}, {x, 1, 0}, {x, 1, 1}, {x, 0, 1}};
-    walls.faces.push_back({wall, PlaneOf(wall), 1, MaterialId(0U), i});
+BuiltTree TreeOf(const Built& built, MemoryBudget& budget) {
+  const SceneInfo info = LoadSceneInfo(*built.store);
+  FragmentShelf shelf(*built.store, budget);
+  return BuildTree(Grown(info.bounds, 1),
+                   GatherWalls(*built.store, info, budget, shelf),
+                   shelf,
+                   budget);
+}
+
+// A corridor that is closed every metre by walls of many parts.
+constexpr uint32_t kWalls = 100;
+constexpr uint32_t kParts = 200;
+
+BuiltTree TreeOfCorridor(MemoryBudget& budget) {
+  const auto store = CreateStoreInMemory();
+  FragmentShelf shelf(*store, budget);
+  Walls walls{FragmentList(shelf), {.all_split = true, .up = {0, 0, 1}}};
+  for (uint32_t i = 0; i < kWalls; ++i) {
+    for (uint32_t k = 0; k < kParts; ++k) {
+      const double x = i;
+      const double y = k;
+      const Polygon part = {{x, y, 0}, {x, y + 1, 0}, {x, y + 1, 1}, {x, y, 1}};
+      walls.fragments.Add({part, PlaneOf(part), i});
+    }
   }
-  const Box3 box{{-1, -1, -1}, {kCount + 1, 2, 2}};
+  const Box3 box{{-1, -1, -1}, {kWalls + 1, kParts + 1, 2}};
+  BuiltTree built = BuildTree(box, std::move(walls), shelf, budget);
+  shelf.Clear();
+  EXPECT_EQ(store->Count(BlockKind::kScratch), 0U);
+  return built;
+}
+
+TEST(BuildTree, WallsAreChargedWhileCellsAreFound) {
   MemoryBudget roomy(1U << 30);
-  const BuiltTree built = BuildTree(box, walls, roomy);
-  EXPECT_EQ(built.leaves.size(), kCount + 1);
+  const BuiltTree built = TreeOfCorridor(roomy);
+  EXPECT_EQ(built.leaves.size(), kWalls + 1);
   EXPECT_EQ(roomy.UsedBytes(), BytesOf(built));
-  EXPECT_GT(roomy.PeakBytes(), BytesOf(built));
-  MemoryBudget none(kCount * 4 * sizeof(Point3));
-  EXPECT_THROW(BuildTree(box, walls, none), DoesNotFitError);
+  EXPECT_GT(roomy.PeakBytes(), kWalls * kParts * 4 * sizeof(Point3));
+  MemoryBudget none(BytesOf(built) / 2);
+  EXPECT_THROW(TreeOfCorridor(none), DoesNotFitError);
+}
+
+// The tree does not depend on how much of the walls is in memory.
+TEST(BuildTree, IsTheSameWhereWallsDoNotFitIntoMemory) {
+  MemoryBudget roomy(1U << 30);
+  const BuiltTree whole = TreeOfCorridor(roomy);
+  MemoryBudget small(roomy.PeakBytes() / 2);
+  const BuiltTree built = TreeOfCorridor(small);
+  ASSERT_EQ(built.tree.nodes.size(), whole.tree.nodes.size());
+  for (size_t i = 0; i < whole.tree.nodes.size(); ++i) {
+    ASSERT_EQ(built.tree.nodes[i].plane.offset,
+              whole.tree.nodes[i].plane.offset);
+  }
 }
 
 TEST(FindOpenBorders, BordersAreChargedAsTheyAreFound) {
   const Built built(TwoRoomsWithDoor());
   MemoryBudget roomy(1U << 30);
-  const SceneInfo info = LoadSceneInfo(*built.store);
-  const BuiltTree tree = BuildTree(
-      Grown(info.bounds, 1), GatherWallFaces(*built.store, info, roomy), roomy);
+  const BuiltTree tree = TreeOf(built, roomy);
   const FaceSurvey survey = SurveyFaces(*built.store, tree.tree, roomy);
   MemoryBudget none(1000);
   GrowingCharge charge(none, "borders");
-  EXPECT_THROW(FindOpenBorders(tree, survey, charge), DoesNotFitError);
+  EXPECT_THROW(FindOpenBorders(*built.store, tree, survey, roomy, charge),
+               DoesNotFitError);
+}
+
+// What lies in the planes of few nodes fits at a time.
+TEST(FindOpenBorders, AreTheSameInSeveralPasses) {
+  const Built built(TwoRoomsWithDoor());
+  MemoryBudget roomy(1U << 30);
+  const BuiltTree tree = TreeOf(built, roomy);
+  const FaceSurvey survey = SurveyFaces(*built.store, tree.tree, roomy);
+  GrowingCharge charge(roomy, "borders");
+  const auto at_once =
+      FindOpenBorders(*built.store, tree, survey, roomy, charge);
+  const uint64_t most =
+      *std::max_element(survey.cover_bytes.begin(), survey.cover_bytes.end());
+  MemoryBudget small(most + 100);
+  const auto one_by_one =
+      FindOpenBorders(*built.store, tree, survey, small, charge);
+  EXPECT_LE(small.PeakBytes(), most + 100);
+  ASSERT_EQ(one_by_one.size(), at_once.size());
+  for (size_t i = 0; i < at_once.size(); ++i) {
+    EXPECT_EQ(one_by_one[i].node, at_once[i].node);
+    EXPECT_EQ(one_by_one[i].front, at_once[i].front);
+    EXPECT_EQ(one_by_one[i].back, at_once[i].back);
+    EXPECT_EQ(one_by_one[i].open, at_once[i].open);
+  }
 }
 
 TEST(Subtract, WhatIsLeftOfManyCoversIsTold) {

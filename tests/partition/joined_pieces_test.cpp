@@ -22,12 +22,7 @@ Polygon Plate(double x, double y, double width, double depth, double turn = 0) {
 }
 
 double LargePieces(const std::vector<Polygon>& polygons, double least_m2) {
-  std::vector<const Polygon*> all;
-  all.reserve(polygons.size());
-  for (const Polygon& polygon : polygons) {
-    all.push_back(&polygon);
-  }
-  return AreaOfLargePieces(all, kUpwards, kGapM, least_m2);
+  return AreaOfLargePieces(polygons, kUpwards, kGapM, least_m2);
 }
 
 TEST(JoinedPieces, NothingHasNone) {

@@ -1,0 +1,142 @@
+#include "partition/walls.h"
+
+#include "partition/plane_groups.h"
+
+#include <array>
+#include <cmath>
+#include <functional>
+
+namespace enfilade {
+namespace {
+
+constexpr double kLeastSplitterM2 = 0.05;
+constexpr double kLargestLuminaireM2 = 4.0;
+constexpr double kMostEmittingShare = 0.2;
+
+bool MaySplit(const Face& face, const SceneInfo& info) {
+  if (!info.spaces.empty()) {
+    return face.front_space != face.back_space;
+  }
+  return info.gbxml.has_value() ||
+         Length(AreaVector(face.vertices)) >= kLeastSplitterM2;
+}
+
+// Sums the area that is square to each axis.
+struct AxisAreas {
+  std::array<double, 3> m2{};
+
+  void Add(const Vec3& area) {
+    const double length = Length(area);
+    for (size_t axis = 0; axis < 3; ++axis) {
+      if (std::abs(area[axis]) > 0.99 * length) {
+        m2[axis] += length;
+      }
+    }
+  }
+
+  // A tie goes to z, then y.
+  [[nodiscard]] Vec3 Up() const {
+    if (m2[2] >= m2[1] && m2[2] >= m2[0]) {
+      return {0, 0, 1};
+    }
+    return m2[1] >= m2[0] ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
+  }
+};
+
+// Walls, one after the other, as often as they are asked for.
+class WallReader {
+ public:
+  WallReader(const BlockStorage& store, const SceneInfo& info)
+      : store_(&store), info_(&info) {}
+
+  // A planar wall, and what share of the scene's faces was looked at then.
+  using Visitor = std::function<void(
+      const Polygon& wall, const Plane& plane, double share)>;
+
+  // Once, before the others: says which way is up, and what is a luminaire.
+  // Small emitting faces hang in rooms and bound none, unless much of the scene
+  // emits, as in a furnace.
+  [[nodiscard]] Vec3 FindUp() {
+    AxisAreas areas;
+    double all_m2 = 0;
+    double emitting_m2 = 0;
+    ForEachFace(*store_, [&](FaceId, const Face& face) {
+      areas.Add(AreaVector(face.vertices));
+      if (MaySplit(face, *info_)) {
+        VisitParts(face.vertices, [&](const Polygon&, double area_m2) {
+          all_m2 += area_m2;
+          emitting_m2 += EmitsLight(face) ? area_m2 : 0;
+        });
+      }
+    });
+    without_luminaires_ =
+        info_->spaces.empty() && emitting_m2 < kMostEmittingShare * all_m2;
+    return areas.Up();
+  }
+
+  void ForEach(const Visitor& visit) const {
+    ForEachFace(*store_, [&](FaceId id, const Face& face) {
+      if (!MaySplit(face, *info_)) {
+        return;
+      }
+      const double share = static_cast<double>(id.Index() + 1) /
+                           static_cast<double>(info_->faces);
+      const bool may_hang = without_luminaires_ && EmitsLight(face);
+      VisitParts(face.vertices, [&](const Polygon& part, double area_m2) {
+        if (!may_hang || area_m2 >= kLargestLuminaireM2) {
+          visit(part, PlaneOf(part), share);
+        }
+      });
+    });
+    for (const Opening& opening : info_->openings) {
+      if (opening.vertices.size() >= 3) {
+        VisitParts(opening.vertices, [&](const Polygon& part, double) {
+          visit(part, PlaneOf(part), 1);
+        });
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] bool EmitsLight(const Face& face) const {
+    return Emits(info_->materials[face.material.Index()]);
+  }
+
+  static void VisitParts(
+      const Polygon& polygon,
+      const std::function<void(const Polygon& part, double area_m2)>& visit) {
+    for (const Polygon& part : PlanarParts(polygon)) {
+      const double area_m2 = PolygonArea(part);
+      if (area_m2 >= kLeastAreaM2) {
+        visit(part, area_m2);
+      }
+    }
+  }
+
+  const BlockStorage* store_;
+  const SceneInfo* info_;
+  bool without_luminaires_ = false;
+};
+
+}  // namespace
+
+Walls GatherWalls(const BlockStorage& store,
+                  const SceneInfo& info,
+                  MemoryBudget& budget,
+                  FragmentShelf& shelf) {
+  Walls walls{FragmentList(shelf), {}};
+  walls.rules.all_split = info.gbxml.has_value() || !info.spaces.empty();
+  WallReader reader(store, info);
+  walls.rules.up = reader.FindUp();
+  PlaneGroups groups(budget);
+  reader.ForEach([&groups](const Polygon&, const Plane& plane, double share) {
+    groups.Add(plane, share);
+  });
+  groups.Number();
+  reader.ForEach([&](const Polygon& wall, const Plane& plane, double) {
+    walls.fragments.Add({wall, plane, groups.Of(plane)});
+  });
+  return walls;
+}
+
+}  // namespace enfilade

@@ -1,0 +1,90 @@
+// Planes less than a millimetre apart are one wall's, in whatever order they
+// come.
+
+#include "partition/plane_groups.h"
+
+#include "base/error.h"
+#include "base/random.h"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace enfilade {
+namespace {
+
+constexpr Vec3 kAcross{1, 0, 0};
+
+class PlaneGroupsTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<PlaneGroups> GroupsOf(const std::vector<Plane>& planes) {
+    auto groups = std::make_unique<PlaneGroups>(budget_);
+    for (const Plane& plane : planes) {
+      groups->Add(plane, 1);
+    }
+    groups->Number();
+    return groups;
+  }
+
+  MemoryBudget budget_{1U << 30};
+};
+
+TEST_F(PlaneGroupsTest, BothSidesOfAPlaneAreOneGroup) {
+  const Plane plane{kAcross, 3};
+  const auto groups = GroupsOf({plane});
+  EXPECT_EQ(groups->Of(plane), groups->Of(plane.Flipped()));
+}
+
+TEST_F(PlaneGroupsTest, OtherNormalsAndOtherPlacesAreOtherGroups) {
+  const auto groups = GroupsOf(
+      {{kAcross, 3}, {kAcross, 3.0011}, {{0, 1, 0}, 3}, {kAcross, 3.0005}});
+  EXPECT_NE(groups->Of({kAcross, 3}), groups->Of({{0, 1, 0}, 3}));
+  // The last one is near both of the first.
+  EXPECT_EQ(groups->Of({kAcross, 3}), groups->Of({kAcross, 3.0011}));
+  const auto apart = GroupsOf({{kAcross, 3}, {kAcross, 3.0011}});
+  EXPECT_NE(apart->Of({kAcross, 3}), apart->Of({kAcross, 3.0011}));
+}
+
+// Against sorting all of them.
+TEST_F(PlaneGroupsTest, TheOrderOfPlanesDoesNotCount) {
+  constexpr size_t kPlanes = 2000;
+  Random random(7);
+  std::vector<Plane> planes;
+  for (size_t i = 0; i < kPlanes; ++i) {
+    planes.push_back({kAcross, 1.5 * random.Next()});
+  }
+  const auto groups = GroupsOf(planes);
+  std::sort(planes.begin(), planes.end(), [](const Plane& a, const Plane& b) {
+    return a.offset < b.offset;
+  });
+  uint32_t number = 0;
+  for (size_t i = 0; i < kPlanes; ++i) {
+    if (i > 0 && planes[i].offset - planes[i - 1].offset >= 1e-3) {
+      ++number;
+    }
+    ASSERT_EQ(groups->Of(planes[i]), number) << i;
+  }
+  EXPECT_GT(number, 100U);
+  EXPECT_LT(number, kPlanes / 2);
+}
+
+TEST_F(PlaneGroupsTest, GroupsAreChargedAndPlanesAreNot) {
+  PlaneGroups groups(budget_);
+  groups.Add({kAcross, 0}, 1);
+  const uint64_t of_one = budget_.UsedBytes();
+  EXPECT_GT(of_one, 0U);
+  for (int i = 0; i < 1000; ++i) {
+    groups.Add({kAcross, 0}, 1);
+  }
+  EXPECT_EQ(budget_.UsedBytes(), of_one);
+  groups.Add({kAcross, 1}, 1);
+  EXPECT_GT(budget_.UsedBytes(), of_one);
+  MemoryBudget none(of_one - 1);
+  PlaneGroups refused(none);
+  EXPECT_THROW(refused.Add({kAcross, 0}, 1), DoesNotFitError);
+}
+
+}  // namespace
+}  // namespace enfilade
