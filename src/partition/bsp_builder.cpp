@@ -15,9 +15,7 @@ struct Halves {
 };
 
 // What lies in the plane itself is done: it bounds both halves.
-Halves Divide(FragmentList fragments,
-              const Plane& plane,
-              FragmentShelf& shelf) {
+Halves Divide(FragmentList fragments, const Plane& plane, ScratchShelf& shelf) {
   Halves halves{FragmentList(shelf), FragmentList(shelf)};
   fragments.Consume([&](const WallFragment& fragment) {
     const auto add_part = [&fragment](Polygon part, FragmentList& half) {
@@ -51,9 +49,7 @@ uint64_t BytesOf(const Polygon& polygon) {
 
 class TreeBuilder {
  public:
-  TreeBuilder(const WallRules& rules,
-              FragmentShelf& shelf,
-              MemoryBudget& budget)
+  TreeBuilder(const WallRules& rules, ScratchShelf& shelf, MemoryBudget& budget)
       : rules_(&rules),
         shelf_(&shelf),
         budget_(&budget),
@@ -107,7 +103,7 @@ class TreeBuilder {
   }
 
   const WallRules* rules_;
-  FragmentShelf* shelf_;
+  ScratchShelf* shelf_;
   MemoryBudget* budget_;
   BuiltTree built_;
   uint64_t built_bytes_ = 0;
@@ -135,7 +131,7 @@ uint64_t BytesOf(const BuiltTree& built) {
 
 BuiltTree BuildTree(const Box3& box,
                     Walls walls,
-                    FragmentShelf& shelf,
+                    ScratchShelf& shelf,
                     MemoryBudget& budget) {
   TreeBuilder builder(walls.rules, shelf, budget);
   const BspChild root =

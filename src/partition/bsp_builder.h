@@ -35,7 +35,7 @@ uint64_t BytesOf(const BuiltTree& built);
 // Splits `box`, which holds all walls, until no leaf holds a wall.
 BuiltTree BuildTree(const Box3& box,
                     Walls walls,
-                    FragmentShelf& shelf,
+                    ScratchShelf& shelf,
                     MemoryBudget& budget);
 
 }  // namespace enfilade

@@ -182,6 +182,65 @@ void JoinHollows(const BuiltTree& built,
       });
 }
 
+// How far a set that is too small for a room opens to a neighbour.
+struct NicheOpening {
+  uint32_t niche = 0;
+  uint32_t neighbour = 0;
+  double open_m2 = 0;
+};
+
+// By niche, then by neighbour; each border has an entry of its own.
+std::vector<NicheOpening> OpeningsOfNiches(
+    const std::vector<LeafBorder>& borders,
+    const std::vector<bool>& niche,
+    LeafSets& sets) {
+  std::vector<NicheOpening> openings;
+  openings.reserve(2 * borders.size());
+  for (const LeafBorder& border : borders) {
+    const uint32_t a = sets.Find(border.front.value);
+    const uint32_t b = sets.Find(border.back.value);
+    if (sets.CanJoin(a, b)) {
+      if (niche[a]) {
+        openings.push_back({a, b, border.open_m2});
+      }
+      if (niche[b]) {
+        openings.push_back({b, a, border.open_m2});
+      }
+    }
+  }
+  std::stable_sort(openings.begin(),
+                   openings.end(),
+                   [](const NicheOpening& x, const NicheOpening& y) {
+                     return std::pair(x.niche, x.neighbour) <
+                            std::pair(y.niche, y.neighbour);
+                   });
+  return openings;
+}
+
+// To which neighbour each niche opens most, and how far: the first of equals.
+// Niches that do not open have none.
+std::vector<NicheOpening> WidestOfNiches(
+    const std::vector<NicheOpening>& openings) {
+  std::vector<NicheOpening> widest;
+  for (size_t i = 0; i < openings.size();) {
+    NicheOpening sum{openings[i].niche, openings[i].neighbour};
+    for (; i < openings.size() && openings[i].niche == sum.niche &&
+           openings[i].neighbour == sum.neighbour;
+         ++i) {
+      sum.open_m2 += openings[i].open_m2;
+    }
+    if (widest.empty() || widest.back().niche != sum.niche) {
+      widest.push_back({sum.niche});
+    }
+    if (sum.open_m2 > widest.back().open_m2) {
+      widest.back() = sum;
+    }
+  }
+  std::erase_if(widest,
+                [](const NicheOpening& best) { return best.open_m2 <= 0; });
+  return widest;
+}
+
 // Gives each set that is too small for a room to the neighbour that it opens
 // to most, of those that are not full. Two rooms are never joined by what lies
 // between them.
@@ -190,30 +249,15 @@ bool JoinNichesOnce(const BuiltTree& built,
                     bool all_split,
                     LeafSets& sets) {
   ThrowIfStopRequested();
-  const std::vector<bool> niche = FindNiches(built, all_split, sets);
-  std::map<std::pair<uint32_t, uint32_t>, double> open_m2;
-  for (const LeafBorder& border : borders) {
-    const uint32_t a = sets.Find(border.front.value);
-    const uint32_t b = sets.Find(border.back.value);
-    if (sets.CanJoin(a, b)) {
-      open_m2[{a, b}] += niche[a] ? border.open_m2 : 0;
-      open_m2[{b, a}] += niche[b] ? border.open_m2 : 0;
-    }
-  }
-  std::map<uint32_t, std::pair<double, uint32_t>> widest;
-  for (const auto& [pair, m2] : open_m2) {
-    auto& best = widest[pair.first];
-    if (m2 > best.first) {
-      best = {m2, pair.second};
-    }
-  }
+  const std::vector<NicheOpening> widest = WidestOfNiches(
+      OpeningsOfNiches(borders, FindNiches(built, all_split, sets), sets));
   bool joined = false;
   std::vector<bool> taken(built.leaves.size());
-  for (const auto& [small, best] : widest) {
+  for (const NicheOpening& best : widest) {
     // A niche that another has just joined waits for the next round.
-    if (best.first > 0 && !taken[small]) {
-      joined = sets.Join(small, best.second) || joined;
-      taken[best.second] = true;
+    if (!taken[best.niche]) {
+      joined = sets.Join(best.niche, best.neighbour) || joined;
+      taken[best.neighbour] = true;
     }
   }
   return joined;
@@ -248,6 +292,15 @@ LeafCells NumberCells(
 }
 
 }  // namespace
+
+// Of leaves, their sets, shapes and cells; of borders, the list of all and that
+// of niches, each with as much again while it is sorted.
+uint64_t BytesToJoin(size_t leaves, size_t borders) {
+  constexpr uint64_t kBytesPerLeaf = 176;
+  constexpr uint64_t kBytesPerBorder =
+      2 * std::max(sizeof(const LeafBorder*), 2 * sizeof(NicheOpening));
+  return leaves * kBytesPerLeaf + borders * kBytesPerBorder;
+}
 
 LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options) {
   const BuiltTree& built = input.built;

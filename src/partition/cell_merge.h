@@ -30,6 +30,9 @@ struct JoinInput {
   bool all_split = false;  // see WallRules
 };
 
+// What joining takes in memory, at most.
+uint64_t BytesToJoin(size_t leaves, size_t borders);
+
 // With Spaces, the leaves of a Space that are open to each other are a cell.
 // Without, leaves are joined that look like one room; the outdoors; and what
 // is too small for a room with what it opens to. No cell that is joined of

@@ -153,15 +153,6 @@ uint64_t BytesOfNode(const FaceSurvey& survey, size_t node) {
   return sizeof(std::vector<Polygon>) + survey.cover_bytes[node];
 }
 
-uint64_t BytesOf(const std::vector<Polygon>& polygons) {
-  uint64_t bytes = 0;
-  for (const Polygon& polygon : polygons) {
-    bytes += sizeof(Polygon) + kAllocationHeaderBytes +
-             polygon.capacity() * sizeof(Point3);
-  }
-  return bytes;
-}
-
 // A piece of a node's section on its way to the leaves.
 struct SectionPiece {
   LeafId leaf;
@@ -253,12 +244,14 @@ class BorderFinder {
  public:
   BorderFinder(const BspTree& tree,
                const FaceSurvey& survey,
+               ScratchShelf& shelf,
                GrowingCharge& charge)
       : tree_(&tree),
         survey_(&survey),
         all_cover_bytes_(std::accumulate(
             survey.cover_bytes.begin(), survey.cover_bytes.end(), uint64_t{0})),
-        charge_(&charge) {}
+        charge_(&charge),
+        found_(shelf) {}
 
   void AddNode(NodeId id,
                const Polygon& section,
@@ -277,43 +270,33 @@ class BorderFinder {
       PushDown(*tree_, node.back, piece.polygon, behind);
       for (const SectionPiece& common : behind) {
         ThrowIfStopRequested();
-        LeafBorder border{piece.leaf, common.leaf, id, 0, 0, {}};
-        border.area_m2 = PolygonArea(common.polygon);
-        border.open = Subtract(common.polygon,
-                               node.plane.normal,
-                               index.Near(common.polygon),
-                               [&](uint64_t bytes, double share) {
-                                 ChargeWith(bytes, share * cover_bytes);
-                               });
-        Add(std::move(border));
+        const std::vector<Polygon> open =
+            Subtract(common.polygon,
+                     node.plane.normal,
+                     index.Near(common.polygon),
+                     [&](uint64_t bytes, double share) {
+                       ChargeWith(bytes, share * cover_bytes);
+                     });
+        if (!open.empty()) {
+          found_.Add({piece.leaf, common.leaf, id, PolygonArea(common.polygon)},
+                     open);
+          ChargeWith(0, 0);
+        }
       }
     }
     done_cover_bytes_ += cover_bytes;
   }
 
-  std::vector<LeafBorder> Take() { return std::move(borders_); }
+  OpenBorders Take() { return std::move(found_); }
 
  private:
-  void Add(LeafBorder border) {
-    if (border.open.empty()) {
-      return;
-    }
-    for (const Polygon& open : border.open) {
-      border.open_m2 += PolygonArea(open);
-    }
-    border.open.shrink_to_fit();
-    open_bytes_ += BytesOf(border.open);
-    ChargeWith(0, 0);
-    borders_.push_back(std::move(border));
-  }
-
   // Charges what there is, one border more, and so many bytes for a while, of
   // so many bytes of the node's covers: pieces grow with covers.
   void ChargeWith(uint64_t more_bytes, double cover_bytes) {
-    const size_t most = 2 * (borders_.size() + 1);  // it grows
+    const size_t most = 2 * (found_.All().size() + 1);  // it grows
     const double done = done_cover_bytes_ + cover_bytes;
     charge_->GrowTo(
-        open_bytes_ + most * sizeof(LeafBorder) + node_bytes_ + more_bytes,
+        most * sizeof(LeafBorder) + node_bytes_ + more_bytes,
         done / static_cast<double>(std::max<uint64_t>(all_cover_bytes_, 1)));
   }
 
@@ -322,8 +305,7 @@ class BorderFinder {
   uint64_t all_cover_bytes_;
   double done_cover_bytes_ = 0;  // of the nodes before
   GrowingCharge* charge_;
-  std::vector<LeafBorder> borders_;
-  uint64_t open_bytes_ = 0;
+  OpenBorders found_;
   uint64_t node_bytes_ = 0;  // while one is looked at
 };
 
@@ -337,20 +319,38 @@ FaceSurvey SurveyFaces(const BlockStorage& store,
   return surveyor.Finish();
 }
 
-uint64_t BytesOf(const std::vector<LeafBorder>& borders) {
-  uint64_t bytes = borders.capacity() * sizeof(LeafBorder);
-  for (const LeafBorder& border : borders) {
-    bytes += BytesOf(border.open);
+void OpenBorders::Add(LeafBorder border, const std::vector<Polygon>& open) {
+  constexpr uint64_t kNumbersBytes = 20;
+  if (borders_.empty() || borders_.back().node != border.node) {
+    node_bytes_ = 0;
   }
-  return bytes;
+  for (const Polygon& opening : open) {
+    border.open_m2 += PolygonArea(opening);
+    ByteWriter& out =
+        openings_.Append(kNumbersBytes + opening.size() * sizeof(Point3));
+    out.PutVarint(borders_.size());
+    out.PutArray(std::span<const Point3>(opening));
+    node_bytes_ += BytesOfCover(opening);
+  }
+  most_node_bytes_ = std::max(most_node_bytes_, node_bytes_);
+  borders_.push_back(border);
 }
 
-std::vector<LeafBorder> FindOpenBorders(const BlockStorage& store,
-                                        const BuiltTree& built,
-                                        const FaceSurvey& survey,
-                                        MemoryBudget& budget,
-                                        GrowingCharge& charge) {
-  BorderFinder finder(built.tree, survey, charge);
+void OpenBorders::ForEachOpening(
+    const std::function<void(const LeafBorder&, Polygon)>& visit) const {
+  openings_.Visit([&](ByteReader& in) {
+    const uint64_t border = in.GetVarint();
+    visit(borders_.at(border), in.GetArray<Point3>());
+  });
+}
+
+OpenBorders FindOpenBorders(const BlockStorage& store,
+                            const BuiltTree& built,
+                            const FaceSurvey& survey,
+                            ScratchShelf& shelf,
+                            MemoryBudget& budget,
+                            GrowingCharge& charge) {
+  BorderFinder finder(built.tree, survey, shelf, charge);
   const size_t nodes = built.tree.nodes.size();
   for (size_t first = 0; first < nodes;) {
     const uint64_t room = budget.FreeBytes() / kCoverParts;

@@ -6,8 +6,10 @@
 #include "base/block_storage.h"
 #include "base/memory.h"
 #include "partition/bsp_builder.h"
+#include "partition/scratch_list.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace enfilade {
@@ -35,22 +37,49 @@ struct LeafBorder {
   LeafId back;
   NodeId node;
   double area_m2 = 0;
-  double open_m2 = 0;         // at most area_m2
-  std::vector<Polygon> open;  // convex, facing the plane's front
+  double open_m2 = 0;  // at most area_m2
 };
 
-// What they take in memory.
-uint64_t BytesOf(const std::vector<LeafBorder>& borders);
+// The borders that are open somewhere, in the order of their nodes, and their
+// openings, of which all need not fit into memory.
+class OpenBorders {
+ public:
+  explicit OpenBorders(ScratchShelf& shelf) : openings_(shelf) {}
 
-// All borders that are open somewhere, in the order of their nodes; what they
-// take is charged as they are found. Passes over the store's faces once for as
-// many nodes as those that lie in their planes fit into a part of what is free.
-// Conservative: a point of the border is left out of `open` only if faces in
-// the plane cover it, cracks of less than kCrackM closed.
-std::vector<LeafBorder> FindOpenBorders(const BlockStorage& store,
-                                        const BuiltTree& built,
-                                        const FaceSurvey& survey,
-                                        MemoryBudget& budget,
-                                        GrowingCharge& charge);
+  [[nodiscard]] const std::vector<LeafBorder>& All() const { return borders_; }
+
+  // In memory.
+  [[nodiscard]] uint64_t Bytes() const {
+    return borders_.capacity() * sizeof(LeafBorder);
+  }
+
+  // What the openings in one node's plane take, at most.
+  [[nodiscard]] uint64_t MostBytesOfNode() const { return most_node_bytes_; }
+
+  // Sums up their area.
+  void Add(LeafBorder border, const std::vector<Polygon>& open);
+
+  // Convex, facing the plane's front; in the order of the borders.
+  void ForEachOpening(
+      const std::function<void(const LeafBorder&, Polygon)>& visit) const;
+
+ private:
+  std::vector<LeafBorder> borders_;
+  ScratchList openings_;
+  uint64_t node_bytes_ = 0;  // of the last border's node
+  uint64_t most_node_bytes_ = 0;
+};
+
+// Finds all of them; what they take is charged as they are found. Passes over
+// the store's faces once for as many nodes as those that lie in their planes
+// fit into a part of what is free. Conservative: a point of a border is no
+// opening only if faces in the plane cover it, cracks of less than kCrackM
+// closed.
+OpenBorders FindOpenBorders(const BlockStorage& store,
+                            const BuiltTree& built,
+                            const FaceSurvey& survey,
+                            ScratchShelf& shelf,
+                            MemoryBudget& budget,
+                            GrowingCharge& charge);
 
 }  // namespace enfilade

@@ -24,6 +24,7 @@ constexpr uint64_t kPortalsPerChunk = 4096;
 constexpr uint32_t kPortalBlock = 0;
 constexpr uint32_t kRegionBlock = 2;
 constexpr uint32_t kOpeningBlock = 3;
+constexpr BlockKey kRegionKey{BlockKind::kPortals, 0, kRegionBlock};
 constexpr double kMarginShare = 0.01;
 constexpr double kMarginM = 0.1;
 
@@ -88,7 +89,7 @@ class PortalWriter {
 
 // The openings between leaves, each leaf a region of its own.
 void SaveRegions(const BuiltTree& built,
-                 const std::vector<LeafBorder>& borders,
+                 const OpenBorders& borders,
                  const std::vector<CellId>& cell_of_region,
                  BlockStorage& store) {
   std::vector<CellId> itself;
@@ -103,7 +104,7 @@ void SaveRegions(const BuiltTree& built,
   ByteWriter head;
   head.PutVarint(openings.Finish());
   head.PutArray(std::span<const CellId>(cell_of_region));
-  store.Put({BlockKind::kPortals, 0, kRegionBlock}, head.View());
+  store.Put(kRegionKey, head.View());
 }
 
 void SavePartition(const Partition& partition, BlockStorage& store) {
@@ -195,6 +196,101 @@ class StageProgress {
   const PartitionOptions* options_;
 };
 
+// Splits space into convex regions and joins these into cells.
+class SpaceCutter {
+ public:
+  SpaceCutter(const SceneInfo& info,
+              const PartitionOptions& options,
+              MemoryBudget& budget,
+              BlockStorage& store)
+      : info_(&info), options_(&options), budget_(&budget), store_(&store) {}
+
+  void BuildRegions(const StageProgress& progress) {
+    ScratchShelf shelf(*store_, *budget_, "the walls while cells are found");
+    Walls walls = GatherWalls(*store_, *info_, *budget_, shelf);
+    all_split_ = walls.rules.all_split;
+    progress.Reach(0.1);
+    built_ =
+        BuildTree(BoxAround(info_->bounds), std::move(walls), shelf, *budget_);
+    shelf.Clear();
+    progress.Reach(0.4);
+  }
+
+  // Adds cells and portals to the partition, and stores the regions.
+  void JoinRegions(const StageProgress& progress,
+                   GrowingCharge& portals_charge,
+                   Partition* partition) {
+    const FaceSurvey survey = RelieveCrowdedLeaves(
+        *store_, options_->max_cell_patches, *budget_, built_);
+    built_.charge.Reset();
+    built_.charge =
+        MemoryCharge(*budget_, BytesOf(built_), "the tree of splitting planes");
+    ScratchShelf shelf(
+        *store_, *budget_, "the openings between convex regions");
+    {
+      GrowingCharge charge(*budget_, "the borders between convex regions");
+      const OpenBorders borders =
+          FindOpenBorders(*store_, built_, survey, shelf, *budget_, charge);
+      FreeVector(&built_.sections);
+      built_.charge.ShrinkTo(BytesOf(built_));
+      charge.ShrinkTo(borders.Bytes());
+      progress.Reach(0.6);
+      const LeafCells joined = Join(survey, borders.All());
+      cell_of_leaf_ = joined.cell_of_leaf;
+      partition->cells = DescribeCells(built_, joined);
+      MakePortals(borders, portals_charge, partition);
+    }
+    shelf.Clear();
+    FreeVector(&built_.leaves);
+    built_.charge.ShrinkTo(BytesOf(built_));
+    progress.Reach(0.7);
+    SaveTree(built_.tree, cell_of_leaf_, *store_);
+  }
+
+  [[nodiscard]] const BspTree& Tree() const { return built_.tree; }
+
+  [[nodiscard]] const std::vector<CellId>& CellOfLeaf() const {
+    return cell_of_leaf_;
+  }
+
+ private:
+  [[nodiscard]] LeafCells Join(const FaceSurvey& survey,
+                               const std::vector<LeafBorder>& borders) const {
+    std::vector<std::optional<SpaceId>> spaces;
+    if (!info_->spaces.empty()) {
+      spaces = SpacesOfLeaves(*store_, *info_, built_.leaves, *budget_);
+    }
+    const MemoryCharge charge(*budget_,
+                              BytesToJoin(built_.leaves.size(), borders.size()),
+                              "convex regions that are joined");
+    return JoinLeaves({built_, survey, borders, spaces, all_split_}, *options_);
+  }
+
+  void MakePortals(const OpenBorders& borders,
+                   GrowingCharge& portals_charge,
+                   Partition* partition) {
+    constexpr uint64_t kCopies = 3;  // sorted, joined, a hull
+    const MemoryCharge charge(*budget_,
+                              kCopies * borders.MostBytesOfNode(),
+                              "the openings in one plane");
+    uint64_t portal_bytes = 0;
+    ForEachPortal(built_.tree, borders, cell_of_leaf_, [&](Portal portal) {
+      portal_bytes += BytesOf(portal);
+      portals_charge.GrowTo(portal_bytes);
+      partition->portals.push_back(std::move(portal));
+    });
+    SaveRegions(built_, borders, cell_of_leaf_, *store_);
+  }
+
+  const SceneInfo* info_;
+  const PartitionOptions* options_;
+  MemoryBudget* budget_;
+  BlockStorage* store_;
+  bool all_split_ = false;
+  BuiltTree built_;
+  std::vector<CellId> cell_of_leaf_;
+};
+
 void NoteTouches(const TouchCounts& counts, std::vector<std::string>& notes) {
   const OverlapCounts& overlaps = counts.overlaps;
   if (overlaps.dropped > 0) {
@@ -225,55 +321,19 @@ Partition BuildPartition(BlockStorage& store,
                          MemoryBudget& budget) {
   const StageProgress progress(options);
   const SceneInfo info = LoadSceneInfo(store);
-  bool all_split = false;
-  BuiltTree built = [&] {
-    FragmentShelf shelf(store, budget);
-    Walls walls = GatherWalls(store, info, budget, shelf);
-    all_split = walls.rules.all_split;
-    progress.Reach(0.1);
-    BuiltTree tree =
-        BuildTree(BoxAround(info.bounds), std::move(walls), shelf, budget);
-    shelf.Clear();
-    return tree;
-  }();
-  progress.Reach(0.4);
-  const FaceSurvey survey =
-      RelieveCrowdedLeaves(store, options.max_cell_patches, budget, built);
-  built.charge.Reset();
-  built.charge =
-      MemoryCharge(budget, BytesOf(built), "the tree of splitting planes");
-  GrowingCharge borders_charge(budget, "the borders between convex regions");
-  const std::vector<LeafBorder> borders =
-      FindOpenBorders(store, built, survey, budget, borders_charge);
-  FreeVector(&built.sections);
-  built.charge.ShrinkTo(BytesOf(built));
-  // Twice: cells are joined, and portals made, by what is open.
-  borders_charge.ShrinkTo(2 * BytesOf(borders));
-  borders_charge.GrowTo(2 * BytesOf(borders));
-  progress.Reach(0.6);
-  std::vector<std::optional<SpaceId>> spaces;
-  if (!info.spaces.empty()) {
-    spaces = SpacesOfLeaves(store, info, built.leaves, budget);
-  }
-  const LeafCells joined =
-      JoinLeaves({built, survey, borders, spaces, all_split}, options);
   Partition partition;
-  partition.cells = DescribeCells(built, joined);
-  ForEachPortal(
-      built.tree, borders, joined.cell_of_leaf, [&partition](Portal portal) {
-        partition.portals.push_back(std::move(portal));
-      });
-  SaveRegions(built, borders, joined.cell_of_leaf, store);
-  progress.Reach(0.7);
-  SaveTree(built.tree, joined.cell_of_leaf, store);
+  GrowingCharge portals_charge(budget, "the doorways of the building");
+  SpaceCutter cutter(info, options, budget, store);
+  cutter.BuildRegions(progress);
+  cutter.JoinRegions(progress, portals_charge, &partition);
   const TouchCounts touches = WritePatches(
-      info, built.tree, joined.cell_of_leaf, budget, store, partition.cells);
+      info, cutter.Tree(), cutter.CellOfLeaf(), budget, store, partition.cells);
   partition.overlap_m2 = touches.overlaps.area_m2;
   NoteTouches(touches, partition.notes);
   partition.notes.push_back(
       fmt::format("split into {} convex regions, joined into {} cells with {} "
                   "portals",
-                  built.leaves.size(),
+                  cutter.Tree().leaf_count,
                   partition.cells.size(),
                   partition.portals.size()));
   SavePartition(partition, store);
@@ -336,18 +396,21 @@ uint64_t BytesOf(const Portal& portal) {
          portal.vertices.size() * sizeof(Point3);
 }
 
-std::optional<Regions> LoadRegions(
-    const BlockStorage& store, const std::function<void(uint64_t)>& reserve) {
-  const auto block = store.Get({BlockKind::kPortals, 0, kRegionBlock});
+std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store) {
+  const auto block = store.Get(kRegionKey);
   if (!block) {
     return std::nullopt;
   }
   ByteReader head(*block);
-  Regions regions;
-  const uint64_t openings = head.GetVarint();
-  regions.cell_of = head.GetArray<CellId>();
-  regions.openings = LoadPortals(store, kOpeningBlock, openings, reserve);
-  return regions;
+  head.GetVarint();  // openings
+  return head.GetArray<CellId>();
+}
+
+void ForEachOpening(const BlockStorage& store,
+                    const std::function<void(const Portal&)>& visit) {
+  const Bytes block = store.GetOrThrow(kRegionKey);
+  const uint64_t openings = ByteReader(block).GetVarint();
+  VisitPortals(store, kOpeningBlock, openings, {}, visit);
 }
 
 }  // namespace enfilade

@@ -62,14 +62,6 @@ struct Partition {
   std::vector<std::string> notes;
 };
 
-// The convex regions that the cells are joined of, and every opening between
-// two of them, those inside a cell included: `front` and `back` of a Portal
-// here count regions.
-struct Regions {
-  std::vector<CellId> cell_of;  // indexed by region
-  std::vector<Portal> openings;
-};
-
 // Reads the store's scene; writes kCellPatches blocks, kPortals chunks and a
 // meta entry. Deterministic: depends on scene and options only.
 Partition BuildPartition(BlockStorage& store,
@@ -99,10 +91,13 @@ Partition LoadPartition(
     const BlockStorage& store,
     const std::function<void(uint64_t bytes)>& reserve = {});
 
-// The regions of a partition that BuildPartition has stored; nullopt if the
-// store has none.
-std::optional<Regions> LoadRegions(
-    const BlockStorage& store,
-    const std::function<void(uint64_t bytes)>& reserve = {});
+// The cell of each convex region that the cells are joined of, of a partition
+// that BuildPartition has stored; nullopt if the store has none.
+std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store);
+
+// Every opening between two of these regions, those inside a cell included:
+// `front` and `back` of a Portal here count regions.
+void ForEachOpening(const BlockStorage& store,
+                    const std::function<void(const Portal&)>& visit);
 
 }  // namespace enfilade

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <span>
 #include <utility>
 
 namespace enfilade {
@@ -95,47 +94,60 @@ class OpeningJoiner {
 // The openings of one node, by the cells in front and behind.
 using NodeOpenings = std::map<std::pair<CellId, CellId>, std::vector<Opening2>>;
 
-NodeOpenings OpeningsOf(std::span<const LeafBorder> borders,
-                        const std::vector<CellId>& cell_of_leaf) {
-  NodeOpenings openings;
-  for (const LeafBorder& border : borders) {
-    const CellId front = cell_of_leaf[border.front.Index()];
-    const CellId back = cell_of_leaf[border.back.Index()];
+// Takes openings in the order of their nodes, and makes portals of those of one
+// node after the other.
+class PortalMaker {
+ public:
+  PortalMaker(const BspTree& tree,
+              const std::vector<CellId>& cell_of_leaf,
+              const std::function<void(Portal)>& visit)
+      : tree_(&tree), cell_of_leaf_(&cell_of_leaf), visit_(&visit) {}
+
+  void Add(const LeafBorder& border, Polygon opening) {
+    if (border.node != node_) {
+      ENFILADE_CHECK(node_ < border.node,
+                     "borders come in the order of their nodes");
+      FinishNode();
+      node_ = border.node;
+    }
+    const CellId front = (*cell_of_leaf_)[border.front.Index()];
+    const CellId back = (*cell_of_leaf_)[border.back.Index()];
     if (front != back) {
-      auto& of_pair = openings[{front, back}];
-      for (const Polygon& polygon : border.open) {
-        of_pair.push_back(
-            {.polygon = polygon, .area_m2 = PolygonArea(polygon)});
-      }
+      const double area_m2 = PolygonArea(opening);
+      openings_[{front, back}].push_back(
+          {.polygon = std::move(opening), .area_m2 = area_m2});
     }
   }
-  return openings;
-}
+
+  void FinishNode() {
+    for (auto& [cells, openings] : openings_) {
+      OpeningJoiner(tree_->nodes[node_.Index()].plane.normal, &openings).Run();
+      for (Opening2& opening : openings) {
+        (*visit_)({cells.first, cells.second, std::move(opening.polygon)});
+      }
+    }
+    openings_.clear();
+  }
+
+ private:
+  const BspTree* tree_;
+  const std::vector<CellId>* cell_of_leaf_;
+  const std::function<void(Portal)>* visit_;
+  NodeId node_{0U};
+  NodeOpenings openings_;  // of that node
+};
 
 }  // namespace
 
 void ForEachPortal(const BspTree& tree,
-                   const std::vector<LeafBorder>& borders,
+                   const OpenBorders& borders,
                    const std::vector<CellId>& cell_of_leaf,
                    const std::function<void(Portal)>& visit) {
-  for (size_t first = 0; first < borders.size();) {
-    const NodeId node = borders[first].node;
-    size_t end = first;
-    while (end < borders.size() && borders[end].node == node) {
-      ++end;
-    }
-    ENFILADE_CHECK(end == borders.size() || node < borders[end].node,
-                   "borders come in the order of their nodes");
-    const Vec3& normal = tree.nodes[node.Index()].plane.normal;
-    for (auto& [cells, openings] : OpeningsOf(
-             std::span(borders).subspan(first, end - first), cell_of_leaf)) {
-      OpeningJoiner(normal, &openings).Run();
-      for (Opening2& opening : openings) {
-        visit({cells.first, cells.second, std::move(opening.polygon)});
-      }
-    }
-    first = end;
-  }
+  PortalMaker maker(tree, cell_of_leaf, visit);
+  borders.ForEachOpening([&maker](const LeafBorder& border, Polygon opening) {
+    maker.Add(border, std::move(opening));
+  });
+  maker.FinishNode();
 }
 
 }  // namespace enfilade

@@ -14,10 +14,11 @@ namespace enfilade {
 // Openings of one plane between the same two cells are joined where their
 // convex hull is hardly larger than they are, so that an opening that the tree
 // or its neighbours' outlines have cut up is one portal again. Covers every
-// open border between different cells. Requires the borders in the order of
-// their nodes; the portals come in that order, then by their cells.
+// open border between different cells. The portals come in the order of the
+// borders' nodes, then by their cells. Takes OpenBorders::MostBytesOfNode() a
+// few times over.
 void ForEachPortal(const BspTree& tree,
-                   const std::vector<LeafBorder>& borders,
+                   const OpenBorders& borders,
                    const std::vector<CellId>& cell_of_leaf,
                    const std::function<void(Portal)>& visit);
 

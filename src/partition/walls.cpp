@@ -123,7 +123,7 @@ class WallReader {
 Walls GatherWalls(const BlockStorage& store,
                   const SceneInfo& info,
                   MemoryBudget& budget,
-                  FragmentShelf& shelf) {
+                  ScratchShelf& shelf) {
   Walls walls{FragmentList(shelf), {}};
   walls.rules.all_split = info.gbxml.has_value() || !info.spaces.empty();
   WallReader reader(store, info);

@@ -28,6 +28,6 @@ struct Walls {
 Walls GatherWalls(const BlockStorage& store,
                   const SceneInfo& info,
                   MemoryBudget& budget,
-                  FragmentShelf& shelf);
+                  ScratchShelf& shelf);
 
 }  // namespace enfilade

@@ -216,7 +216,7 @@ void BeamFlood::Reach(const Doorway& door,
     region.insert(region.end(), node.region.begin(), node.region.end());
     node.region = ConvexHull(region, door.plane.normal);
     if (node.region.size() < 3 || ++node.growths >= kMostGrowths) {
-      node.region = door.polygon;
+      node.region = door.polygon.Copy();
     }
   }
   Wait(number);
@@ -307,7 +307,7 @@ void BeamFlood::LookThrough(uint32_t number) {
 }
 
 bool BeamFlood::FindPart(const Doorway& next) {
-  part_ = next.polygon;
+  part_.assign(next.polygon.begin(), next.polygon.end());
   for (const DoorPlane& plane : planes_) {
     if (plane.Beyond(next.center) > next.radius) {
       continue;  // holds all of it
@@ -339,7 +339,7 @@ Box3 BeamFlood::PartOf(const Box3& bounds) const {
 bool BeamFlood::Run(const DoorwayGroup& firsts, ReachedParts* reached) {
   Begin(firsts);
   for (const Doorway* first : firsts) {
-    Reach(*first, first->polygon, kNone);
+    Reach(*first, first->polygon.Copy(), kNone);
     nodes_.back().is_first = true;
   }
   uint64_t tests = 0;
@@ -358,7 +358,7 @@ bool BeamFlood::Run(const DoorwayGroup& firsts, ReachedParts* reached) {
     reached->Add(cell, PartOf(reached->BoundsOf(cell)));
     for (const Doorway* next : ahead_) {
       if (FindPart(*next)) {
-        Reach(*next, next->is_sliver ? next->polygon : part_, number);
+        Reach(*next, next->is_sliver ? next->polygon.Copy() : part_, number);
       }
     }
   }

@@ -129,7 +129,7 @@ class Explorer {
 
   Exploration Run(uint32_t max_steps, MemoryBudget& budget) {
     Exploration result;
-    const auto& doors = graph_->Doorways(source_);
+    const auto doors = graph_->Doorways(source_);
     path_ = {seen_.NumberOf(source_)};
     seen_.Add(source_, path_);
     const uint64_t share =
@@ -137,7 +137,7 @@ class Explorer {
     for (const Doorway& first : doors) {
       steps_left_ = share;
       is_spent_ = false;
-      Walk(first, {first.polygon, std::nullopt});
+      Walk(first, {first.polygon.Copy(), std::nullopt});
       result.steps += share - steps_left_;
       result.budget_spent = result.budget_spent || is_spent_;
     }
@@ -178,7 +178,7 @@ class Explorer {
   // only if none can, or the steps are spent.
   std::optional<NextStep> Stab(const Doorway& next,
                                const std::optional<PluckerRow>& witness) {
-    NextStep step{next.polygon, witness};
+    NextStep step{next.polygon.Copy(), witness};
     if (!IsAhead(next, step.polygon)) {
       return std::nullopt;
     }

@@ -1,8 +1,7 @@
 #include "visibility/portal_graph.h"
 
-#include "base/memory.h"
-
 #include <algorithm>
+#include <numeric>
 
 namespace enfilade {
 namespace {
@@ -15,15 +14,17 @@ constexpr double kLeastAheadMetres = 1e-6;
 // Edge rows mix directions and moments: in this unit both are of order one.
 constexpr double kRowUnitMetres = 8;
 
-Doorway MakeDoorway(PortalId id, CellId to, std::vector<Point3> polygon) {
+Doorway MakeDoorway(PortalId id, CellId to, const Outline& polygon) {
   Doorway door;
   door.portal = id;
   door.to = to;
-  const Vec3 area = AreaVector(polygon);
+  door.polygon = polygon;
+  const std::vector<Point3> vertices = polygon.Copy();
+  const Vec3 area = AreaVector(vertices);
   double longest = 0;
   Box3 bounds;
-  for (const Point3 p : polygon) {
-    longest = std::max(longest, Length(p - polygon.front()));
+  for (const Point3 p : vertices) {
+    longest = std::max(longest, Length(p - vertices.front()));
     bounds.Include(p);
   }
   door.center = bounds.Center();
@@ -32,67 +33,71 @@ Doorway MakeDoorway(PortalId id, CellId to, std::vector<Point3> polygon) {
   if (!door.is_sliver) {
     door.plane.normal = Normalize(area);
     Vec3 sum;
-    for (const Point3 p : polygon) {
+    for (const Point3 p : vertices) {
       sum = sum + (p - Point3{});
     }
     door.plane.offset =
-        Dot(door.plane.normal, sum) / static_cast<double>(polygon.size());
+        Dot(door.plane.normal, sum) / static_cast<double>(vertices.size());
   }
-  door.polygon = std::move(polygon);
   return door;
+}
+
+// Others lead nowhere.
+bool IsDoor(const Portal& portal) {
+  return portal.front != portal.back && !portal.vertices.empty();
 }
 
 }  // namespace
 
+PortalGraph::PortalGraph(size_t cells,
+                         const PortalSource& portals,
+                         MemoryBudget& budget,
+                         double share) {
+  first_.resize(cells + 1);
+  Count(portals);
+  const uint64_t bytes = first_.size() * sizeof(uint32_t) +
+                         uint64_t{first_.back()} * sizeof(Doorway) +
+                         point_count_ * sizeof(Point3);
+  charge_ = MemoryCharge(
+      budget, bytes, "the doorways of the building", ComingBytes(bytes, share));
+  doorways_.resize(first_.back());
+  points_.reserve(point_count_);
+  Fill(portals);
+}
+
+// Finds where the doorways of each cell begin.
+void PortalGraph::Count(const PortalSource& portals) {
+  portals([this](const Portal& portal) {
+    if (IsDoor(portal)) {
+      ++first_[portal.front.Index() + 1];
+      ++first_[portal.back.Index() + 1];
+      point_count_ += portal.vertices.size();
+    }
+  });
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+}
+
 // A line from front to back runs against the normal of the vertices' order.
-PortalGraph::PortalGraph(size_t cells, const std::vector<Portal>& portals)
-    : doorways_(cells) {
-  // What grows would take twice as much.
-  std::vector<size_t> counts(cells);
-  for (const Portal& portal : portals) {
-    ++counts[portal.front.Index()];
-    ++counts[portal.back.Index()];
-  }
-  for (size_t i = 0; i < cells; ++i) {
-    doorways_[i].reserve(counts[i]);
-  }
-  for (size_t i = 0; i < portals.size(); ++i) {
-    const Portal& portal = portals[i];
-    if (portal.front == portal.back || portal.vertices.empty()) {
-      continue;
+void PortalGraph::Fill(const PortalSource& portals) {
+  std::vector<uint32_t> next = first_;
+  uint32_t portal_number = 0;
+  uint32_t doorway_number = 0;
+  portals([&](const Portal& portal) {
+    const PortalId id(portal_number++);
+    if (!IsDoor(portal)) {
+      return;
     }
-    const std::vector<Point3>& forward = portal.vertices;
-    const std::vector<Point3> reverse(forward.rbegin(), forward.rend());
+    const size_t begin = points_.size();
+    points_.insert(
+        points_.end(), portal.vertices.begin(), portal.vertices.end());
+    const auto vertices = std::span<const Point3>(points_).subspan(begin);
     const auto add = [&](CellId from, Doorway door) {
-      door.index = static_cast<uint32_t>(doorway_count_++);
-      doorways_[from.Index()].push_back(std::move(door));
+      door.index = doorway_number++;
+      doorways_[next[from.Index()]++] = door;
     };
-    add(portal.front, MakeDoorway(PortalId(i), portal.back, reverse));
-    add(portal.back, MakeDoorway(PortalId(i), portal.front, forward));
-  }
-}
-
-uint64_t PortalGraph::SizeBytes() const {
-  uint64_t bytes = doorways_.capacity() * sizeof(std::vector<Doorway>);
-  for (const std::vector<Doorway>& out : doorways_) {
-    bytes += out.capacity() * sizeof(Doorway) + kAllocationHeaderBytes;
-    for (const Doorway& door : out) {
-      bytes +=
-          door.polygon.capacity() * sizeof(Point3) + kAllocationHeaderBytes;
-    }
-  }
-  return bytes;
-}
-
-uint64_t PortalGraph::MostBytes(size_t cells,
-                                const std::vector<Portal>& portals) {
-  uint64_t bytes = cells * (sizeof(std::vector<Doorway>) + sizeof(size_t) +
-                            kAllocationHeaderBytes);
-  for (const Portal& portal : portals) {
-    bytes += 2 * (sizeof(Doorway) + kAllocationHeaderBytes +
-                  portal.vertices.size() * sizeof(Point3));
-  }
-  return bytes;
+    add(portal.front, MakeDoorway(id, portal.back, Outline::Reverse(vertices)));
+    add(portal.back, MakeDoorway(id, portal.front, Outline::Forward(vertices)));
+  });
 }
 
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
@@ -133,7 +138,7 @@ bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane) {
   });
 }
 
-bool ReachesBeyond(const std::vector<Point3>& polygon, const DoorPlane& plane) {
+bool ReachesBeyond(const Outline& polygon, const DoorPlane& plane) {
   return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
     return plane.Beyond(p) > kLeastAheadMetres;
   });

@@ -4,11 +4,16 @@
 #pragma once
 
 #include "base/ids.h"
+#include "base/memory.h"
 #include "base/vec.h"
 #include "partition/partition.h"
 #include "visibility/cone.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <iterator>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -30,41 +35,119 @@ struct DoorPlane {
   }
 };
 
+// The vertices of a portal, in their order or against it. Borrows them.
+class Outline {
+ public:
+  class Iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = Point3;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const Point3*;
+    using reference = const Point3&;
+
+    Iterator() = default;
+
+    Iterator(const Point3* at, std::ptrdiff_t step) : at_(at), step_(step) {}
+
+    const Point3& operator*() const { return *at_; }
+
+    Iterator& operator++() {
+      at_ += step_;
+      return *this;
+    }
+
+    Iterator operator++(int) {
+      const Iterator before = *this;
+      at_ += step_;
+      return before;
+    }
+
+    friend bool operator==(const Iterator& a, const Iterator& b) {
+      return a.at_ == b.at_;
+    }
+
+   private:
+    const Point3* at_ = nullptr;
+    std::ptrdiff_t step_ = 1;
+  };
+
+  Outline() = default;
+
+  static Outline Forward(std::span<const Point3> vertices) {
+    return {vertices.data(), vertices.size(), 1};
+  }
+
+  // Requires that there are any.
+  static Outline Reverse(std::span<const Point3> vertices) {
+    return {&vertices.back(), vertices.size(), -1};
+  }
+
+  [[nodiscard]] Iterator begin() const { return {first_, step_}; }
+
+  [[nodiscard]] Iterator end() const {
+    return {first_ + step_ * static_cast<std::ptrdiff_t>(count_), step_};
+  }
+
+  [[nodiscard]] std::vector<Point3> Copy() const { return {begin(), end()}; }
+
+ private:
+  Outline(const Point3* first, size_t count, int32_t step)
+      : first_(first), count_(static_cast<uint32_t>(count)), step_(step) {}
+
+  const Point3* first_ = nullptr;
+  uint32_t count_ = 0;
+  int32_t step_ = 1;
+};
+
 // One direction through a portal: its vertices run counter-clockwise around
 // the direction of passing, which is the plane's normal.
 struct Doorway {
   PortalId portal;
   uint32_t index = 0;  // among all doorways of the graph
   CellId to;
-  std::vector<Point3> polygon;
+  // Too thin for a normal: lines pass it wherever they like.
+  bool is_sliver = false;
+  Outline polygon;
   Point3 center;  // of a ball around the polygon
   double radius = 0;
   DoorPlane plane;
-  // Too thin for a normal: lines pass it wherever they like.
-  bool is_sliver = false;
 };
+
+// Calls its argument for each of some portals, always the same ones.
+using PortalSource =
+    std::function<void(const std::function<void(const Portal&)>&)>;
 
 class PortalGraph {
  public:
-  // Of so many cells, or of regions and their openings.
-  PortalGraph(size_t cells, const std::vector<Portal>& portals);
+  // Of so many cells, or of regions and their openings. Goes through the
+  // portals twice; what it takes is charged, as a `share` of what is to come.
+  // Throws DoesNotFitError.
+  PortalGraph(size_t cells,
+              const PortalSource& portals,
+              MemoryBudget& budget,
+              double share = 1);
 
-  [[nodiscard]] size_t CellCount() const { return doorways_.size(); }
+  [[nodiscard]] size_t CellCount() const { return first_.size() - 1; }
 
-  [[nodiscard]] size_t DoorwayCount() const { return doorway_count_; }
-
-  // What it takes in memory; and at most, while it is made of these.
-  [[nodiscard]] uint64_t SizeBytes() const;
-  static uint64_t MostBytes(size_t cells, const std::vector<Portal>& portals);
+  [[nodiscard]] size_t DoorwayCount() const { return doorways_.size(); }
 
   // Out of a cell, by portal.
-  [[nodiscard]] const std::vector<Doorway>& Doorways(CellId cell) const {
-    return doorways_[cell.Index()];
+  [[nodiscard]] std::span<const Doorway> Doorways(CellId cell) const {
+    const size_t first = first_[cell.Index()];
+    return std::span(doorways_).subspan(first,
+                                        first_[cell.Index() + 1] - first);
   }
 
  private:
-  std::vector<std::vector<Doorway>> doorways_;  // indexed by CellId
-  size_t doorway_count_ = 0;
+  void Count(const PortalSource& portals);
+  void Fill(const PortalSource& portals);
+
+  MemoryCharge charge_;
+  std::vector<uint32_t> first_;    // by cell, and one behind the last
+  std::vector<Doorway> doorways_;  // by the cell that they lead out of
+  std::vector<Point3> points_;     // of all portals
+  uint64_t point_count_ = 0;
 };
 
 // The part of a convex polygon beyond the plane, kept a tolerance too large;
@@ -81,7 +164,7 @@ void ClipBeyondInto(const std::vector<Point3>& polygon,
 bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane);
 
 // Likewise beyond it.
-bool ReachesBeyond(const std::vector<Point3>& polygon, const DoorPlane& plane);
+bool ReachesBeyond(const Outline& polygon, const DoorPlane& plane);
 
 // Appends the rows that a line through the polygon satisfies, the polygon
 // enlarged by the tolerance. Coordinates are taken relative to `origin` and

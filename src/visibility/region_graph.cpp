@@ -9,6 +9,8 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostGroups = 12;
+// Of what visibility takes, about: the cells' graph and the floods come.
+constexpr double kShareOfOpenings = 0.5;
 
 // By the axis that is nearest to the doorway's normal, and its sign.
 size_t DirectionClass(const Doorway& door) {
@@ -84,9 +86,17 @@ std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways) {
   return groups;
 }
 
-RegionGraph::RegionGraph(size_t cells, const Regions& regions)
-    : graph_(regions.cell_of.size(), regions.openings),
-      cell_of_(regions.cell_of),
+RegionGraph::RegionGraph(size_t cells,
+                         std::vector<CellId> cell_of,
+                         const PortalSource& openings,
+                         MemoryBudget& budget)
+    : charge_(
+          budget,
+          cell_of.size() * 3 * sizeof(CellId) +
+              cells * (sizeof(std::vector<CellId>) + kAllocationHeaderBytes),
+          "the convex regions of the building"),
+      graph_(cell_of.size(), openings, budget, kShareOfOpenings),
+      cell_of_(std::move(cell_of)),
       regions_(cells) {
   for (size_t i = 0; i < cell_of_.size(); ++i) {
     regions_[cell_of_[i].Index()].emplace_back(i);

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "base/ids.h"
+#include "base/memory.h"
 #include "base/vec.h"
-#include "partition/partition.h"
 #include "visibility/portal_graph.h"
 
 #include <vector>
@@ -19,7 +19,11 @@ using DoorwayGroup = std::vector<const Doorway*>;
 // The building at the level of convex regions, many of which may be one cell.
 class RegionGraph {
  public:
-  RegionGraph(size_t cells, const Regions& regions);
+  // `cell_of`: by region. What it takes is charged.
+  RegionGraph(size_t cells,
+              std::vector<CellId> cell_of,
+              const PortalSource& openings,
+              MemoryBudget& budget);
 
   [[nodiscard]] const PortalGraph& Graph() const { return graph_; }
 
@@ -31,6 +35,7 @@ class RegionGraph {
   [[nodiscard]] DoorwayGroup DoorwaysOut(CellId cell) const;
 
  private:
+  MemoryCharge charge_;  // of what is beside the graph
   PortalGraph graph_;
   std::vector<CellId> cell_of_;               // by region
   std::vector<std::vector<CellId>> regions_;  // by cell

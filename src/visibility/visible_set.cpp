@@ -8,9 +8,9 @@
 #include "visibility/set_agreement.h"
 
 #include <algorithm>
-#include <optional>
+#include <functional>
 #include <sstream>
-#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -19,32 +19,31 @@ namespace {
 
 constexpr const char* kSummaryMeta = "visibility";
 constexpr size_t kMostExploredAtOnce = 8;  // cells
-constexpr std::string_view kDoorways = "the doorways of the building";
 
-// Without regions in the store every cell is one. What it takes is charged.
+PortalSource PortalsOf(const Partition& partition) {
+  return [&partition](const std::function<void(const Portal&)>& visit) {
+    std::for_each(partition.portals.begin(), partition.portals.end(), visit);
+  };
+}
+
+// Without regions in the store every cell is one.
 RegionGraph RegionGraphOf(const Partition& partition,
                           const BlockStorage& store,
-                          GrowingCharge* charge) {
+                          MemoryBudget& budget) {
   const size_t cells = partition.cells.size();
-  uint64_t openings_bytes = 0;
-  std::optional<Regions> regions = LoadRegions(store, [&](uint64_t bytes) {
-    openings_bytes = bytes;
-    charge->GrowTo(bytes, kShareOfPortals);
-  });
-  if (!regions) {
-    regions.emplace();
-    for (size_t i = 0; i < cells; ++i) {
-      regions->cell_of.emplace_back(i);
-    }
-    regions->openings = partition.portals;
+  if (auto cell_of = LoadRegionCells(store)) {
+    return {cells,
+            std::move(*cell_of),
+            [&store](const std::function<void(const Portal&)>& visit) {
+              ForEachOpening(store, visit);
+            },
+            budget};
   }
-  charge->GrowTo(
-      openings_bytes +
-          PortalGraph::MostBytes(regions->cell_of.size(), regions->openings),
-      0.5);  // the cells' is to come
-  RegionGraph graph(cells, *regions);
-  charge->ShrinkTo(graph.Graph().SizeBytes());
-  return graph;
+  std::vector<CellId> itself;
+  for (size_t i = 0; i < cells; ++i) {
+    itself.emplace_back(i);
+  }
+  return {cells, std::move(itself), PortalsOf(partition), budget};
 }
 
 // What exploring a cell may take in memory.
@@ -70,10 +69,7 @@ uint64_t ExploreAll(const Partition& partition,
                     MemoryBudget& budget,
                     SetAgreement& sets) {
   const size_t count = partition.cells.size();
-  MemoryCharge of_graph(
-      budget, PortalGraph::MostBytes(count, partition.portals), kDoorways);
-  const PortalGraph graph(count, partition.portals);
-  of_graph.ShrinkTo(graph.SizeBytes());
+  const PortalGraph graph(count, PortalsOf(partition), budget);
   const uint64_t bytes_each =
       ExplorationBytes(count, regions, options.max_steps_per_cell);
   const size_t at_once = CellsAtOnce(bytes_each, budget);
@@ -119,15 +115,12 @@ VisibilitySummary BuildVisibleSets(const Partition& partition,
   store.EraseAll(BlockKind::kScratch);
   VisibilitySummary summary;
   SetAgreement sets(partition, budget, store);
-  {
-    GrowingCharge of_regions(budget, kDoorways);
-    summary.budget_spent_cells =
-        ExploreAll(partition,
-                   RegionGraphOf(partition, store, &of_regions),
-                   options,
-                   budget,
-                   sets);
-  }
+  summary.budget_spent_cells =
+      ExploreAll(partition,
+                 RegionGraphOf(partition, store, budget),
+                 options,
+                 budget,
+                 sets);
   sets.Agree();
   for (size_t i = 0; i < partition.cells.size(); ++i) {
     summary.visible_pairs += sets.Finish(CellId(i));

@@ -38,7 +38,7 @@ class FragmentLists : public ::testing::TestWithParam<uint64_t> {
   FragmentLists()
       : store_(CreateStoreInMemory()),
         budget_(GetParam()),
-        shelf_(*store_, budget_) {}
+        shelf_(*store_, budget_, "walls") {}
 
   FragmentList Filled() {
     FragmentList list(shelf_);
@@ -50,7 +50,7 @@ class FragmentLists : public ::testing::TestWithParam<uint64_t> {
 
   std::unique_ptr<BlockStorage> store_;
   MemoryBudget budget_;
-  FragmentShelf shelf_;
+  ScratchShelf shelf_;
 };
 
 TEST_P(FragmentLists, AreVisitedInTheirOrderAsOftenAsAsked) {
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Budgets,
 TEST(FragmentLists, BeyondTheirShareTheyWaitInTheStore) {
   const auto store = CreateStoreInMemory();
   MemoryBudget budget(uint64_t{1} << 20);
-  FragmentShelf shelf(*store, budget);
+  ScratchShelf shelf(*store, budget, "walls");
   {
     FragmentList list(shelf);
     for (uint32_t i = 0; i < kCount; ++i) {

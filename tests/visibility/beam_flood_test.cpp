@@ -4,7 +4,9 @@
 #include "base/memory.h"
 #include "visibility/set_agreement.h"
 
+#include <algorithm>
 #include <array>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -25,9 +27,21 @@ Box3 Between(double x0, double x1) {
   return {{x0, -10, 0}, {x1, 20, 1}};
 }
 
+struct Regions {
+  std::vector<CellId> cell_of;
+  std::vector<Portal> openings;
+};
+
 // What is seen out of cell 0 of so many cells.
 ReachedParts SeenOf(const Regions& regions, std::vector<Box3> bounds) {
-  const RegionGraph graph(bounds.size(), regions);
+  MemoryBudget budget(1U << 30);
+  const RegionGraph graph(
+      bounds.size(),
+      regions.cell_of,
+      [&regions](const std::function<void(const Portal&)>& visit) {
+        std::for_each(regions.openings.begin(), regions.openings.end(), visit);
+      },
+      budget);
   ReachedParts reached(std::move(bounds));
   BeamFlood flood(graph);
   EXPECT_TRUE(flood.Run(graph.DoorwaysOut(CellId(0U)), &reached));
@@ -187,10 +201,12 @@ TEST(BeamFlood, ACellWithoutAPartIsNotReached) {
 
 TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
   std::vector<Doorway> doors(40);
+  std::vector<std::vector<Point3>> polygons(doors.size());
   DoorwayGroup all;
   for (size_t i = 0; i < doors.size(); ++i) {
     const double x = static_cast<double>(i);
-    doors[i].polygon = Across(x, 0, 1);
+    polygons[i] = Across(x, 0, 1);
+    doors[i].polygon = Outline::Forward(polygons[i]);
     doors[i].center = {x, 0.5, 0.5};
     doors[i].plane.normal = {i % 2 == 0 ? 1.0 : -1.0, 0, 0};
     all.push_back(&doors[i]);
