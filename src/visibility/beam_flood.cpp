@@ -167,7 +167,7 @@ void BeamFlood::Begin(const DoorwayGroup& firsts) {
   source_.clear();
   source_bounds_ = BoundsOf(firsts);
   for (const Doorway* first : firsts) {
-    source_.insert(source_.end(), first->polygon.begin(), first->polygon.end());
+    first->polygon.CopyTo(source_);
   }
   if (source_.size() > kMostSourcePoints) {
     source_ = CornersOf(source_bounds_);
@@ -307,7 +307,8 @@ void BeamFlood::LookThrough(uint32_t number) {
 }
 
 bool BeamFlood::FindPart(const Doorway& next) {
-  part_.assign(next.polygon.begin(), next.polygon.end());
+  part_.clear();
+  next.polygon.CopyTo(part_);
   for (const DoorPlane& plane : planes_) {
     if (plane.Beyond(next.center) > next.radius) {
       continue;  // holds all of it

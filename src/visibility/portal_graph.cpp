@@ -49,6 +49,19 @@ bool IsDoor(const Portal& portal) {
 
 }  // namespace
 
+void Outline::CopyTo(std::vector<Point3>& vertices) const {
+  for (size_t i = 0; i < Size(); ++i) {
+    vertices.push_back((*this)[i]);
+  }
+}
+
+std::vector<Point3> Outline::Copy() const {
+  std::vector<Point3> vertices;
+  vertices.reserve(Size());
+  CopyTo(vertices);
+  return vertices;
+}
+
 PortalGraph::PortalGraph(size_t cells,
                          const PortalSource& portals,
                          MemoryBudget& budget,
@@ -139,9 +152,12 @@ bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane) {
 }
 
 bool ReachesBeyond(const Outline& polygon, const DoorPlane& plane) {
-  return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
-    return plane.Beyond(p) > kLeastAheadMetres;
-  });
+  for (size_t i = 0; i < polygon.Size(); ++i) {
+    if (plane.Beyond(polygon[i]) > kLeastAheadMetres) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void AppendEdgeRows(const std::vector<Point3>& polygon,

@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <span>
 #include <vector>
 
@@ -38,40 +37,6 @@ struct DoorPlane {
 // The vertices of a portal, in their order or against it. Borrows them.
 class Outline {
  public:
-  class Iterator {
-   public:
-    using iterator_category = std::forward_iterator_tag;
-    using value_type = Point3;
-    using difference_type = std::ptrdiff_t;
-    using pointer = const Point3*;
-    using reference = const Point3&;
-
-    Iterator() = default;
-
-    Iterator(const Point3* at, std::ptrdiff_t step) : at_(at), step_(step) {}
-
-    const Point3& operator*() const { return *at_; }
-
-    Iterator& operator++() {
-      at_ += step_;
-      return *this;
-    }
-
-    Iterator operator++(int) {
-      const Iterator before = *this;
-      at_ += step_;
-      return before;
-    }
-
-    friend bool operator==(const Iterator& a, const Iterator& b) {
-      return a.at_ == b.at_;
-    }
-
-   private:
-    const Point3* at_ = nullptr;
-    std::ptrdiff_t step_ = 1;
-  };
-
   Outline() = default;
 
   static Outline Forward(std::span<const Point3> vertices) {
@@ -83,13 +48,16 @@ class Outline {
     return {&vertices.back(), vertices.size(), -1};
   }
 
-  [[nodiscard]] Iterator begin() const { return {first_, step_}; }
+  [[nodiscard]] size_t Size() const { return count_; }
 
-  [[nodiscard]] Iterator end() const {
-    return {first_ + step_ * static_cast<std::ptrdiff_t>(count_), step_};
+  [[nodiscard]] const Point3& operator[](size_t i) const {
+    return first_[step_ * static_cast<std::ptrdiff_t>(i)];
   }
 
-  [[nodiscard]] std::vector<Point3> Copy() const { return {begin(), end()}; }
+  // Appends the vertices.
+  void CopyTo(std::vector<Point3>& vertices) const;
+
+  [[nodiscard]] std::vector<Point3> Copy() const;
 
  private:
   Outline(const Point3* first, size_t count, int32_t step)

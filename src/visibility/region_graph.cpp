@@ -44,8 +44,8 @@ DoorwayGroup SplitOff(DoorwayGroup& group) {
 Box3 BoundsOf(const DoorwayGroup& group) {
   Box3 bounds;
   for (const Doorway* door : group) {
-    for (const Point3 p : door->polygon) {
-      bounds.Include(p);
+    for (size_t i = 0; i < door->polygon.Size(); ++i) {
+      bounds.Include(door->polygon[i]);
     }
   }
   return bounds;

@@ -199,6 +199,38 @@ TEST(BeamFlood, ACellWithoutAPartIsNotReached) {
   EXPECT_FALSE(is_reached(2.1));
 }
 
+TEST(Doorways, LeadBothWaysThroughAPortal) {
+  const std::vector<Portal> portals = {
+      {CellId(1U), CellId(0U), Across(1, 0, 1)},
+      {CellId(1U), CellId(1U), Across(2, 0, 1)},  // leads nowhere
+      {CellId(1U), CellId(2U), Across(3, 0, 2)}};
+  MemoryBudget budget(1U << 20);
+  {
+    const PortalGraph graph(
+        3,
+        [&portals](const std::function<void(const Portal&)>& visit) {
+          std::for_each(portals.begin(), portals.end(), visit);
+        },
+        budget);
+    EXPECT_GE(budget.UsedBytes(), 4 * sizeof(Doorway) + 8 * sizeof(Point3));
+    EXPECT_EQ(graph.DoorwayCount(), 4U);
+    ASSERT_EQ(graph.Doorways(CellId(1U)).size(), 2U);
+    ASSERT_EQ(graph.Doorways(CellId(2U)).size(), 1U);
+    const Doorway& there = graph.Doorways(CellId(1U))[1];
+    const Doorway& back = graph.Doorways(CellId(2U))[0];
+    EXPECT_EQ(there.to, CellId(2U));
+    EXPECT_EQ(back.to, CellId(1U));
+    EXPECT_EQ(there.portal, back.portal);
+    EXPECT_NE(there.index, back.index);
+    EXPECT_EQ(there.plane.normal, -back.plane.normal);
+    std::vector<Point3> vertices = there.polygon.Copy();
+    EXPECT_EQ(AreaVector(vertices), there.plane.normal * 2);
+    std::reverse(vertices.begin(), vertices.end());
+    EXPECT_EQ(back.polygon.Copy(), vertices);
+  }
+  EXPECT_EQ(budget.UsedBytes(), 0U);
+}
+
 TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
   std::vector<Doorway> doors(40);
   std::vector<std::vector<Point3>> polygons(doors.size());
