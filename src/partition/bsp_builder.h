@@ -14,7 +14,7 @@ namespace enfilade {
 
 // A leaf's region, as far as it is needed to join leaves into cells.
 struct LeafShape {
-  std::vector<Point3> corners;
+  std::vector<Point3> corners;  // until the borders are known
   Box3 bounds;
   Point3 center;  // inside
   double volume_m3 = 0;

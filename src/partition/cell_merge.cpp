@@ -74,30 +74,16 @@ class LeafSets {
   uint64_t most_patches_;
 };
 
-double ThicknessAlong(const LeafShape& leaf, const Vec3& axis) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const Point3& p : leaf.corners) {
-    const double h = Dot(axis, p - leaf.center);
-    low = std::min(low, h);
-    high = std::max(high, h);
-  }
-  return high - low;
-}
-
 // Whether the leaves on both sides of an open border are one room by the look
 // of it.
 bool LooksLikeOneRoom(const BuiltTree& built, const LeafBorder& border) {
-  const Vec3& normal = built.tree.nodes[border.node.Index()].plane.normal;
   const LeafShape& front = built.leaves[border.front.Index()];
   const LeafShape& back = built.leaves[border.back.Index()];
-  const double front_m = ThicknessAlong(front, normal);
-  const double back_m = ThicknessAlong(back, normal);
-  const double section_m2 =
-      std::max(front.volume_m3 / front_m, back.volume_m3 / back_m);
+  const double section_m2 = std::max(front.volume_m3 / border.front_m,
+                                     back.volume_m3 / border.back_m);
   return border.open_m2 >= kSameSection * section_m2 ||
          (border.open_m2 >= kWideOpeningM2 &&
-          std::min(front_m, back_m) >= kDeeperThanWallM);
+          std::min(border.front_m, border.back_m) >= kDeeperThanWallM);
 }
 
 // The leaves that reach the box around the scene: the outdoors, as far as open
@@ -293,10 +279,10 @@ LeafCells NumberCells(
 
 }  // namespace
 
-// Of leaves, their sets, shapes and cells; of borders, the list of all and that
-// of niches, each with as much again while it is sorted.
+// Of leaves, their sets, and what finds niches or numbers cells; of borders,
+// the list of all or that of niches, with as much again while it is sorted.
 uint64_t BytesToJoin(size_t leaves, size_t borders) {
-  constexpr uint64_t kBytesPerLeaf = 176;
+  constexpr uint64_t kBytesPerLeaf = 112;
   constexpr uint64_t kBytesPerBorder =
       2 * std::max(sizeof(const LeafBorder*), 2 * sizeof(NicheOpening));
   return leaves * kBytesPerLeaf + borders * kBytesPerBorder;

@@ -3,6 +3,7 @@
 #include "base/stop.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -242,11 +243,12 @@ uint64_t BytesOf(const std::vector<SectionPiece>& pieces) {
 // Finds the borders of one node after the other, and charges what they take.
 class BorderFinder {
  public:
-  BorderFinder(const BspTree& tree,
+  BorderFinder(const BuiltTree& built,
                const FaceSurvey& survey,
                ScratchShelf& shelf,
                GrowingCharge& charge)
-      : tree_(&tree),
+      : tree_(&built.tree),
+        leaves_(&built.leaves),
         survey_(&survey),
         all_cover_bytes_(std::accumulate(
             survey.cover_bytes.begin(), survey.cover_bytes.end(), uint64_t{0})),
@@ -278,7 +280,12 @@ class BorderFinder {
                        ChargeWith(bytes, share * cover_bytes);
                      });
         if (!open.empty()) {
-          found_.Add({piece.leaf, common.leaf, id, PolygonArea(common.polygon)},
+          found_.Add({piece.leaf,
+                      common.leaf,
+                      id,
+                      PolygonArea(common.polygon),
+                      DepthOf(piece.leaf, node.plane.normal),
+                      DepthOf(common.leaf, node.plane.normal)},
                      open);
           ChargeWith(0, 0);
         }
@@ -290,6 +297,18 @@ class BorderFinder {
   OpenBorders Take() { return std::move(found_); }
 
  private:
+  [[nodiscard]] double DepthOf(LeafId id, const Vec3& axis) const {
+    const LeafShape& leaf = (*leaves_)[id.Index()];
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Point3& p : leaf.corners) {
+      const double h = Dot(axis, p - leaf.center);
+      low = std::min(low, h);
+      high = std::max(high, h);
+    }
+    return high - low;
+  }
+
   // Charges what there is, one border more, and so many bytes for a while, of
   // so many bytes of the node's covers: pieces grow with covers.
   void ChargeWith(uint64_t more_bytes, double cover_bytes) {
@@ -301,6 +320,7 @@ class BorderFinder {
   }
 
   const BspTree* tree_;
+  const std::vector<LeafShape>* leaves_;
   const FaceSurvey* survey_;
   uint64_t all_cover_bytes_;
   double done_cover_bytes_ = 0;  // of the nodes before
@@ -350,7 +370,7 @@ OpenBorders FindOpenBorders(const BlockStorage& store,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge) {
-  BorderFinder finder(built.tree, survey, shelf, charge);
+  BorderFinder finder(built, survey, shelf, charge);
   const size_t nodes = built.tree.nodes.size();
   for (size_t first = 0; first < nodes;) {
     const uint64_t room = budget.FreeBytes() / kCoverParts;

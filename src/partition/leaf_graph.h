@@ -37,6 +37,8 @@ struct LeafBorder {
   LeafId back;
   NodeId node;
   double area_m2 = 0;
+  double front_m = 0;  // how deep each leaf is, square to the plane
+  double back_m = 0;
   double open_m2 = 0;  // at most area_m2
 };
 

@@ -232,6 +232,9 @@ class SpaceCutter {
       const OpenBorders borders =
           FindOpenBorders(*store_, built_, survey, shelf, *budget_, charge);
       FreeVector(&built_.sections);
+      for (LeafShape& leaf : built_.leaves) {
+        FreeVector(&leaf.corners);
+      }
       built_.charge.ShrinkTo(BytesOf(built_));
       charge.ShrinkTo(borders.Bytes());
       progress.Reach(0.6);
