@@ -82,12 +82,11 @@ class TreeBuilder {
 
  private:
   static constexpr std::string_view kWhat = "the tree of splitting planes";
-  static constexpr uint64_t kGrowth = 2;  // of vectors
+  static constexpr uint64_t kGrowth = 2;  // of the nodes
 
   BspChild AddLeaf(const ConvexRegion& region) {
     built_.leaves.push_back(ShapeOf(region));
-    built_bytes_ +=
-        kGrowth * sizeof(LeafShape) + BytesOf(built_.leaves.back().corners);
+    built_bytes_ += sizeof(LeafShape) + BytesOf(built_.leaves.back().corners);
     charge_.GrowTo(built_bytes_);
     return BspChild(LeafId(built_.leaves.size() - 1));
   }
@@ -96,7 +95,7 @@ class TreeBuilder {
     const NodeId id(built_.tree.nodes.size());
     built_.tree.nodes.push_back({plane, {}, {}});
     built_bytes_ +=
-        kGrowth * (sizeof(BspNode) + sizeof(Polygon)) + BytesOf(section);
+        kGrowth * sizeof(BspNode) + sizeof(Polygon) + BytesOf(section);
     built_.sections.push_back(std::move(section));
     charge_.GrowTo(built_bytes_);
     return id;
@@ -118,8 +117,8 @@ LeafShape ShapeOf(const ConvexRegion& region) {
 
 uint64_t BytesOf(const BuiltTree& built) {
   uint64_t bytes = built.tree.nodes.capacity() * sizeof(BspNode) +
-                   built.sections.capacity() * sizeof(Polygon) +
-                   built.leaves.capacity() * sizeof(LeafShape);
+                   built.sections.size() * sizeof(Polygon) +
+                   built.leaves.size() * sizeof(LeafShape);
   for (const Polygon& section : built.sections) {
     bytes += BytesOf(section);
   }

@@ -8,6 +8,7 @@
 #include "partition/walls.h"
 
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 namespace enfilade {
@@ -20,11 +21,14 @@ struct LeafShape {
   double volume_m3 = 0;
 };
 
+// In deques: a vector would take thrice as much while it grows.
+using LeafShapes = std::deque<LeafShape>;
+
 struct BuiltTree {
   BspTree tree;
-  std::vector<LeafShape> leaves;  // indexed by LeafId
-  std::vector<Polygon> sections;  // indexed by NodeId: plane within its region
-  MemoryCharge charge;            // of these
+  LeafShapes leaves;             // indexed by LeafId
+  std::deque<Polygon> sections;  // indexed by NodeId: plane within its region
+  MemoryCharge charge;           // of these
 };
 
 LeafShape ShapeOf(const ConvexRegion& region);

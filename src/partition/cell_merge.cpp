@@ -102,8 +102,7 @@ std::vector<bool> FindOuterLeaves(const BuiltTree& built) {
 }
 
 // The widest openings first; the order of the borders among equals.
-std::vector<const LeafBorder*> WidestFirst(
-    const std::vector<LeafBorder>& borders) {
+std::vector<const LeafBorder*> WidestFirst(const LeafBorders& borders) {
   std::vector<const LeafBorder*> order;
   order.reserve(borders.size());
   for (const LeafBorder& border : borders) {
@@ -145,7 +144,7 @@ std::vector<bool> FindNiches(const BuiltTree& built,
 // order of the whole tree sets lay within each other, with a thousand portals
 // between two of them.
 void JoinHollows(const BuiltTree& built,
-                 const std::vector<LeafBorder>& borders,
+                 const LeafBorders& borders,
                  LeafSets& sets) {
   std::vector<bool> thick(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
@@ -176,10 +175,9 @@ struct NicheOpening {
 };
 
 // By niche, then by neighbour; each border has an entry of its own.
-std::vector<NicheOpening> OpeningsOfNiches(
-    const std::vector<LeafBorder>& borders,
-    const std::vector<bool>& niche,
-    LeafSets& sets) {
+std::vector<NicheOpening> OpeningsOfNiches(const LeafBorders& borders,
+                                           const std::vector<bool>& niche,
+                                           LeafSets& sets) {
   std::vector<NicheOpening> openings;
   openings.reserve(2 * borders.size());
   for (const LeafBorder& border : borders) {
@@ -231,7 +229,7 @@ std::vector<NicheOpening> WidestOfNiches(
 // to most, of those that are not full. Two rooms are never joined by what lies
 // between them.
 bool JoinNichesOnce(const BuiltTree& built,
-                    const std::vector<LeafBorder>& borders,
+                    const LeafBorders& borders,
                     bool all_split,
                     LeafSets& sets) {
   ThrowIfStopRequested();
@@ -250,7 +248,7 @@ bool JoinNichesOnce(const BuiltTree& built,
 }
 
 void JoinNiches(const BuiltTree& built,
-                const std::vector<LeafBorder>& borders,
+                const LeafBorders& borders,
                 bool all_split,
                 LeafSets& sets) {
   while (JoinNichesOnce(built, borders, all_split, sets)) {

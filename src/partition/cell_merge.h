@@ -24,7 +24,7 @@ struct LeafCells {
 struct JoinInput {
   const BuiltTree& built;
   const FaceSurvey& survey;
-  const std::vector<LeafBorder>& borders;
+  const LeafBorders& borders;
   // Indexed by LeafId; empty for a scene without Spaces.
   const std::vector<std::optional<SpaceId>>& space_of_leaf;
   bool all_split = false;  // see WallRules

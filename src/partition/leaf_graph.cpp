@@ -312,15 +312,14 @@ class BorderFinder {
   // Charges what there is, one border more, and so many bytes for a while, of
   // so many bytes of the node's covers: pieces grow with covers.
   void ChargeWith(uint64_t more_bytes, double cover_bytes) {
-    const size_t most = 2 * (found_.All().size() + 1);  // it grows
     const double done = done_cover_bytes_ + cover_bytes;
     charge_->GrowTo(
-        most * sizeof(LeafBorder) + node_bytes_ + more_bytes,
+        found_.Bytes() + sizeof(LeafBorder) + node_bytes_ + more_bytes,
         done / static_cast<double>(std::max<uint64_t>(all_cover_bytes_, 1)));
   }
 
   const BspTree* tree_;
-  const std::vector<LeafShape>* leaves_;
+  const LeafShapes* leaves_;
   const FaceSurvey* survey_;
   uint64_t all_cover_bytes_;
   double done_cover_bytes_ = 0;  // of the nodes before

@@ -9,6 +9,7 @@
 #include "partition/scratch_list.h"
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <vector>
 
@@ -42,17 +43,20 @@ struct LeafBorder {
   double open_m2 = 0;  // at most area_m2
 };
 
+// In a deque: a vector would take thrice as much while it grows.
+using LeafBorders = std::deque<LeafBorder>;
+
 // The borders that are open somewhere, in the order of their nodes, and their
 // openings, of which all need not fit into memory.
 class OpenBorders {
  public:
   explicit OpenBorders(ScratchShelf& shelf) : openings_(shelf) {}
 
-  [[nodiscard]] const std::vector<LeafBorder>& All() const { return borders_; }
+  [[nodiscard]] const LeafBorders& All() const { return borders_; }
 
   // In memory.
   [[nodiscard]] uint64_t Bytes() const {
-    return borders_.capacity() * sizeof(LeafBorder);
+    return borders_.size() * sizeof(LeafBorder);
   }
 
   // What the openings in one node's plane take, at most.
@@ -66,7 +70,7 @@ class OpenBorders {
       const std::function<void(const LeafBorder&, Polygon)>& visit) const;
 
  private:
-  std::vector<LeafBorder> borders_;
+  LeafBorders borders_;
   ScratchList openings_;
   uint64_t node_bytes_ = 0;  // of the last border's node
   uint64_t most_node_bytes_ = 0;

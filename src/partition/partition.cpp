@@ -10,6 +10,7 @@
 #include "partition/walls.h"
 
 #include <algorithm>
+#include <deque>
 #include <string>
 #include <utility>
 
@@ -231,7 +232,7 @@ class SpaceCutter {
       GrowingCharge charge(*budget_, "the borders between convex regions");
       const OpenBorders borders =
           FindOpenBorders(*store_, built_, survey, shelf, *budget_, charge);
-      FreeVector(&built_.sections);
+      std::deque<Polygon>().swap(built_.sections);
       for (LeafShape& leaf : built_.leaves) {
         FreeVector(&leaf.corners);
       }
@@ -244,7 +245,7 @@ class SpaceCutter {
       MakePortals(borders, portals_charge, partition);
     }
     shelf.Clear();
-    FreeVector(&built_.leaves);
+    LeafShapes().swap(built_.leaves);
     built_.charge.ShrinkTo(BytesOf(built_));
     progress.Reach(0.7);
     SaveTree(built_.tree, cell_of_leaf_, *store_);
@@ -258,7 +259,7 @@ class SpaceCutter {
 
  private:
   [[nodiscard]] LeafCells Join(const FaceSurvey& survey,
-                               const std::vector<LeafBorder>& borders) const {
+                               const LeafBorders& borders) const {
     std::vector<std::optional<SpaceId>> spaces;
     if (!info_->spaces.empty()) {
       spaces = SpacesOfLeaves(*store_, *info_, built_.leaves, *budget_);

@@ -84,11 +84,10 @@ std::optional<SpaceId> SpaceOf(const std::vector<Shell>& shells, Point3 p) {
 
 }  // namespace
 
-std::vector<std::optional<SpaceId>> SpacesOfLeaves(
-    const BlockStorage& store,
-    const SceneInfo& info,
-    const std::vector<LeafShape>& leaves,
-    MemoryBudget& budget) {
+std::vector<std::optional<SpaceId>> SpacesOfLeaves(const BlockStorage& store,
+                                                   const SceneInfo& info,
+                                                   const LeafShapes& leaves,
+                                                   MemoryBudget& budget) {
   ShellCollector collector(info.spaces.size());
   ForEachFace(store, [&collector](FaceId, const Face& face) {
     collector.Add(face.vertices, face.front_space, face.back_space);

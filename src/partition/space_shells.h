@@ -14,10 +14,9 @@ namespace enfilade {
 // The Space of each leaf by the winding number of the Spaces' shells (faces
 // and openings) around the leaf's center: the greatest above 1/2, nullopt for
 // the outside. A shell with gaps gives the likeliest answer.
-std::vector<std::optional<SpaceId>> SpacesOfLeaves(
-    const BlockStorage& store,
-    const SceneInfo& info,
-    const std::vector<LeafShape>& leaves,
-    MemoryBudget& budget);
+std::vector<std::optional<SpaceId>> SpacesOfLeaves(const BlockStorage& store,
+                                                   const SceneInfo& info,
+                                                   const LeafShapes& leaves,
+                                                   MemoryBudget& budget);
 
 }  // namespace enfilade
