@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "scene/scene_store.h"
 #include "solver/paging/cell_pager.h"
 #include "solver/state/solve_state.h"

@@ -14,6 +14,7 @@
 
 #include "base/memory.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "solver/elements/element_tree.h"
 #include "solver/elements/received_light.h"
 #include "solver/least_memory.h"

@@ -1,6 +1,7 @@
 #include "tools/building_store.h"
 
 #include "base/error.h"
+#include "partition/partition_store.h"
 
 #include <algorithm>
 

@@ -1,6 +1,7 @@
 #include "tools/cost_estimate.h"
 
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "solver/least_memory.h"
 
 #include <algorithm>

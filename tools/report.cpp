@@ -1,6 +1,7 @@
 #include "tools/report.h"
 
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "scene/scene_store.h"
 #include "solver/solution/solution.h"
 #include "solver/solve.h"

@@ -68,36 +68,4 @@ Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);
 
-// A partition that BuildPartition has stored, without its portals; `portals`,
-// unless null, is told how many there are.
-Partition LoadWithoutPortals(const BlockStorage& store,
-                             uint64_t* portals = nullptr);
-
-// Its cells alone.
-std::vector<CellInfo> LoadCells(const BlockStorage& store);
-
-// Visits its portals in their order, of which few are in memory at a time.
-void ForEachPortal(const BlockStorage& store,
-                   const std::function<void(const Portal&)>& visit);
-
-// What a portal takes among those that are loaded, as `reserve` below is told,
-// at most.
-uint64_t BytesOf(const Portal& portal);
-
-// All of it. Of portals there may be many: `reserve`, unless empty, is told how
-// many bytes they take in all before they are read. So with the openings of
-// regions.
-Partition LoadPartition(
-    const BlockStorage& store,
-    const std::function<void(uint64_t bytes)>& reserve = {});
-
-// The cell of each convex region that the cells are joined of, of a partition
-// that BuildPartition has stored; nullopt if the store has none.
-std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store);
-
-// Every opening between two of these regions, those inside a cell included:
-// `front` and `back` of a Portal here count regions.
-void ForEachOpening(const BlockStorage& store,
-                    const std::function<void(const Portal&)>& visit);
-
 }  // namespace enfilade

@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "partition/bsp_tree.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 
 #include <cmath>
 #include <map>

@@ -4,6 +4,7 @@
 #include "partition/bsp_builder.h"
 #include "partition/leaf_graph.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "scene/box_tree.h"
 
 #include "tests/partition/test_scenes.h"

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "scene/import.h"
 #include "solver/elements/basis.h"
 #include "solver/elements/element_tree.h"

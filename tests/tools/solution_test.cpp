@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 
 #include <algorithm>
 #include <atomic>

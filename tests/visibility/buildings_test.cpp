@@ -4,6 +4,7 @@
 #include "base/random.h"
 #include "partition/bsp_tree.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "visibility/audit.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"

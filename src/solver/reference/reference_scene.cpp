@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "solver/paging/cell_pager.h"
 #include "solver/reference/panel_rays.h"
 #include "solver/transfer/cosine_directions.h"

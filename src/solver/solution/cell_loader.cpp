@@ -1,6 +1,7 @@
 #include "solver/solution/cell_loader.h"
 
 #include "base/parallel.h"
+#include "partition/partition_store.h"
 #include "solver/elements/received_light.h"
 
 #include <algorithm>

@@ -1,0 +1,217 @@
+#include "partition/partition_store.h"
+
+#include "base/bytes.h"
+#include "base/error.h"
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace enfilade {
+namespace {
+
+constexpr std::string_view kMetaName = "partition";
+constexpr uint64_t kPortalsPerChunk = 4096;
+// Kinds of kPortals blocks, by their second number; 1 is the tree's.
+constexpr uint32_t kPortalBlock = 0;
+constexpr uint32_t kRegionBlock = 2;
+constexpr uint32_t kOpeningBlock = 3;
+constexpr BlockKey kRegionKey{BlockKind::kPortals, 0, kRegionBlock};
+
+// Writes portals to the store as they come.
+class PortalWriter {
+ public:
+  PortalWriter(uint32_t kind, BlockStorage& store)
+      : kind_(kind), store_(&store) {}
+
+  void Add(const Portal& portal) {
+    chunk_.PutVarint(portal.front.value);
+    chunk_.PutVarint(portal.back.value);
+    chunk_.PutArray(std::span<const Point3>(portal.vertices));
+    if (++count_ % kPortalsPerChunk == 0) {
+      Flush();
+    }
+  }
+
+  // Returns how many there were.
+  uint64_t Finish() {
+    if (chunk_.Size() > 0) {
+      Flush();
+    }
+    return count_;
+  }
+
+ private:
+  void Flush() {
+    store_->Put({BlockKind::kPortals, chunks_++, kind_}, chunk_.View());
+    chunk_ = {};
+  }
+
+  uint32_t kind_;
+  BlockStorage* store_;
+  ByteWriter chunk_;
+  uint32_t chunks_ = 0;
+  uint64_t count_ = 0;
+};
+
+// Beside its corners, in an array that has grown to hold it.
+constexpr uint64_t kPortalBytes = 2 * sizeof(Portal) + kAllocationHeaderBytes;
+// Beside its corners in the store, at most: three small numbers.
+constexpr uint64_t kStoredPortalBytes = 16;
+
+// `read`, unless empty, is told of the size of each piece before its portals.
+void VisitPortals(const BlockStorage& store,
+                  uint32_t kind,
+                  uint64_t count,
+                  const std::function<void(uint64_t)>& read,
+                  const std::function<void(Portal&&)>& visit) {
+  uint64_t visited = 0;
+  for (uint32_t chunk = 0; visited < count; ++chunk) {
+    const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk, kind});
+    if (read) {
+      read(bytes.size());
+    }
+    ByteReader reader(bytes);
+    if (reader.AtEnd()) {
+      throw DamagedStoreError("a stored piece of the portals is empty");
+    }
+    while (!reader.AtEnd()) {
+      Portal portal;
+      portal.front = CellId(static_cast<uint32_t>(reader.GetVarint()));
+      portal.back = CellId(static_cast<uint32_t>(reader.GetVarint()));
+      portal.vertices = reader.GetArray<Point3>();
+      visit(std::move(portal));
+      ++visited;
+    }
+  }
+}
+
+std::vector<Portal> LoadPortals(const BlockStorage& store,
+                                uint32_t kind,
+                                uint64_t count,
+                                const std::function<void(uint64_t)>& reserve) {
+  std::vector<Portal> portals;
+  uint64_t corner_bytes = 0;
+  const auto read = [&](uint64_t bytes) {
+    corner_bytes += bytes;
+    if (reserve) {
+      reserve(count * kPortalBytes + corner_bytes);
+    }
+  };
+  VisitPortals(store, kind, count, read, [&](Portal&& portal) {
+    portals.push_back(std::move(portal));
+  });
+  return portals;
+}
+
+}  // namespace
+
+void SavePartition(const Partition& partition, BlockStorage& store) {
+  ByteWriter head;
+  head.PutVarint(partition.cells.size());
+  for (const CellInfo& cell : partition.cells) {
+    head.Put(cell.bounds);
+    head.PutVarint(cell.patches);
+    head.Put(cell.area_m2);
+    head.PutVarint(cell.space ? cell.space->value + uint64_t{1} : 0);
+  }
+  head.Put(partition.overlap_m2);
+  head.PutVarint(partition.portals.size());
+  head.PutVarint(partition.notes.size());
+  for (const std::string& note : partition.notes) {
+    head.PutString(note);
+  }
+  const auto* text = reinterpret_cast<const char*>(head.View().data());
+  store.SetMeta(kMetaName, {text, head.Size()});
+  PortalWriter portals(kPortalBlock, store);
+  for (const Portal& portal : partition.portals) {
+    portals.Add(portal);
+  }
+  portals.Finish();
+}
+
+void SaveRegions(const std::vector<CellId>& cell_of_region,
+                 const PortalSource& openings,
+                 BlockStorage& store) {
+  PortalWriter writer(kOpeningBlock, store);
+  openings([&](const Portal& opening) { writer.Add(opening); });
+  ByteWriter head;
+  head.PutVarint(writer.Finish());
+  head.PutArray(std::span<const CellId>(cell_of_region));
+  store.Put(kRegionKey, head.View());
+}
+
+Partition LoadWithoutPortals(const BlockStorage& store, uint64_t* portals) {
+  const auto text = store.Meta(kMetaName);
+  if (!text) {
+    throw DamagedStoreError(
+        "the store holds no cells: its partition was never finished; solve "
+        "the scene again");
+  }
+  ByteReader head(std::as_bytes(std::span<const char>(*text)));
+  Partition partition;
+  partition.cells.resize(head.GetVarint());
+  for (CellInfo& cell : partition.cells) {
+    cell.bounds = head.Get<Box3>();
+    cell.patches = static_cast<uint32_t>(head.GetVarint());
+    cell.area_m2 = head.Get<double>();
+    const uint64_t space = head.GetVarint();
+    if (space > 0) {
+      cell.space = SpaceId(static_cast<uint32_t>(space - 1));
+    }
+  }
+  partition.overlap_m2 = head.Get<double>();
+  const uint64_t portal_count = head.GetVarint();
+  if (portals != nullptr) {
+    *portals = portal_count;
+  }
+  partition.notes.resize(head.GetVarint());
+  for (std::string& note : partition.notes) {
+    note = head.GetString();
+  }
+  return partition;
+}
+
+Partition LoadPartition(const BlockStorage& store,
+                        const std::function<void(uint64_t)>& reserve) {
+  uint64_t portals = 0;
+  Partition partition = LoadWithoutPortals(store, &portals);
+  partition.portals = LoadPortals(store, kPortalBlock, portals, reserve);
+  return partition;
+}
+
+std::vector<CellInfo> LoadCells(const BlockStorage& store) {
+  return LoadWithoutPortals(store).cells;
+}
+
+void ForEachPortal(const BlockStorage& store,
+                   const std::function<void(const Portal&)>& visit) {
+  uint64_t portals = 0;
+  LoadWithoutPortals(store, &portals);
+  VisitPortals(store, kPortalBlock, portals, {}, visit);
+}
+
+uint64_t BytesOf(const Portal& portal) {
+  return kPortalBytes + kStoredPortalBytes +
+         portal.vertices.size() * sizeof(Point3);
+}
+
+std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store) {
+  const auto block = store.Get(kRegionKey);
+  if (!block) {
+    return std::nullopt;
+  }
+  ByteReader head(*block);
+  head.GetVarint();  // openings
+  return head.GetArray<CellId>();
+}
+
+void ForEachOpening(const BlockStorage& store,
+                    const std::function<void(const Portal&)>& visit) {
+  const Bytes block = store.GetOrThrow(kRegionKey);
+  const uint64_t openings = ByteReader(block).GetVarint();
+  VisitPortals(store, kOpeningBlock, openings, {}, visit);
+}
+
+}  // namespace enfilade
