@@ -112,7 +112,11 @@ class TreeBuilder {
 }  // namespace
 
 LeafShape ShapeOf(const ConvexRegion& region) {
-  return {region.Corners(), region.Bounds(), region.Center(), region.Volume()};
+  return {region.Corners(),
+          region.Bounds(),
+          region.Center(),
+          region.Volume(),
+          region.LeastWidth()};
 }
 
 uint64_t BytesOf(const BuiltTree& built) {

@@ -19,6 +19,7 @@ struct LeafShape {
   Box3 bounds;
   Point3 center;  // inside
   double volume_m3 = 0;
+  double width_m = 0;  // ConvexRegion::LeastWidth
 };
 
 // In deques: a vector would take thrice as much while it grows.

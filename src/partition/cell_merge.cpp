@@ -115,24 +115,20 @@ std::vector<const LeafBorder*> WidestFirst(const LeafBorders& borders) {
   return order;
 }
 
-double LeastExtent(const Box3& box) {
-  const Vec3 extent = box.Extent();
-  return std::min({extent.x, extent.y, extent.z});
-}
-
 // Indexed by leaf; true for the leading leaf of a set too small for a room.
 std::vector<bool> FindNiches(const BuiltTree& built,
                              bool all_split,
                              LeafSets& sets) {
   std::vector<double> volume(built.leaves.size());
-  std::vector<Box3> bounds(built.leaves.size());
+  std::vector<double> width(built.leaves.size());  // of the widest leaf
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
-    volume[sets.Find(i)] += built.leaves[i].volume_m3;
-    bounds[sets.Find(i)].Include(built.leaves[i].bounds);
+    const uint32_t set = sets.Find(i);
+    volume[set] += built.leaves[i].volume_m3;
+    width[set] = std::max(width[set], built.leaves[i].width_m);
   }
   std::vector<bool> niche(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
-    const bool thin = !all_split && LeastExtent(bounds[i]) < kDeeperThanWallM;
+    const bool thin = !all_split && width[i] < kDeeperThanWallM;
     niche[i] = volume[i] < (thin ? kThinNicheM3 : kNicheM3);
   }
   return niche;
@@ -148,7 +144,7 @@ void JoinHollows(const BuiltTree& built,
                  LeafSets& sets) {
   std::vector<bool> thick(built.leaves.size());
   for (uint32_t i = 0; i < built.leaves.size(); ++i) {
-    thick[i] = LeastExtent(built.leaves[i].bounds) >= kLeastRoomM;
+    thick[i] = built.leaves[i].width_m >= kLeastRoomM;
   }
   std::vector<bool> hollow(thick);
   hollow.flip();

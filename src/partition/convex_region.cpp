@@ -1,6 +1,7 @@
 #include "partition/convex_region.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace enfilade {
@@ -67,6 +68,14 @@ ConvexRegion::Thickness ConvexRegion::ThicknessAt(const Plane& plane) const {
     }
   }
   return thickness;
+}
+
+double ConvexRegion::LeastWidth() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Facet& facet : facets_) {
+    least = std::min(least, ThicknessAt(facet.plane).back_m);
+  }
+  return least;
 }
 
 double ConvexRegion::Volume() const {

@@ -34,6 +34,9 @@ class ConvexRegion {
 
   [[nodiscard]] Thickness ThicknessAt(const Plane& plane) const;
 
+  // Across its thinnest pair of a facet and what lies farthest from it.
+  [[nodiscard]] double LeastWidth() const;
+
   [[nodiscard]] double Volume() const;
   [[nodiscard]] Box3 Bounds() const;
   [[nodiscard]] Point3 Center() const;
