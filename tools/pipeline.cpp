@@ -4,6 +4,7 @@
 #include "base/stop.h"
 #include "base/stopwatch.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
@@ -139,15 +140,14 @@ void PipelineRun::Visibility() {
            [&] {
              VisibilityOptions options;
              options.progress = ProgressOrStop();
-             GrowingCharge charge(budget_, "the doorways of the building");
-             BuildVisibleSets(LoadPartition(store_,
-                                            [&](uint64_t bytes) {
-                                              charge.GrowTo(bytes,
-                                                            kShareOfPortals);
-                                            }),
-                              options,
-                              budget_,
-                              store_);
+             BuildVisibleSets(
+                 LoadCells(store_),
+                 [this](const std::function<void(const Portal&)>& visit) {
+                   ForEachPortal(store_, visit);
+                 },
+                 options,
+                 budget_,
+                 store_);
            });
 }
 

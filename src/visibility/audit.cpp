@@ -1,19 +1,16 @@
 #include "visibility/audit.h"
 
 #include "base/parallel.h"
-#include "base/random.h"
 #include "partition/bsp_tree.h"
 #include "partition/overlap.h"
 #include "partition/patch.h"
 #include "partition/polygon.h"
+#include "visibility/audit_rays.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <unordered_set>
@@ -25,119 +22,6 @@ constexpr size_t kLeastAuditBatch = 4096;
 constexpr size_t kMostAuditBatch = 1U << 18;
 constexpr size_t kAuditRaysPerTask = 1024;
 constexpr size_t kMostMissedKept = 10;
-
-// Rays start this far from the edges of their patch, so that those shifted
-// beside them start on it too.
-constexpr double kEdgeMetres = 5e-4;
-constexpr double kShiftMetres = 1e-4;
-constexpr size_t kBeside = 4;  // rays beside a suspect
-
-constexpr uint64_t kKey = 0x61756469742d3031;  // of the audit's random numbers
-
-// How many rays start in each cell.
-struct CellShare {
-  CellId cell;
-  Box3 bounds = {};
-  double area_m2 = 0;
-  uint64_t rays = 0;
-};
-
-std::vector<CellShare> ShareRays(const BlockStorage& store, uint64_t rays) {
-  std::vector<CellShare> shares;
-  store.ForEachKey(BlockKind::kCellPatches, [&](const BlockKey& key) {
-    shares.push_back({CellId(key.a)});
-  });
-  double total = 0;
-  for (CellShare& share : shares) {
-    const CellPatches content = LoadCellPatches(store, share.cell);
-    share.bounds = content.bounds;
-    for (const Patch& p : content.patches) {
-      share.area_m2 += PatchArea(p);
-    }
-    total += share.area_m2;
-  }
-  std::erase_if(shares, [](const CellShare& s) { return s.area_m2 <= 0; });
-  double sum = 0;
-  uint64_t given = 0;
-  for (size_t i = 0; i < shares.size(); ++i) {
-    sum += 0.5 * shares[i].area_m2 / total +
-           0.5 / static_cast<double>(shares.size());
-    const bool is_last = i + 1 == shares.size();
-    const auto until =
-        is_last ? rays : static_cast<uint64_t>(sum * static_cast<double>(rays));
-    shares[i].rays = until - std::min(until, given);
-    given = std::max(given, until);
-  }
-  return shares;
-}
-
-// A point in [0,1]^2 drawn into the patch, off its edges.
-Point3 PointOn(const Patch& p, double s, double t) {
-  if (p.shape == PatchShape::kTriangle) {
-    if (s + t > 1) {
-      s = 1 - s;
-      t = 1 - t;
-    }
-    // Towards the centroid: off all three edges.
-    const double height =
-        2 * PatchArea(p) /
-        std::max({Length(p.u), Length(p.v), Length(p.u - p.v)});
-    const double pull = std::min(0.5, 3 * kEdgeMetres / height);
-    s += pull * (1.0 / 3 - s);
-    t += pull * (1.0 / 3 - t);
-  } else {
-    const double area = PatchArea(p);
-    const double margin_s = std::min(0.4, kEdgeMetres * Length(p.v) / area);
-    const double margin_t = std::min(0.4, kEdgeMetres * Length(p.u) / area);
-    s = margin_s + (1 - 2 * margin_s) * s;
-    t = margin_t + (1 - 2 * margin_t) * t;
-  }
-  return p.origin + p.u * s + p.v * t;
-}
-
-// A unit vector about the unit normal n, `cosine` being that to n.
-Vec3 DirectionAbout(Vec3 n, double cosine, double turn) {
-  const Vec3 helper = std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 s = Normalize(Cross(helper, n));
-  const Vec3 t = Cross(n, s);
-  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  const double phi = 2 * std::numbers::pi * turn;
-  return n * cosine + s * (sine * std::cos(phi)) + t * (sine * std::sin(phi));
-}
-
-// Draws the rays of one cell, each a function of the cell and its number.
-class CellSampler {
- public:
-  CellSampler(CellId cell, const CellPatches& content)
-      : cell_(cell), patches_(&content.patches) {
-    double sum = 0;
-    for (const Patch& p : *patches_) {
-      sum += PatchArea(p);
-      area_until_.push_back(sum);
-    }
-  }
-
-  [[nodiscard]] TraceRay Draw(uint64_t number) const {
-    Random random(MixKey(MixKey(kKey, cell_.value), number));
-    const double at = random.Next() * area_until_.back();
-    const auto found =
-        std::upper_bound(area_until_.begin(), area_until_.end() - 1, at);
-    const Patch& p =
-        (*patches_)[static_cast<size_t>(found - area_until_.begin())];
-    const double s = random.Next();
-    const double t = random.Next();
-    const Vec3 n = PatchNormal(p);
-    const double u = random.Next();
-    const double cosine = number % 2 == 0 ? std::sqrt(u) : u;
-    const Vec3 d = DirectionAbout(n, cosine, random.Next());
-    return {PointOn(p, s, t) + n * kRayOffsetMetres, d};
-  }
-
- private:
-  CellId cell_;
-  const std::vector<Patch>* patches_;
-  std::vector<double> area_until_;
-};
 
 class Auditor {
  public:
@@ -202,7 +86,7 @@ class Auditor {
 
   void ShootFrom(const CellShare& share) {
     const CellPatches content = LoadCellPatches(*store_, share.cell);
-    const CellSampler sampler(share.cell, content);
+    const AuditRays cell_rays(share.cell, content);
     for (uint64_t done = 0; done < share.rays;) {
       const size_t first = rays_.size();
       const size_t count =
@@ -212,7 +96,7 @@ class Auditor {
       ParallelFor(tasks, [&](size_t task) {
         const size_t end = std::min(count, (task + 1) * kAuditRaysPerTask);
         for (size_t i = task * kAuditRaysPerTask; i < end; ++i) {
-          rays_[first + i] = sampler.Draw(done + i);
+          rays_[first + i] = cell_rays.Draw(done + i);
         }
       });
       done += count;
@@ -302,29 +186,24 @@ class Auditor {
   // find it too: an opening has some width, a crack between patches has none.
   // Uses the batch's buffers.
   void Reexamine() {
-    const size_t per_trace = batch_ / kBeside;
+    const size_t per_trace = batch_ / kRaysBeside;
     for (size_t first = 0; first < suspects_.size(); first += per_trace) {
       const auto slice = std::span(suspects_).subspan(
           first, std::min(per_trace, suspects_.size() - first));
       rays_.clear();
       for (const Suspect& s : slice) {
-        AppendRaysBeside(s.ray);
+        for (const TraceRay& beside : RaysBeside(s.ray)) {
+          rays_.push_back(beside);
+        }
       }
       hits_.resize(rays_.size());
       tracer_.Trace(rays_, hits_);
       for (size_t i = 0; i < slice.size(); ++i) {
-        Convict(slice[i], std::span(hits_).subspan(kBeside * i, kBeside));
+        Convict(slice[i],
+                std::span(hits_).subspan(kRaysBeside * i, kRaysBeside));
       }
     }
     suspects_.clear();
-  }
-
-  void AppendRaysBeside(const TraceRay& ray) {
-    const Vec3 across = DirectionAbout(ray.direction, 0, 0) * kShiftMetres;
-    const Vec3 along = Cross(ray.direction, across);
-    for (const Vec3 shift : {across, -across, along, -along}) {
-      rays_.push_back({ray.origin + shift, ray.direction});
-    }
   }
 
   // Rays start and end a little off their patches. Where a cell is thinner than

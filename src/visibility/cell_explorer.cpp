@@ -117,14 +117,14 @@ struct NextStep {
 class Explorer {
  public:
   Explorer(CellId source,
-           const Partition& partition,
+           std::span<const CellInfo> cells,
            const PortalGraph& graph,
            const RegionGraph& regions)
       : source_(source),
-        partition_(&partition),
+        cells_(cells),
         graph_(&graph),
         regions_(&regions),
-        origin_(partition.cells[source.Index()].bounds.Center()),
+        origin_(cells[source.Index()].bounds.Center()),
         seen_(graph.CellCount()) {}
 
   Exploration Run(uint32_t max_steps, MemoryBudget& budget) {
@@ -231,7 +231,7 @@ class Explorer {
   // What a line through any opening of the source may reach, and the source.
   [[nodiscard]] ReachedParts Flood() const {
     std::vector<Box3> bounds;
-    for (const CellInfo& cell : partition_->cells) {
+    for (const CellInfo& cell : cells_) {
       bounds.push_back(cell.bounds);
     }
     ReachedParts reached(std::move(bounds));
@@ -255,7 +255,7 @@ class Explorer {
   }
 
   CellId source_;
-  const Partition* partition_;
+  std::span<const CellInfo> cells_;
   const PortalGraph* graph_;
   const RegionGraph* regions_;
   Point3 origin_;  // of the coordinates of rows
@@ -270,12 +270,12 @@ class Explorer {
 }  // namespace
 
 Exploration ExploreFrom(CellId source,
-                        const Partition& partition,
+                        std::span<const CellInfo> cells,
                         const PortalGraph& graph,
                         const RegionGraph& regions,
                         uint32_t max_steps,
                         MemoryBudget& budget) {
-  return Explorer(source, partition, graph, regions).Run(max_steps, budget);
+  return Explorer(source, cells, graph, regions).Run(max_steps, budget);
 }
 
 // A number and a row of bits for each; rows only of those that a step went to,

@@ -40,7 +40,7 @@ struct Exploration {
 // what it reaches is seen loosely. What is found is charged to the budget; what
 // it takes to find it is not (BeamFlood::MostBytes, BytesToNoteSeen).
 Exploration ExploreFrom(CellId source,
-                        const Partition& partition,
+                        std::span<const CellInfo> cells,
                         const PortalGraph& graph,
                         const RegionGraph& regions,
                         uint32_t max_steps,

@@ -121,12 +121,15 @@ std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
     }
   });
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
-    const uint64_t need = 200 * (quads.size() + triangles.size());
+    // Says which cap would do.
+    const MemoryCharge asked(
+        *budget_,
+        kBuildBytesPerBlocker * (quads.size() + triangles.size()),
+        fmt::format("the ray-tracing structure of {}", what));
     throw DoesNotFitError(fmt::format(
-        "{} needs about {:.1f} MiB for its ray-tracing structure, which the "
-        "memory cap does not leave; run again with a larger --memory",
-        what,
-        static_cast<double>(need) / (1 << 20)));
+        "no room for the ray-tracing structure of {}; run again with a larger "
+        "--memory",
+        what));
   }
   ENFILADE_CHECK(error == RTC_ERROR_NONE,
                  "Embree error {} while building {}",

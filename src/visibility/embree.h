@@ -26,6 +26,10 @@ template <>
 inline constexpr bool kIsPacked<LocalPoint> = sizeof(LocalPoint) ==
                                               3 * sizeof(float);
 
+// What a primitive takes while a scene is built, measured: 115 to 194 at the
+// peak (docs/decisions/least-memory.md).
+inline constexpr uint64_t kBuildBytesPerBlocker = 200;
+
 // The corners origin, origin + u, (origin + u + v,) origin + v: Embree's hit
 // coordinates (u, v) are then the patch coordinates (a, b).
 using LocalQuad = std::array<LocalPoint, 4>;

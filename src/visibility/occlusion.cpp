@@ -31,11 +31,9 @@ namespace {
 constexpr size_t kLanes = 16;
 
 // Of Embree's scenes, measured (docs/decisions/least-memory.md): cells of 100
-// patches and more held 83 to 140 bytes per blocker and took 115 to 194 at the
-// peak of the build; small ones a few KiB more.
+// patches and more held 83 to 140 bytes per blocker; small ones a few KiB more.
 constexpr uint64_t kSceneBytes = 16 << 10;
 constexpr uint64_t kHeldBytesPerBlocker = 140;
-constexpr uint64_t kBuildBytesPerBlocker = 200;
 
 // Segments are shortened at both ends by kEndMeters + kEndFraction * length.
 // An end lies off its surface by the rounding to float, at most 2^-24 of its

@@ -6,7 +6,7 @@
 #include "base/ids.h"
 #include "base/memory.h"
 #include "base/vec.h"
-#include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "visibility/cone.h"
 
 #include <cstddef>
@@ -81,10 +81,6 @@ struct Doorway {
   double radius = 0;
   DoorPlane plane;
 };
-
-// Calls its argument for each of some portals, always the same ones.
-using PortalSource =
-    std::function<void(const std::function<void(const Portal&)>&)>;
 
 class PortalGraph {
  public:

@@ -134,15 +134,15 @@ uint64_t EncodedSetBytes(size_t sources) {
 
 }  // namespace
 
-SetAgreement::SetAgreement(const Partition& partition,
+SetAgreement::SetAgreement(std::span<const CellInfo> cells,
                            MemoryBudget& budget,
                            BlockStorage& store)
-    : partition_(&partition),
+    : cells_(cells),
       budget_(&budget),
       store_(&store),
-      own_charge_(budget, partition.cells.size() * 2 * sizeof(uint64_t), kWhat),
-      seen_bytes_(partition.cells.size()),
-      agreed_bytes_(partition.cells.size()) {}
+      own_charge_(budget, cells.size() * 2 * sizeof(uint64_t), kWhat),
+      seen_bytes_(cells.size()),
+      agreed_bytes_(cells.size()) {}
 
 void SetAgreement::Put(CellId cell, const std::vector<SeenCell>& seen) {
   seen_bytes_[cell.Index()] = BytesOf(seen);
@@ -187,14 +187,13 @@ std::shared_ptr<const std::vector<CellId>> SetAgreement::AgreedBy(CellId cell) {
 }
 
 void SetAgreement::Agree() {
-  for (size_t first = 0; first < partition_->cells.size();) {
+  for (size_t first = 0; first < cells_.size();) {
     first = AgreeBatch(first);
   }
 }
 
 std::vector<SetAgreement::Asking> SetAgreement::LoadBatch(size_t first) const {
-  const size_t end =
-      std::min(partition_->cells.size(), first + kCellsAgreedAtOnce);
+  const size_t end = std::min(cells_.size(), first + kCellsAgreedAtOnce);
   const uint64_t most = budget_->FreeBytes() / 2;
   uint64_t bytes = 0;
   std::vector<Asking> batch;
@@ -273,7 +272,7 @@ size_t SetAgreement::AgreeBatch(size_t first) {
 }
 
 size_t SetAgreement::Finish(CellId receiver) {
-  const auto& cells = partition_->cells;
+  const auto cells = cells_;
   const MemoryCharge charge =
       ChargeFor(kBlockCopies * agreed_bytes_[receiver.Index()] + cells.size());
   const std::vector<SeenCell> agreed = Load(receiver, kAgreedBlock);

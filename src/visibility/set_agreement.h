@@ -24,7 +24,7 @@ namespace enfilade {
 // back is charged to the budget: the result does not depend on it.
 class SetAgreement {
  public:
-  SetAgreement(const Partition& partition,
+  SetAgreement(std::span<const CellInfo> cells,
                MemoryBudget& budget,
                BlockStorage& store);
 
@@ -65,7 +65,7 @@ class SetAgreement {
   void ChargeAgreed(size_t at, std::vector<Asking>* batch) const;
   [[nodiscard]] std::shared_ptr<const Ids> AgreedBy(CellId cell);
 
-  const Partition* partition_;
+  std::span<const CellInfo> cells_;
   MemoryBudget* budget_;
   BlockStorage* store_;
   MemoryCharge own_charge_;             // of what there is for each cell

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "partition/partition_store.h"
 #include "visibility/beam_flood.h"
 #include "visibility/cell_explorer.h"
 #include "visibility/portal_graph.h"
@@ -20,17 +21,11 @@ namespace {
 constexpr const char* kSummaryMeta = "visibility";
 constexpr size_t kMostExploredAtOnce = 8;  // cells
 
-PortalSource PortalsOf(const Partition& partition) {
-  return [&partition](const std::function<void(const Portal&)>& visit) {
-    std::for_each(partition.portals.begin(), partition.portals.end(), visit);
-  };
-}
-
 // Without regions in the store every cell is one.
-RegionGraph RegionGraphOf(const Partition& partition,
+RegionGraph RegionGraphOf(size_t cells,
+                          const PortalSource& portals,
                           const BlockStorage& store,
                           MemoryBudget& budget) {
-  const size_t cells = partition.cells.size();
   if (auto cell_of = LoadRegionCells(store)) {
     return {cells,
             std::move(*cell_of),
@@ -43,7 +38,7 @@ RegionGraph RegionGraphOf(const Partition& partition,
   for (size_t i = 0; i < cells; ++i) {
     itself.emplace_back(i);
   }
-  return {cells, std::move(itself), PortalsOf(partition), budget};
+  return {cells, std::move(itself), portals, budget};
 }
 
 // What exploring a cell may take in memory.
@@ -63,13 +58,13 @@ size_t CellsAtOnce(uint64_t bytes_each, const MemoryBudget& budget) {
 }
 
 // Explores all cells, in parallel batches; counts cells with spent budgets.
-uint64_t ExploreAll(const Partition& partition,
+uint64_t ExploreAll(std::span<const CellInfo> cells,
+                    const PortalGraph& graph,
                     const RegionGraph& regions,
                     const VisibilityOptions& options,
                     MemoryBudget& budget,
                     SetAgreement& sets) {
-  const size_t count = partition.cells.size();
-  const PortalGraph graph(count, PortalsOf(partition), budget);
+  const size_t count = cells.size();
   const uint64_t bytes_each =
       ExplorationBytes(count, regions, options.max_steps_per_cell);
   const size_t at_once = CellsAtOnce(bytes_each, budget);
@@ -80,7 +75,7 @@ uint64_t ExploreAll(const Partition& partition,
     std::vector<Exploration> batch(std::min(at_once, count - first));
     ParallelFor(batch.size(), [&](size_t i) {
       batch[i] = ExploreFrom(CellId(first + i),
-                             partition,
+                             cells,
                              graph,
                              regions,
                              options.max_steps_per_cell,
@@ -107,22 +102,24 @@ uint64_t ExploreAll(const Partition& partition,
 
 }  // namespace
 
-VisibilitySummary BuildVisibleSets(const Partition& partition,
+VisibilitySummary BuildVisibleSets(std::span<const CellInfo> cells,
+                                   const PortalSource& portals,
                                    const VisibilityOptions& options,
                                    MemoryBudget& budget,
                                    BlockStorage& store) {
   store.EraseAll(BlockKind::kVisibleSet);
   store.EraseAll(BlockKind::kScratch);
   VisibilitySummary summary;
-  SetAgreement sets(partition, budget, store);
-  summary.budget_spent_cells =
-      ExploreAll(partition,
-                 RegionGraphOf(partition, store, budget),
-                 options,
-                 budget,
-                 sets);
+  SetAgreement sets(cells, budget, store);
+  {
+    const RegionGraph regions =
+        RegionGraphOf(cells.size(), portals, store, budget);
+    const PortalGraph graph(cells.size(), portals, budget);
+    summary.budget_spent_cells =
+        ExploreAll(cells, graph, regions, options, budget, sets);
+  }
   sets.Agree();
-  for (size_t i = 0; i < partition.cells.size(); ++i) {
+  for (size_t i = 0; i < cells.size(); ++i) {
     summary.visible_pairs += sets.Finish(CellId(i));
   }
   store.EraseAll(BlockKind::kScratch);
@@ -133,6 +130,16 @@ VisibilitySummary BuildVisibleSets(const Partition& partition,
     options.progress(1);
   }
   return summary;
+}
+
+VisibilitySummary BuildVisibleSets(const Partition& partition,
+                                   const VisibilityOptions& options,
+                                   MemoryBudget& budget,
+                                   BlockStorage& store) {
+  const auto portals = [&](const std::function<void(const Portal&)>& visit) {
+    std::for_each(partition.portals.begin(), partition.portals.end(), visit);
+  };
+  return BuildVisibleSets(partition.cells, portals, options, budget, store);
 }
 
 VisibilitySummary LoadVisibilitySummary(const BlockStorage& store) {

@@ -10,10 +10,12 @@
 #include "base/ids.h"
 #include "base/memory.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "visibility/cell_part.h"
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -38,11 +40,6 @@ uint64_t BytesOf(const VisibleSet& set);
 // Of so many sources with so many cells in between, all of them together.
 uint64_t VisibleSetBytes(size_t sources, size_t between);
 
-// Of what visibility takes for the doorways of a building, the share of the
-// portals as they are loaded, about: the openings between regions are as many,
-// and both become graphs, of two doorways each.
-inline constexpr double kShareOfPortals = 0.15;
-
 struct VisibilityOptions {
   uint32_t max_steps_per_cell = 2000;  // portal sequences tried per cell
   std::function<void(double fraction)> progress;  // may be empty
@@ -55,7 +52,15 @@ struct VisibilitySummary {
 
 // Writes a kVisibleSet block per cell and a meta entry: the same bits whatever
 // the budget, to which looking through doorways is charged, and the threads.
-// DoesNotFitError when the budget does not hold it for one cell.
+// Goes through the portals a few times. DoesNotFitError when the budget does
+// not hold it for one cell.
+VisibilitySummary BuildVisibleSets(std::span<const CellInfo> cells,
+                                   const PortalSource& portals,
+                                   const VisibilityOptions& options,
+                                   MemoryBudget& budget,
+                                   BlockStorage& store);
+
+// Of a partition in memory.
 VisibilitySummary BuildVisibleSets(const Partition& partition,
                                    const VisibilityOptions& options,
                                    MemoryBudget& budget,

@@ -276,7 +276,7 @@ test::MapStorage AgreedUnder(MemoryBudget& budget) {
     row.cells.emplace_back().bounds = {{x, 0, 0}, {x + 1, 1, 1}};
   }
   test::MapStorage store;
-  SetAgreement sets(row, budget, store);
+  SetAgreement sets(row.cells, budget, store);
   for (size_t i = 0; i < kCells; ++i) {
     sets.Put(CellId(i), AllSeen(kCells, i % 3 == 0));
   }
