@@ -1,6 +1,7 @@
 #include "partition/leaf_graph.h"
 
 #include "base/stop.h"
+#include "scene/box_tree.h"
 
 #include <algorithm>
 #include <limits>
@@ -190,43 +191,45 @@ void PushDown(const BspTree& tree,
   }
 }
 
-// The covers of one node with their boxes, sorted for quick refusal.
+// The covers of one node, by where they are.
 class CoverIndex {
  public:
   // What one of so many takes, and the list of those that are near.
   static uint64_t BytesFor(size_t covers) {
     constexpr uint64_t kGrowth = 2;
-    return covers * (sizeof(Entry) + kGrowth * sizeof(const Polygon*));
+    return BoxTree::BytesFor(covers) +
+           covers * kGrowth * (sizeof(uint32_t) + sizeof(const Polygon*));
   }
 
-  explicit CoverIndex(const std::vector<Polygon>& covers) {
-    entries_.reserve(covers.size());
-    for (const Polygon& cover : covers) {
-      entries_.push_back({BoundsOf(cover), &cover});
-    }
-  }
+  explicit CoverIndex(const std::vector<Polygon>& covers)
+      : covers_(&covers), tree_(BoxesOf(covers)) {}
 
+  // In their order.
   [[nodiscard]] std::vector<const Polygon*> Near(const Polygon& polygon) const {
-    Box3 box = BoundsOf(polygon);
-    const Vec3 margin{kOnPlaneM, kOnPlaneM, kOnPlaneM};
-    box.low = box.low - margin;
-    box.high = box.high + margin;
+    std::vector<uint32_t> found;
+    tree_.ForOverlaps(Grown(BoundsOf(polygon), kOnPlaneM),
+                      [&](uint32_t i) { found.push_back(i); });
+    std::sort(found.begin(), found.end());
     std::vector<const Polygon*> near;
-    for (const Entry& entry : entries_) {
-      if (entry.box.Overlaps(box)) {
-        near.push_back(entry.cover);
-      }
+    near.reserve(found.size());
+    for (const uint32_t i : found) {
+      near.push_back(&(*covers_)[i]);
     }
     return near;
   }
 
  private:
-  struct Entry {
-    Box3 box;
-    const Polygon* cover;
-  };
+  static std::vector<Box3> BoxesOf(const std::vector<Polygon>& covers) {
+    std::vector<Box3> boxes;
+    boxes.reserve(covers.size());
+    for (const Polygon& cover : covers) {
+      boxes.push_back(BoundsOf(cover));
+    }
+    return boxes;
+  }
 
-  std::vector<Entry> entries_;
+  const std::vector<Polygon>* covers_;
+  BoxTree tree_;
 };
 
 // What pieces take in a vector that grows.

@@ -78,7 +78,8 @@ class CellPatchSink {
 class Lamps {
  public:
   Lamps(const SceneInfo& info, const BlockStorage& store, MemoryBudget& budget)
-      : Lamps(BoxesOf(info, store), budget) {}
+      : charge_(budget, "the boxes of the faces that emit"),
+        tree_(BoxesOf(info, store, charge_)) {}
 
   // Light begins in the box.
   [[nodiscard]] bool AnyIn(const Box3& box) const {
@@ -91,30 +92,27 @@ class Lamps {
   }
 
  private:
-  static constexpr uint64_t kBytesPerLamp = 60;  // as BoxTree says
   static constexpr double kBeforeM = 1e-3;
   static constexpr double kMarginM = 1e-4;
 
-  Lamps(std::vector<Box3> boxes, MemoryBudget& budget)
-      : charge_(budget,
-                boxes.size() * kBytesPerLamp,
-                "the boxes of the faces that emit"),
-        tree_(std::move(boxes)) {}
-
   static std::vector<Box3> BoxesOf(const SceneInfo& info,
-                                   const BlockStorage& store) {
+                                   const BlockStorage& store,
+                                   GrowingCharge& charge) {
     std::vector<Box3> boxes;
     ForEachFace(store, [&](FaceId, const Face& face) {
       if (Emits(info.materials[face.material.Index()])) {
         const Vec3 before = Normalize(AreaVector(face.vertices)) * kBeforeM;
         const Box3 box = BoundsOf(face.vertices);
+        constexpr uint64_t kGrowth = 2;  // old boxes while the vector grows
+        charge.GrowTo(BoxTree::BytesFor(boxes.size() + 1) +
+                      kGrowth * sizeof(Box3) * boxes.size());
         boxes.push_back({box.low + before, box.high + before});
       }
     });
     return boxes;
   }
 
-  MemoryCharge charge_;
+  GrowingCharge charge_;
   BoxTree tree_;
 };
 

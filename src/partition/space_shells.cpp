@@ -3,8 +3,6 @@
 #include "base/photometry.h"
 #include "base/stop.h"
 
-#include <utility>
-
 namespace enfilade {
 namespace {
 
@@ -28,7 +26,8 @@ double WindingNumber(const Shell& shell, Point3 p) {
 
 class ShellCollector {
  public:
-  explicit ShellCollector(size_t spaces) : shells_(spaces) {}
+  ShellCollector(size_t spaces, MemoryBudget& budget)
+      : shells_(spaces), charge_(budget, "the shells of the model's spaces") {}
 
   // A polygon that Spaces, or a Space and the outside, share.
   void Add(const Polygon& polygon,
@@ -48,21 +47,22 @@ class ShellCollector {
     }
   }
 
-  [[nodiscard]] std::vector<Shell> Take() { return std::move(shells_); }
-
-  [[nodiscard]] uint64_t Bytes() const { return bytes_; }
+  [[nodiscard]] const std::vector<Shell>& Shells() const { return shells_; }
 
  private:
   void AddTriangle(SpaceId space, const ShellTriangle& t) {
+    constexpr uint64_t kGrowth = 3;  // old and new while a vector grows
+    bytes_ += kGrowth * sizeof t;
+    charge_.GrowTo(bytes_);
     Shell& shell = shells_[space.Index()];
     shell.bounds.Include(t.a);
     shell.bounds.Include(t.b);
     shell.bounds.Include(t.c);
     shell.triangles.push_back(t);
-    bytes_ += 2 * sizeof t;
   }
 
   std::vector<Shell> shells_;
+  GrowingCharge charge_;
   uint64_t bytes_ = 0;
 };
 
@@ -88,21 +88,18 @@ std::vector<std::optional<SpaceId>> SpacesOfLeaves(const BlockStorage& store,
                                                    const SceneInfo& info,
                                                    const LeafShapes& leaves,
                                                    MemoryBudget& budget) {
-  ShellCollector collector(info.spaces.size());
+  ShellCollector collector(info.spaces.size(), budget);
   ForEachFace(store, [&collector](FaceId, const Face& face) {
     collector.Add(face.vertices, face.front_space, face.back_space);
   });
   for (const Opening& opening : info.openings) {
     collector.Add(opening.vertices, opening.front_space, opening.back_space);
   }
-  const MemoryCharge charge(
-      budget, collector.Bytes(), "the shells of the model's spaces");
-  const std::vector<Shell> shells = collector.Take();
   std::vector<std::optional<SpaceId>> spaces;
   spaces.reserve(leaves.size());
   for (const LeafShape& leaf : leaves) {
     ThrowIfStopRequested();
-    spaces.push_back(SpaceOf(shells, leaf.center));
+    spaces.push_back(SpaceOf(collector.Shells(), leaf.center));
   }
   return spaces;
 }

@@ -27,7 +27,8 @@ void BoxTree::Sort(size_t begin, size_t end) {
   size_t axis = extent.y > extent.x ? 1 : 0;
   axis = extent.z > extent[axis] ? 2 : axis;
   const auto key = [&](uint32_t i) {
-    return std::pair(boxes_[i].low[axis] + boxes_[i].high[axis], i);
+    const Box3& box = boxes_[i];  // the ends of an empty one have no sum
+    return std::pair(box.IsEmpty() ? 0 : box.low[axis] + box.high[axis], i);
   };
   const auto at = [&](size_t i) {
     return order_.begin() + static_cast<std::ptrdiff_t>(i);

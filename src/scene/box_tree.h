@@ -10,9 +10,15 @@
 
 namespace enfilade {
 
-// Immutable. About 60 bytes per box.
+// Immutable.
 class BoxTree {
  public:
+  // What one of so many boxes takes.
+  static uint64_t BytesFor(size_t boxes) {
+    return boxes * (2 * sizeof(Box3) + sizeof(uint32_t));
+  }
+
+  // Empty boxes overlap nothing.
   explicit BoxTree(std::vector<Box3> boxes);
 
   // Calls visit(i) for every box that overlaps `box`, in no useful order that

@@ -40,7 +40,7 @@ struct ClosedSolid {
 // The faces of a scene may share edges, T-junctions included.
 struct Face {
   MaterialId material;
-  ObjectId object;  // names are in SceneSummary::object count only; see reader
+  ObjectId object;  // its name is not kept
   std::vector<Point3> vertices;
   // gbXML only: the Spaces in front of and behind the face; nullopt: outside.
   std::optional<SpaceId> front_space;

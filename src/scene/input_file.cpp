@@ -29,6 +29,42 @@ void CutBlanksAtEnd(std::string& line) {
   line.resize(last == std::string::npos ? 0 : last + 1);
 }
 
+bool IsBlank(char c) {
+  return c == ' ' || c == '\t';
+}
+
+// Of what numbers follow. A name may hold a '#'.
+bool IsKeyOfNumbers(std::string_view key) {
+  constexpr std::array<std::string_view, 15> kKeys = {"v",
+                                                      "vn",
+                                                      "vt",
+                                                      "vp",
+                                                      "f",
+                                                      "l",
+                                                      "p",
+                                                      "s",
+                                                      "Ka",
+                                                      "Kd",
+                                                      "Ks",
+                                                      "Ke",
+                                                      "d",
+                                                      "Tr",
+                                                      "Ns"};
+  return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
+}
+
+// What a '#' after a blank begins in a line of numbers.
+void CutComment(std::string& line) {
+  const auto begin = std::find_if_not(line.begin(), line.end(), IsBlank);
+  const auto end = std::find_if(begin, line.end(), IsBlank);
+  if (!IsKeyOfNumbers({begin, end})) {
+    return;
+  }
+  const auto comment = std::adjacent_find(
+      end, line.end(), [](char a, char b) { return IsBlank(a) && b == '#'; });
+  line.erase(comment, line.end());
+}
+
 // A line that the next goes on. The paths in comments may end so by chance.
 bool IsContinued(const std::string& line) {
   return line.ends_with('\\') && line[line.find_first_not_of(" \t")] != '#';
@@ -195,6 +231,7 @@ LineStream::int_type LineStream::underflow() {
     }
     current_ += physical_;
   }
+  CutComment(current_);
   CutBlanksAtEnd(current_);
   check_(current_);
   current_.push_back('\n');

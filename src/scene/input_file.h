@@ -56,9 +56,10 @@ std::string ReadWholeFile(const std::filesystem::path& path,
 
 // Hands a text to a std::istream one logical line at a time: lines end with
 // LF, CRLF or CR, a backslash at the end joins the next line unless the line is
-// a comment (#), trailing blanks are cut. So whoever parses the stream can ask
-// which line it is at, and `check` sees each line before the parser does.
-// Reading throws InputError for a line of more than 1 MiB, joined ones counted.
+// a comment (#), trailing blanks are cut, and comments behind numbers. So
+// whoever parses the stream can ask which line it is at, and `check` sees each
+// line before the parser does. Reading throws InputError for a line of more
+// than 1 MiB, joined ones counted.
 class LineStream : public std::streambuf {
  public:
   using LineCheck = std::function<void(std::string_view line)>;

@@ -3,8 +3,10 @@
 #include "base/error.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace enfilade {
 namespace {
@@ -50,6 +52,19 @@ std::string Complaint(const Material& m, const std::string& place) {
                    Channels(m.reflectance));
 }
 
+// A pattern of overrides that matches this name alone, as JSON.
+std::string KeyOf(const std::string& name) {
+  std::string pattern;
+  for (const char c : name) {
+    if (std::string_view("*?[\\").find(c) != std::string_view::npos) {
+      pattern += '\\';
+    }
+    pattern += c;
+  }
+  return nlohmann::json(pattern).dump(
+      -1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 // An entry of the override file that mends it.
 std::string Mend(const Material& m) {
   Rgb mended{};
@@ -58,9 +73,10 @@ std::string Mend(const Material& m) {
         m.reflectance[c] >= 0 ? std::min(m.reflectance[c], kSuggestedMost) : 0;
   }
   return AllIn(m.reflectance, 1)
-             ? fmt::format("\"{}\": {{\"exitance\": 0}}", m.name)
-             : fmt::format(
-                   "\"{}\": {{\"reflectance\": {}}}", m.name, Channels(mended));
+             ? fmt::format("{}: {{\"exitance\": 0}}", KeyOf(m.name))
+             : fmt::format("{}: {{\"reflectance\": {}}}",
+                           KeyOf(m.name),
+                           Channels(mended));
 }
 
 }  // namespace

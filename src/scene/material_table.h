@@ -26,10 +26,6 @@ class MaterialTable {
   // it. Returns its index for Resolve.
   size_t AddInput(Material material, std::string place);
 
-  [[nodiscard]] const Material& Input(size_t index) const {
-    return inputs_[index].material;
-  }
-
   // The material of a face of this input material, object and surface type
   // (empty where the format has none). nullopt: clear, the face is ignored.
   std::optional<MaterialId> Resolve(size_t input,

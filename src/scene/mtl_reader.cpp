@@ -70,8 +70,7 @@ class MtlReading {
  private:
   [[nodiscard]] std::string Name() const { return file_->Path().string(); }
 
-  // As the library has it, the name is all that follows one blank: it may hold
-  // others.
+  // The name is all that follows: it may hold blanks.
   void StartMaterial(std::string_view line, uint64_t number) {
     constexpr std::string_view kKey = "newmtl";
     const size_t end = line.find(kKey) + kKey.size();
@@ -82,7 +81,7 @@ class MtlReading {
                       number,
                       kKey));
     }
-    name_ = line.substr(end + 1);
+    name_ = line.substr(line.find_first_not_of(" \t", end));
     place_ = number;
     kept_.clear();
     grey_reflectance_.reset();

@@ -268,7 +268,8 @@ class ObjReading {
     material_chosen_ = false;
   }
 
-  void UseMaterial(const std::string& name) {
+  void UseMaterial(std::string name) {
+    name.erase(0, name.find_first_not_of(" \t"));
     auto it = input_by_name_.find(name);
     if (it == input_by_name_.end() && input_.unknown_material) {
       const size_t made = context_.materials.AddInput(

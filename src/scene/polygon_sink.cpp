@@ -5,16 +5,12 @@ namespace enfilade {
 void PolygonSink::Begin(MaterialId id,
                         const Material& material,
                         ObjectId object) {
-  if (id == face_.material && object == face_.object) {
-    oriented_ = Emits(material) || material.sides == 1;
-    emits_ = Emits(material);
-    return;
+  if (id != face_.material || object != face_.object) {
+    Flush();
   }
-  Flush();
   face_.material = id;
   face_.object = object;
   oriented_ = Emits(material) || material.sides == 1;
-  emits_ = Emits(material);
 }
 
 void PolygonSink::Add(std::span<const Point3> polygon) {

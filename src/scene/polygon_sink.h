@@ -36,7 +36,6 @@ class PolygonSink {
   SceneWriter* writer_;
   Face face_;  // material and object of the pending polygons
   bool oriented_ = false;
-  bool emits_ = false;
 };
 
 }  // namespace enfilade

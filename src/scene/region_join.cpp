@@ -164,11 +164,6 @@ class RegionFinder {
     areas_[f] = -areas_[f];
     for (Neighbour& next : neighbours_[f]) {
       next.agrees = !next.agrees;
-      for (Neighbour& back : neighbours_[next.polygon]) {
-        if (back.polygon == f) {
-          back.agrees = !back.agrees;
-        }
-      }
     }
   }
 

@@ -32,16 +32,10 @@ Vec3 RandomDirection(Random& random) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// Where p projects onto the line a b, as a fraction, and how far off it is.
-struct OnLine {
-  double at = 0;
-  double off = 0;
-};
-
-OnLine Locate(Point3 p, Point3 a, Point3 b) {
+// Where p projects onto the line a b, as a fraction.
+double FractionOnLine(Point3 p, Point3 a, Point3 b) {
   const Vec3 d = b - a;
-  const double at = Dot(p - a, d) / Dot(d, d);
-  return {at, Length(p - (a + d * at))};
+  return Dot(p - a, d) / Dot(d, d);
 }
 
 }  // namespace
@@ -100,15 +94,15 @@ double SpaceShell::OpenLengthOf(const Edge& edge, double tolerance) const {
             kParallel * other_length) {
       continue;
     }
-    const OnLine a = Locate(other.from, edge.from, edge.to);
-    const OnLine b = Locate(other.to, edge.from, edge.to);
-    const auto [low, high] = std::minmax(a.at, b.at);
+    const double a = FractionOnLine(other.from, edge.from, edge.to);
+    const double b = FractionOnLine(other.to, edge.from, edge.to);
+    const auto [low, high] = std::minmax(a, b);
     if (high <= 0 || low >= 1) {
       continue;
     }
     // How far off the edge the other is where the two run side by side.
     const auto off_at = [&](double at) {
-      const double t = b.at == a.at ? 0 : (at - a.at) / (b.at - a.at);
+      const double t = b == a ? 0 : (at - a) / (b - a);
       const Point3 p = Lerp(other.from, other.to, t);
       return Length(p - Lerp(edge.from, edge.to, at));
     };
