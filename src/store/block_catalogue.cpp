@@ -105,6 +105,7 @@ BlockCatalogue::BlockCatalogue(Database& database)
                       " ORDER BY a, b, c LIMIT ?8")
                  .c_str()),
       totals_(database, RangeSql("count(*), total(frame_bytes)", "").c_str()),
+      all_entries_(database, "SELECT kind, a, b, c, checksum FROM catalogue"),
       add_frame_(database, "INSERT INTO frame(bytes) VALUES(?1)"),
       replace_frame_(database, "UPDATE frame SET bytes = ?2 WHERE id = ?1"),
       erase_frame_(database, "DELETE FROM frame WHERE id = ?1"),
@@ -223,6 +224,25 @@ void BlockCatalogue::VerifyMeta() {
     CheckMeta(all_meta_.Text(0),
               all_meta_.Text(1),
               static_cast<uint64_t>(all_meta_.Integer(2)));
+  }
+}
+
+void BlockCatalogue::VerifyEntries() {
+  const ResetAtEnd reset(all_entries_);
+  uint64_t digest = 0;
+  while (all_entries_.Step()) {
+    BlockEntry entry;
+    entry.key = {static_cast<BlockKind>(all_entries_.Integer(0)),
+                 static_cast<uint32_t>(all_entries_.Integer(1)),
+                 static_cast<uint32_t>(all_entries_.Integer(2)),
+                 static_cast<uint32_t>(all_entries_.Integer(3))};
+    entry.checksum = static_cast<uint64_t>(all_entries_.Integer(4));
+    digest += EntryHash(entry);
+  }
+  if (digest != StoredDigest()) {
+    throw DamagedStoreError(
+        "the store's catalogue is damaged: blocks are missing or changed; "
+        "restore the store from a copy or solve the scene again");
   }
 }
 

@@ -74,15 +74,19 @@ class BlockCatalogue {
   // Checks every meta value; throws DamagedStoreError.
   void VerifyMeta();
 
+  // Walks all entries. Throws DamagedStoreError if one was lost or changed.
+  void VerifyEntries();
+
+ private:
   // Sum of EntryHash over all entries, as kept by Put and Erase.
   [[nodiscard]] uint64_t StoredDigest();
   void StoreDigest(uint64_t digest);
 
- private:
   Database* database_;
   Statement find_;
   Statement range_;
   Statement totals_;
+  Statement all_entries_;
   Statement add_frame_;
   Statement replace_frame_;
   Statement erase_frame_;

@@ -23,8 +23,8 @@ enum class StoreAccess { kRead, kWrite };
 // Creates a new store; an existing file at `path` is a DiskError.
 std::unique_ptr<BlockStorage> CreateStore(const std::filesystem::path& path);
 
-// Opens a store; one that is not Enfilade's, or of another format version, is
-// an InputError or DamagedStoreError that says so.
+// Opens a store; one that is not Enfilade's, or of another format version, or
+// that has lost a block, is an InputError or DamagedStoreError that says so.
 std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
                                         StoreAccess access);
 

@@ -232,18 +232,24 @@ TEST(Store, OtherDatabasesAndOtherFormatsAreNamed) {
 TEST(Store, BlockUnderAnotherKeyIsDamaged) {
   const TemporaryFolder folder;
   const auto path = folder / "a.enf";
+  const BlockKey other{BlockKind::kLinks, 3, 4, 6};
   {
     const auto store = CreateStore(path);
     store->Put(kKey, TestContent(1, 1000));
+    store->Put(other, TestContent(2, 1000));
     store->Commit();
   }
-  Tamper(path, "UPDATE catalogue SET c = 6");
+  // Frames 1 and 2 change places, and what is said of them but for the keys.
+  Tamper(path,
+         "UPDATE catalogue SET frame = 3 - frame, frame_bytes = "
+         "(SELECT sum(frame_bytes) FROM catalogue) - frame_bytes");
   const auto store = OpenStore(path, StoreAccess::kRead);
-  EXPECT_THROW(static_cast<void>(store->Get({BlockKind::kLinks, 3, 4, 6})),
-               DamagedStoreError);
+  EXPECT_THROW(static_cast<void>(store->Get(kKey)), DamagedStoreError);
+  EXPECT_THROW(static_cast<void>(store->Get(other)), DamagedStoreError);
 }
 
-TEST(Store, LostBlockIsFoundByVerifyAll) {
+// For some kinds none is as good as an empty one.
+TEST(Store, LostOrRenamedBlockIsFoundAtOpening) {
   const TemporaryFolder folder;
   const auto path = folder / "a.enf";
   {
@@ -253,9 +259,13 @@ TEST(Store, LostBlockIsFoundByVerifyAll) {
     store->Commit();
     store->VerifyAll();
   }
+  std::filesystem::copy_file(path, folder / "b.enf");
   Tamper(path, "DELETE FROM catalogue WHERE kind = 1");
-  EXPECT_THROW(OpenStore(path, StoreAccess::kRead)->VerifyAll(),
-               DamagedStoreError);
+  Tamper(folder / "b.enf", "UPDATE catalogue SET c = 6 WHERE c <> 0");
+  for (const auto access : {StoreAccess::kRead, StoreAccess::kWrite}) {
+    EXPECT_THROW(OpenStore(path, access), DamagedStoreError);
+    EXPECT_THROW(OpenStore(folder / "b.enf", access), DamagedStoreError);
+  }
 }
 
 TEST(Store, ChangedMetaIsDamaged) {
