@@ -34,6 +34,7 @@ SOLVER_FOLDERS = [
     "paging",
     "solution",
     "residual",
+    "reference",
 ]
 EVERYTHING = set(ALLOWED) | {"tools"}
 TBB_HEADER = pathlib.PurePosixPath("src/base/parallel.h")

@@ -1,6 +1,7 @@
 #include "solver/engine.h"
 
 #include "base/stopwatch.h"
+#include "partition/partition_store.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
 
@@ -64,6 +65,9 @@ Engine::Engine(BlockStorage& store,
       portals_charge_(budget, "the portals of the building"),
       partition_(LoadPartition(
           store, [this](uint64_t bytes) { portals_charge_.GrowTo(bytes); })),
+      cells_charge_(budget,
+                    partition_.cells.size() * kSolveBytesPerCell,
+                    "what is known of the cells"),
       basis_(BasisNamed(options.basis)),
       shape_{&basis_, kRgbChannels},
       surfaces_(MakeSurfaceTable(scene_)),
@@ -91,7 +95,7 @@ Engine::Engine(BlockStorage& store,
                                 : SweepKind::kPropagate);
 }
 
-SolveSummary Engine::Run() {
+void Engine::Run() {
   if (TakeRequest(options_.error, &state_) == RequestStep::kNewRound) {
     state_.tau = state_.rounds.back().tau;
     ++state_.round;
@@ -109,7 +113,6 @@ SolveSummary Engine::Run() {
   pager_.Flush();
   SaveSolveState(state_, *store_);
   store_->Commit();
-  return LoadSolveSummary(*store_);
 }
 
 void Engine::Start() {

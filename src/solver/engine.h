@@ -45,7 +45,7 @@ class Engine {
          MemoryBudget& budget);
 
   // Runs until the requested error is met or refinement is exhausted.
-  SolveSummary Run();
+  void Run();
 
  private:
   // A receiver cell while it is processed.
@@ -124,6 +124,7 @@ class Engine {
   SceneInfo scene_;
   GrowingCharge portals_charge_;
   Partition partition_;
+  MemoryCharge cells_charge_;
   Basis basis_;
   TreeShape shape_;
   SurfaceTable surfaces_;

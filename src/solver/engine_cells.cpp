@@ -99,8 +99,10 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
   Covers covers = FindCovers(
       options,
       {r.id, patches, r.geometry->clusters.get(), occluder.get(), &light});
-  receiver->receivers_charge = pager_.Reserve(
-      ClusterTree::BytesFor(covers.receivers.size()), "the clusters of a cell");
+  receiver->receivers_charge =
+      pager_.Reserve(ClusterTree::BytesFor(covers.receivers.size()) +
+                         covers.receivers.size() * sizeof(float),
+                     "the receivers of a cell");
   receiver->receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
   receiver->weights = ReceiverWeights(patches, *receiver->receivers, care_);

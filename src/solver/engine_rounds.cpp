@@ -18,10 +18,6 @@
 namespace enfilade {
 namespace {
 
-// The residual is worth so many rays per link, and at least these: a round too
-// many costs more.
-constexpr uint64_t kResidualRaysPerLink = 4;
-constexpr uint64_t kLeastResidualRays = 8 << 20;
 // To say that it is small: one ray per this many links, but at least these.
 constexpr uint64_t kLinksPerAcceptingRay = 4;
 constexpr uint64_t kLeastDecidingRays = 2 << 20;
@@ -86,9 +82,8 @@ void Engine::TellOfRound() const {
   options_.round_ended(summary);
 }
 
-// Rays look at what a round has reached, which FinishSweep has committed:
-// nothing else is in memory then but the state, and a stop leaves the store as
-// it is.
+// Rays look at what a round has reached, which FinishSweep has committed: no
+// cell is in memory then, and a stop leaves the store as it is.
 void Engine::CheckResidual() {
   pager_.EvictAll();
   workspace_.Reset();
@@ -97,8 +92,7 @@ void Engine::CheckResidual() {
   options.seed = MixKey(state_.seed, state_.round);
   options.mean_reflected = state_.mean_reflected;
   options.decide_at = state_.error;
-  options.most_rays =
-      std::max(kLeastResidualRays, kResidualRaysPerLink * links);
+  options.most_rays = MostResidualRays(links);
   options.least_rays = RaysToDecide(links);
   options.unseen =
       shape_.NodeStride() == 1 ? kUnseenErrorOfConstants : kUnseenError;

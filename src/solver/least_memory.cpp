@@ -2,13 +2,16 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "solver/elements/cell_care.h"
 #include "solver/elements/element_tree.h"
 #include "solver/elements/received_light.h"
 #include "solver/paging/access_trace.h"
 #include "solver/paging/cell_pager.h"
 #include "solver/paging/next_use.h"
+#include "solver/refine/cover.h"
 #include "solver/refine/source_weights.h"
+#include "solver/residual/residual_check.h"
 #include "solver/state/held_gain.h"
 #include "solver/transfer/cluster_tree.h"
 #include "visibility/visible_set.h"
@@ -67,8 +70,10 @@ class NeedFinder {
     for (size_t i = 0; i < needs_.size(); ++i) {
       LookAt(CellId(i));
     }
+    ConsiderRays();
     least_.budget_bytes +=
         kSolveWorkspaceBytes + portal_bytes_ +
+        needs_.size() * kSolveBytesPerCell +
         NextUse::BytesFor(needs_.size(),
                           LoadVisibilitySummary(*store_).visible_pairs);
     // The record of what is read has a share of it all, itself included.
@@ -93,7 +98,7 @@ class NeedFinder {
     }
   }
 
-  CellNeed NeedOf(CellId cell, size_t portal_triangles) const {
+  CellNeed NeedOf(CellId cell, size_t portal_triangles) {
     const CellPatches stored = LoadCellPatches(*store_, cell);
     const size_t patches = stored.patches.size();
     const size_t blockers = BlockerCount(stored);
@@ -101,6 +106,13 @@ class NeedFinder {
     // A tree that is there already may have grown further.
     const size_t elements =
         std::max(grown, has_trees_ ? CellTree::StoredSize(*store_, cell) : 0);
+    patches_ += patches;
+    lamps_ += static_cast<size_t>(std::count_if(
+        stored.patches.begin(), stored.patches.end(), [](const Patch& p) {
+          return p.emits;
+        }));
+    const size_t receivers =
+        std::clamp(elements, patches, MostReceivers(patches));
     CellNeed need;
     need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
     need.tree = CellTree::BytesFor(elements, shape_);
@@ -108,7 +120,8 @@ class NeedFinder {
     // The delta, or the step in its place (cell_balance.h).
     need.balance = CoefficientArray::BytesFor(elements, shape_.Stride()) +
                    HeldSharesBytesFor(elements, shape_);
-    need.clusters = ClusterTree::BytesFor(patches);
+    need.clusters =
+        ClusterTree::BytesFor(receivers) + receivers * sizeof(float);
     need.weights = SourceWeights::BytesFor(patches);
     need.care = patches * sizeof(PatchCare);
     const uint64_t held = BlockersHeldBytes(blockers);
@@ -171,6 +184,27 @@ class NeedFinder {
                            bytes + build);
   }
 
+  // After each round: of the cells, one at a time.
+  void ConsiderRays() {
+    constexpr double kLinksPerElement = 6;  // seen: 5.5 (floors), 8 (chairs)
+    const double links = kLinksPerElement * growth_.without_lamps *
+                         static_cast<double>(patches_);
+    uint64_t cell = 0;
+    for (const CellNeed& need : needs_) {
+      cell = std::max(cell, need.geometry + need.tree + need.received);
+    }
+    const uint64_t bytes =
+        cell +
+        LeastResidualBytes(needs_.size(),
+                           patches_,
+                           lamps_,
+                           MostResidualRays(static_cast<uint64_t>(links)));
+    if (bytes > least_.budget_bytes) {
+      least_.budget_bytes = bytes;
+      least_.is_of_rays = true;
+    }
+  }
+
   void Consider(uint64_t bytes, const VisibleCell& pair, CellId receiver) {
     if (bytes > least_.budget_bytes) {
       least_.budget_bytes = bytes;
@@ -188,6 +222,9 @@ class NeedFinder {
   uint64_t portal_bytes_ = 0;
   bool has_trees_;
   std::vector<CellNeed> needs_;  // by CellId
+  // Of all cells.
+  size_t patches_ = 0;
+  size_t lamps_ = 0;  // patches that emit
   LeastMemory least_;
 };
 
@@ -231,6 +268,9 @@ void RequireLeastMemory(const BlockStorage& store,
     part = fmt::format("{} with what stands in the largest of {} cells between",
                        part,
                        first.cells_between - 2);
+  }
+  if (first.is_of_rays) {
+    part = "the rays that measure the error";
   }
   std::string later;
   if (last.cap_bytes > first.cap_bytes) {

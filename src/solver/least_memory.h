@@ -33,6 +33,10 @@ inline constexpr uint64_t kRefineWorkspaceBytes = 8ULL << 20;
 // A chunk on its way from the store. Charged as long as a solve runs.
 inline constexpr uint64_t kSolveWorkspaceBytes = 2ULL << 20;
 
+// Of each cell as long as a solve runs: what is known of it without paging it
+// in, twice more while that is committed.
+inline constexpr uint64_t kSolveBytesPerCell = 400;
+
 // What the tree of a cell may grow to: so many elements per patch, and some for
 // the large surfaces, however few (docs/decisions/least-memory.md).
 struct TreeGrowth {
@@ -54,6 +58,8 @@ struct LeastMemory {
   CellId receiver;
   CellId source;
   uint64_t cells_between = 0;  // both ends included
+  // No subproblem needs as much as the rays that measure the error.
+  bool is_of_rays = false;
 };
 
 // Reads each cell's patches once and each visible set once; holds a few words

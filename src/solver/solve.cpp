@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "solver/elements/basis.h"
 #include "solver/engine.h"
 #include "solver/error_control.h"
@@ -152,18 +153,16 @@ SolveSummary Solve(BlockStorage& store,
                    MemoryBudget& budget) {
   options.Validate();
   if (options.method.name == "hierarchical") {
-    return SolveHierarchically(store, options, budget);
+    SolveHierarchically(store, options, budget);
+  } else if (options.method.name != "wavelet") {
+    SolveByReference(store, options, budget);
+  } else if (!HasNothingToDo(options, store)) {
+    if (budget.IsLimited()) {
+      RequireLeastMemory(store, options, budget);
+    }
+    Engine(store, options, budget).Run();
   }
-  if (options.method.name != "wavelet") {
-    return SolveByReference(store, options, budget);
-  }
-  if (HasNothingToDo(options, store)) {
-    return LoadSolveSummary(store);
-  }
-  if (budget.IsLimited()) {
-    RequireLeastMemory(store, options, budget);
-  }
-  return Engine(store, options, budget).Run();
+  return LoadSolveSummary(store);
 }
 
 SolveSummary LoadSolveSummary(const BlockStorage& store) {

@@ -193,7 +193,10 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   return UseStored<CellTree>(
       key,
       kTreePurpose,
-      [&] { return CellTree::BytesFor(StoredElements(cell), shape_); },
+      [&] {
+        return CellTree::BytesFor(
+            std::max(StoredElements(cell), patches.size()), shape_);
+      },
       [&] {
         if (auto stored = CellTree::Load(*store_, cell, shape_, patches)) {
           return std::move(*stored);

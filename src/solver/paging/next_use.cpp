@@ -1,8 +1,11 @@
 #include "solver/paging/next_use.h"
 
 #include "base/check.h"
+#include "base/error.h"
 
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace enfilade {
 
@@ -23,9 +26,15 @@ NextUse::NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget)
       seer.cell = v.source.value & ((1U << 30) - 1);
       seers_.push_back(seer);
     }
+    ENFILADE_CHECK(seers_.size() <= UINT32_MAX, "{} pairs", seers_.size());
     first_.push_back(static_cast<uint32_t>(seers_.size()));
   }
   store.ForEachKey(BlockKind::kLinks, [&](const BlockKey& key) {
+    if (key.a >= cells || key.b >= cells ||
+        !See(CellId(key.a), CellId(key.b))) {
+      throw DamagedStoreError(fmt::format(
+          "{} is of cells that do not see each other", ToString(key)));
+    }
     SetLinked(CellId(key.a), CellId(key.b), true);
   });
 }
@@ -58,13 +67,17 @@ std::vector<CellId> NextUse::SeenFrom(CellId cell) const {
   return cells;
 }
 
-const NextUse::Seer& NextUse::SeerOf(CellId cell, CellId seer) const {
+bool NextUse::See(CellId cell, CellId seer) const {
   const auto seers = SeersFrom(cell.value, seer.value);
-  ENFILADE_CHECK(!seers.empty() && seers.front().cell == seer.value,
+  return !seers.empty() && seers.front().cell == seer.value;
+}
+
+const NextUse::Seer& NextUse::SeerOf(CellId cell, CellId seer) const {
+  ENFILADE_CHECK(See(cell, seer),
                  "cells {} and {} do not see each other",
                  cell.value,
                  seer.value);
-  return seers.front();
+  return SeersFrom(cell.value, seer.value).front();
 }
 
 void NextUse::SetLinked(CellId receiver, CellId source, bool is_linked) {

@@ -102,6 +102,7 @@ class NextUse {
     uint32_t sends : 1;    // the list's cell has links from it
   };
 
+  [[nodiscard]] bool See(CellId cell, CellId seer) const;
   [[nodiscard]] const Seer& SeerOf(CellId cell, CellId seer) const;
   [[nodiscard]] std::span<const Seer> SeersOf(uint32_t cell) const;
   [[nodiscard]] std::span<const Seer> SeersFrom(uint32_t cell,

@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include "solver/solve.h"
+#include "solver/state/solve_options.h"
 #include "solver/transfer/form_factor.h"
 
 #include <cstdint>

@@ -13,7 +13,7 @@
 #pragma once
 
 #include "solver/elements/basis.h"
-#include "solver/solve.h"
+#include "solver/state/solve_options.h"
 
 #include <cstdint>
 #include <string>

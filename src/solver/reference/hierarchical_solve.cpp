@@ -12,12 +12,12 @@
 
 namespace enfilade {
 
-SolveSummary SolveHierarchically(BlockStorage& store,
-                                 const SolveOptions& options,
-                                 MemoryBudget& budget) {
+void SolveHierarchically(BlockStorage& store,
+                         const SolveOptions& options,
+                         MemoryBudget& budget) {
   SolveState state;
   if (LoadSolveState(store, &state) && state.phase == SolvePhase::kDone) {
-    return LoadSolveSummary(store);
+    return;
   }
   RunControl control;
   control.stop = options.stop;
@@ -52,7 +52,6 @@ SolveSummary SolveHierarchically(BlockStorage& store,
   record.estimated_error = 1;
   state.rounds.push_back(record);
   WriteSolution(solution.trees, solution.gathered, state, store);
-  return LoadSolveSummary(store);
 }
 
 }  // namespace enfilade

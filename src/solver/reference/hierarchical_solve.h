@@ -5,15 +5,15 @@
 
 #include "base/block_storage.h"
 #include "base/memory.h"
-#include "solver/solve.h"
+#include "solver/state/solve_options.h"
 
 namespace enfilade {
 
 // Writes the solution as the wavelet solver does, committed at the end alone: a
 // run that was stopped begins anew. It does not know its error, which is
 // reported as 1.
-SolveSummary SolveHierarchically(BlockStorage& store,
-                                 const SolveOptions& options,
-                                 MemoryBudget& budget);
+void SolveHierarchically(BlockStorage& store,
+                         const SolveOptions& options,
+                         MemoryBudget& budget);
 
 }  // namespace enfilade

@@ -48,7 +48,7 @@ class ReferenceSolve {
     };
   }
 
-  SolveSummary Run();
+  void Run();
 
  private:
   [[nodiscard]] bool IsMet() const;
@@ -74,7 +74,7 @@ class ReferenceSolve {
   double area_ = 0;  // reflecting, m2
 };
 
-SolveSummary ReferenceSolve::Run() {
+void ReferenceSolve::Run() {
   const bool resumed = LoadSolveState(store_, &state_);
   const size_t asked = options_.method.elements;
   const size_t last = FinestByPanels(asked != 0 ? asked : kMostPanels);
@@ -97,7 +97,6 @@ SolveSummary ReferenceSolve::Run() {
   }
   SaveSolveState(state_, store_);
   store_.Commit();
-  return LoadSolveSummary(store_);
 }
 
 bool ReferenceSolve::IsMet() const {
@@ -221,10 +220,10 @@ std::optional<std::vector<CellTree>> ReferenceSolve::StoredTrees() const {
 
 }  // namespace
 
-SolveSummary SolveByReference(BlockStorage& store,
-                              const SolveOptions& options,
-                              MemoryBudget& budget) {
-  return ReferenceSolve(store, options, budget).Run();
+void SolveByReference(BlockStorage& store,
+                      const SolveOptions& options,
+                      MemoryBudget& budget) {
+  ReferenceSolve(store, options, budget).Run();
 }
 
 }  // namespace enfilade

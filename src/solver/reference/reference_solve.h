@@ -7,7 +7,7 @@
 
 #include "base/block_storage.h"
 #include "base/memory.h"
-#include "solver/solve.h"
+#include "solver/state/solve_options.h"
 
 namespace enfilade {
 
@@ -15,8 +15,8 @@ namespace enfilade {
 // the wavelet solver does, committed after every fineness. Resuming begins at
 // the last fineness that was committed. DoesNotFitError, naming the least cap,
 // when not even the coarsest dicing fits.
-SolveSummary SolveByReference(BlockStorage& store,
-                              const SolveOptions& options,
-                              MemoryBudget& budget);
+void SolveByReference(BlockStorage& store,
+                      const SolveOptions& options,
+                      MemoryBudget& budget);
 
 }  // namespace enfilade

@@ -33,7 +33,7 @@ RefinedParts::RefinedParts(const Refiner& refiner, WorkPart first)
     : refiner_(&refiner), after_(first) {}
 
 bool RefinedParts::AtEnd() const {
-  return Next().item == refiner_->ItemCount();
+  return Next().item >= refiner_->ItemCount();
 }
 
 const RawLinks* RefinedParts::Front() const {

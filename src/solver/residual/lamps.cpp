@@ -1,5 +1,7 @@
 #include "solver/residual/lamps.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -39,8 +41,15 @@ Lamps::Lamps(const BlockStorage& store,
              const SceneInfo& scene,
              size_t cells,
              MemoryBudget& budget) {
+  constexpr const char* kWhat = "the patches that emit";
+  GrowingCharge growing(budget, kWhat);
   for (uint32_t i = 0; i < cells; ++i) {
+    ThrowIfStopRequested();
     const CellPatches cell = LoadCellPatches(store, CellId(i));
+    const auto emitting = std::count_if(cell.patches.begin(),
+                                        cell.patches.end(),
+                                        [](const Patch& p) { return p.emits; });
+    growing.GrowTo(BytesFor(lamps_.size() + static_cast<size_t>(emitting)));
     for (size_t k = 0; k < cell.patches.size(); ++k) {
       const Patch& p = cell.patches[k];
       if (p.emits) {
@@ -54,8 +63,8 @@ Lamps::Lamps(const BlockStorage& store,
     }
   }
   lamps_.shrink_to_fit();
-  charge_ = MemoryCharge(
-      budget, lamps_.size() * sizeof(Lamp), "the patches that emit");
+  growing.ShrinkTo(0);
+  charge_ = MemoryCharge(budget, lamps_.size() * sizeof(Lamp), kWhat);
 }
 
 std::span<const Lamp> Lamps::Of(CellId cell) const {

@@ -35,6 +35,12 @@ struct Lamp {
 // All of a building, by cell and patch.
 class Lamps {
  public:
+  // What so many take while they are found.
+  static uint64_t BytesFor(size_t lamps) {
+    constexpr uint64_t kGrowth = 3;  // old and new while the array grows
+    return kGrowth * lamps * sizeof(Lamp);
+  }
+
   // Reads each cell's patches once.
   Lamps(const BlockStorage& store,
         const SceneInfo& scene,

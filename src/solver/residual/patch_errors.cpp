@@ -6,13 +6,16 @@
 
 namespace enfilade {
 
+uint64_t PatchErrors::BytesFor(size_t cells, size_t most_probes) {
+  return (cells + 1) * sizeof(uint32_t) + most_probes * sizeof(Probe);
+}
+
 PatchErrors::PatchErrors(std::span<const uint32_t> first_patch,
                          size_t most_probes,
                          MemoryBudget& budget)
-    : charge_(
-          budget,
-          first_patch.size() * sizeof(uint32_t) + most_probes * sizeof(Probe),
-          "the errors of patches"),
+    : charge_(budget,
+              BytesFor(first_patch.size(), most_probes),
+              "the errors of patches"),
       first_patch_(first_patch.begin(), first_patch.end()) {
   probes_.reserve(most_probes);
 }

@@ -17,6 +17,9 @@ class PatchErrors {
  public:
   PatchErrors() = default;
 
+  // What it takes.
+  static uint64_t BytesFor(size_t cells, size_t most_probes);
+
   // `first_patch`, by cell: patches are counted through all cells. Grows with
   // the probes, for which it takes room now, and not with the patches.
   PatchErrors(std::span<const uint32_t> first_patch,

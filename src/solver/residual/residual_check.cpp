@@ -3,12 +3,14 @@
 #include "base/error.h"
 #include "base/random.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "solver/residual/lamps.h"
 #include "solver/residual/reflected_error.h"
 #include "solver/residual/residual_probes.h"
 #include "solver/residual/residual_rays.h"
 #include "solver/solution/solution.h"
 #include "visibility/ray_tracer.h"
+#include "visibility/visible_set.h"
 
 #include <algorithm>
 #include <memory>
@@ -47,15 +49,25 @@ size_t PointsIn(uint64_t room, uint64_t bytes) {
       room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
 }
 
+// A round begins as long as there are rays left.
+size_t MostProbes(uint64_t most_rays) {
+  return most_rays / kRaysPerPoint + kPointsPerRound;
+}
+
 size_t TracedPoints(const MemoryBudget& budget) {
   return PointsIn(std::min(budget.FreeBytes() / kTracedParts, kMostTracedBytes),
                   kTracedBytes);
 }
 
-size_t LookedUpPoints(const MemoryBudget& budget) {
+// With what their cells see, in the mean.
+size_t LookedUpPoints(const BlockStorage& store,
+                      size_t cells,
+                      const MemoryBudget& budget) {
+  const uint64_t seen = LoadVisibilitySummary(store).visible_pairs /
+                        std::max<size_t>(cells, 1) * sizeof(CellId);
   return PointsIn(
       std::min(budget.FreeBytes() / kLookedUpParts, kMostLookedUpBytes),
-      kPointBytes);
+      kPointBytes + seen);
 }
 
 // Takes half of what is free beside a cell's solution.
@@ -78,11 +90,10 @@ class ResidualMeter {
         lamps_(store, solution_.Scene(), cells_.size(), budget),
         reflected_(cells_, budget),
         chooser_(store, cells_, solution_, options.mean_reflected, budget),
-        by_patch_(chooser_.FirstPatches(),
-                  options.most_rays / kRaysPerPoint + kPointsPerRound,
-                  budget),
+        by_patch_(
+            chooser_.FirstPatches(), MostProbes(options.most_rays), budget),
         traced_points_(TracedPoints(budget)),
-        batch_points_(LookedUpPoints(budget)),
+        batch_points_(LookedUpPoints(store, cells_.size(), budget)),
         batch_charge_(
             budget,
             traced_points_ * kTracedBytes + batch_points_ * kPointBytes,
@@ -188,6 +199,22 @@ class ResidualMeter {
 };
 
 }  // namespace
+
+uint64_t MostResidualRays(uint64_t links) {
+  constexpr uint64_t kPerLink = 4;
+  constexpr uint64_t kLeast = 8 << 20;
+  return std::max(kLeast, kPerLink * links);
+}
+
+uint64_t LeastResidualBytes(size_t cells,
+                            size_t patches,
+                            size_t lamps,
+                            uint64_t most_rays) {
+  constexpr uint64_t kForRays = 4ULL << 20;
+  return kForRays + Lamps::BytesFor(lamps) +
+         ProbeChooser::BytesFor(patches, cells) +
+         PatchErrors::BytesFor(cells, MostProbes(most_rays));
+}
 
 ResidualEstimate MeasureResidual(const BlockStorage& store,
                                  const ResidualOptions& options,

@@ -42,10 +42,20 @@ struct ResidualOptions {
   std::function<void(double share, const ResidualEstimate& so_far)> progress;
 };
 
+// How many rays a round of so many links is worth at most: one too many costs
+// more.
+uint64_t MostResidualRays(uint64_t links);
+
+// What measuring takes at least in a building of so many cells, patches and
+// patches that emit, beside the largest cell's solution.
+uint64_t LeastResidualBytes(size_t cells,
+                            size_t patches,
+                            size_t lamps,
+                            uint64_t most_rays);
+
 // Reads the solution and the trace chunks of the store. The same bits whatever
 // the budget and the threads. Takes more than half of what is free in the
-// budget, and not less than the largest cell's solution, 4 MiB, and a byte for
-// every 22 of the most rays.
+// budget, and not less than LeastResidualBytes and the largest cell's solution.
 // `by_patch`, where it is wanted: what the points say of each patch.
 ResidualEstimate MeasureResidual(const BlockStorage& store,
                                  const ResidualOptions& options,

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "base/stop.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
@@ -66,7 +67,7 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
       budget_(&budget),
       mean_reflected_(mean_reflected),
       charge_(budget,
-              (PatchCount(cells) + 1) * sizeof(double),
+              BytesFor(PatchCount(cells), cells.size()),
               "the weights of patches") {
   const Box3& bounds = solution.Scene().bounds;
   offset_ = std::max(1e-5, 1e-6 * Length(bounds.Extent()));
@@ -84,6 +85,7 @@ void ProbeChooser::Weigh(std::span<const CellInfo> infos) {
   first_patch_.push_back(patches);
   weights_.resize(patches + size_t{1});
   for (size_t first = 0; first < cells.size(); first += kCellsAtATime) {
+    ThrowIfStopRequested();
     const size_t count = std::min(kCellsAtATime, cells.size() - first);
     WeighCells(std::span(cells).subspan(first, count));
   }
@@ -144,7 +146,7 @@ ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
     const CellId cell(static_cast<size_t>(of_cell - first_patch_.begin()));
     if (in_cells.empty() || in_cells.back().cell != cell) {
       in_cells.push_back({cell, {}});
-      batch.visible.push_back(VisibleFrom(cell));
+      AddVisible(cell, &batch);
     }
     probe.on = {cell, PatchId(patch - *of_cell), 0, 0};
     probe.visible = static_cast<uint32_t>(batch.visible.size() - 1);
@@ -161,16 +163,19 @@ ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
   return batch;
 }
 
-std::vector<CellId> ProbeChooser::VisibleFrom(CellId cell) const {
+void ProbeChooser::AddVisible(CellId cell, ProbeBatch* batch) const {
+  constexpr const char* kWhat = "what a cell sees";
   MemoryCharge charge;
   const auto reserve = [&](uint64_t bytes) {
-    charge = MemoryCharge(*budget_, bytes, "what a cell sees");
+    charge = MemoryCharge(*budget_, bytes, kWhat);
   };
-  std::vector<CellId> visible;
-  for (const VisibleCell& v : LoadVisibleSet(*store_, cell, reserve)) {
+  const VisibleSet set = LoadVisibleSet(*store_, cell, reserve);
+  batch->charges.emplace_back(*budget_, set.size() * sizeof(CellId), kWhat);
+  std::vector<CellId>& visible = batch->visible.emplace_back();
+  visible.reserve(set.size());
+  for (const VisibleCell& v : set) {
     visible.push_back(v.source);
   }
-  return visible;
 }
 
 // Finishes the probes of a cell, whose places come in ascending order.

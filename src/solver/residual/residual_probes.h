@@ -35,6 +35,7 @@ struct ResidualProbe {
 struct ProbeBatch {
   std::vector<ResidualProbe> probes;
   std::vector<std::vector<CellId>> visible;  // what the cells of probes see
+  std::vector<MemoryCharge> charges;         // of these lists
 };
 
 // Some of the strata of a round.
@@ -48,6 +49,11 @@ class ProbeChooser {
  public:
   // What choosing takes for each probe, beside the probe.
   static constexpr uint64_t kWorkBytesPerProbe = 32;
+
+  // What it takes while it is made.
+  static uint64_t BytesFor(size_t patches, size_t cells) {
+    return (patches + 1) * sizeof(double) + (cells + 1) * sizeof(uint32_t);
+  }
 
   // Reads every cell once; what it borrows must outlive it. `mean_reflected`:
   // W/m2.
@@ -99,7 +105,7 @@ class ProbeChooser {
   void WeighCells(std::span<const CellId> cells);
   [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] size_t PatchAt(double at) const;
-  [[nodiscard]] std::vector<CellId> VisibleFrom(CellId cell) const;
+  void AddVisible(CellId cell, ProbeBatch* batch) const;
   void SetOnLeaves(const Solution::Cell& cell,
                    std::span<const Place> places,
                    ProbeBatch* batch) const;

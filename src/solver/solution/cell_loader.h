@@ -53,8 +53,8 @@ class CellLoader {
   // What a loaded cell takes.
   [[nodiscard]] uint64_t BytesOf(CellId cell) const;
 
-  // A cell without a tree has one element for each patch. Throws MemoryCapError
-  // if it does not fit.
+  // A cell without a tree has one element for each patch. Throws
+  // DoesNotFitError if it does not fit.
   [[nodiscard]] LoadedCell Load(CellId cell) const;
 
   // Of some cells, from the first on, those that are to be in memory together:

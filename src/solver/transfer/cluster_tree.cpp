@@ -42,6 +42,13 @@ float LargestDot(const Box& a, const Box& b) {
 
 }  // namespace
 
+// A leaf has more than kLeafItems / 2 items unless directions differ, of which
+// there are few; so there are fewer leaves than half the items.
+size_t ClusterTree::MostClusters(size_t items) {
+  constexpr size_t kForDirections = 12;
+  return items + kForDirections;
+}
+
 struct ClusterTree::Entry {
   ClusterItem item;
   Vec3f center;
@@ -53,6 +60,7 @@ ClusterTree::ClusterTree(std::span<const PatchGeometry> patches,
     : items_(std::move(items)) {
   std::vector<Entry> entries;
   entries.reserve(items_.size());
+  clusters_.reserve(MostClusters(items_.size()));
   for (const ClusterItem& item : items_) {
     const PatchGeometry& patch = patches[item.patch];
     const ElementFrame frame = FrameOfPath(patch.shape, item.path);
@@ -158,13 +166,11 @@ uint64_t ClusterTree::SizeBytes() const {
 }
 
 uint64_t ClusterTree::BytesFor(size_t items) {
-  // A leaf has more than kLeafItems / 2 items unless directions differ.
-  return items * (sizeof(ClusterItem) + sizeof(Entry) + sizeof(Cluster)) +
-         12 * sizeof(Cluster);
+  return items * sizeof(Entry) + HeldBytesFor(items);
 }
 
 uint64_t ClusterTree::HeldBytesFor(size_t items) {
-  return items * (sizeof(ClusterItem) + sizeof(Cluster)) + 12 * sizeof(Cluster);
+  return items * sizeof(ClusterItem) + MostClusters(items) * sizeof(Cluster);
 }
 
 std::vector<ClusterItem> WholePatches(size_t count) {

@@ -61,6 +61,8 @@ class ClusterTree {
  private:
   struct Entry;
 
+  static size_t MostClusters(size_t items);
+
   void Build(std::vector<Entry>* entries, uint32_t node);
 
   std::vector<ClusterItem> items_;

@@ -89,10 +89,12 @@ class SeenPart {
   }
 
  private:
-  static constexpr size_t kMostCorners = 5;
+  // Rounding may put four corners above and below in turn: each edge then adds
+  // its crossing.
+  static constexpr size_t kMostCorners = 8;
 
   void Append(Vec3f p) {
-    points_[count_++] = p;
+    points_.at(count_++) = p;
     center_ = center_ + p;
   }
 
