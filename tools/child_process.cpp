@@ -91,7 +91,8 @@ ChildResult RunOwnProgram(const std::vector<std::string>& words,
   ChildResult result;
   bool asked = false;
   int status = 0;
-  while (waitpid(pid, &status, WNOHANG) == 0) {
+  pid_t ended = 0;
+  while ((ended = waitpid(pid, &status, WNOHANG)) == 0) {
     const double seconds = SecondsSince(begin);
     result.timed_out = result.timed_out || seconds > most_seconds;
     if (!asked && (result.timed_out || StopRequested().load())) {
@@ -101,6 +102,9 @@ ChildResult RunOwnProgram(const std::vector<std::string>& words,
     std::this_thread::sleep_for(kPoll);
   }
   ThrowIfStopRequested();
+  if (ended != pid) {
+    throw DiskError("cannot learn how a run of the program itself ended");
+  }
   result.exit_code =
       WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   result.err = err.Text();
@@ -111,7 +115,7 @@ Error ErrorOfChild(const ChildResult& result) {
   constexpr std::string_view kPrefix = "enfilade: error: ";
   const size_t at = result.err.rfind(kPrefix);
   if (at == std::string::npos) {
-    return {ExitCode::kNotDone,
+    return {ExitCode::kBug,
             fmt::format("a run of the program itself ended with exit code {}",
                         result.exit_code)};
   }

@@ -136,7 +136,7 @@ int RunCommandLine(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return Fail(ExitCode::kDoesNotFit, "the system has no memory left");
   } catch (const std::exception& error) {
-    return Fail(ExitCode::kNotDone,
+    return Fail(ExitCode::kBug,
                 fmt::format("{} (a bug: please report it with the command)",
                             error.what()));
   }

@@ -105,8 +105,7 @@ void Progress::Update(double fraction, std::string_view detail) {
     return;
   }
   text.resize(std::min(text.size(), TerminalColumns() - 1));
-  fmt::print(stderr, "\r\033[K{}", text);
-  std::fflush(stderr);
+  Show("\r\033[K" + text);
   line_visible_ = true;
 }
 
@@ -125,10 +124,16 @@ void Progress::End() {
   stage_.clear();
 }
 
+// A terminal may be gone by now: the work goes on without it.
+void Progress::Show(const std::string& text) {
+  if (std::fputs(text.c_str(), stderr) < 0 || std::fflush(stderr) != 0) {
+    output_ = Output::kNone;
+  }
+}
+
 void Progress::ClearLine() {
   if (line_visible_) {
-    fmt::print(stderr, "\r\033[K");
-    std::fflush(stderr);
+    Show("\r\033[K");
     line_visible_ = false;
   }
 }

@@ -57,6 +57,7 @@ class Progress {
  private:
   using Clock = std::chrono::steady_clock;
 
+  void Show(const std::string& text);
   void ClearLine();
 
   Output output_;

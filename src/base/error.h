@@ -12,13 +12,14 @@ namespace enfilade {
 
 enum class ExitCode : int {
   kSuccess = 0,
-  kNotDone = 1,  // the requested error was not reached, or an unforeseen error
+  kNotDone = 1,  // the requested error was not reached
   kUsage = 2,
   kBadInput = 3,
   kDoesNotFit = 4,
   kDamagedStore = 5,
   kDisk = 6,
   kInterrupted = 130,
+  kBug = 134,  // as a failed check ends
 };
 
 // `what` names the file and line or the object, says what is wrong, and what

@@ -6,14 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <fstream>
 #include <limits>
+#include <string>
 #include <string_view>
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <link.h>
 #include <sys/mman.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #ifdef ENFILADE_JEMALLOC
@@ -73,10 +74,17 @@ uint64_t ResidentBytes() {
   return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
+// Not ru_maxrss: that begins with what the process took before its exec, which
+// after a vfork is what its parent takes.
 uint64_t PeakResidentBytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    uint64_t kilobytes = 0;
+    if (word == "VmHWM:" && status >> kilobytes) {
+      return kilobytes * 1024;
+    }
+  }
+  return 0;
 }
 
 // Only of files, and of what nobody has written to.
@@ -237,8 +245,10 @@ void MemoryBudget::Charge(uint64_t bytes,
                           std::string_view what,
                           uint64_t coming_bytes) {
   if (!TryCharge(bytes)) {
-    const auto all = static_cast<uint64_t>(
-        static_cast<double>(UsedBytes() + bytes + coming_bytes) / share_);
+    constexpr double kMostNamed = 1ULL << 60;  // a share may be next to none
+    const auto all = static_cast<uint64_t>(std::min(
+        static_cast<double>(UsedBytes() + bytes + coming_bytes) / share_,
+        kMostNamed));
     const uint64_t enough = CapForBudget(all + all / kMoreParts);
     throw DoesNotFitError(fmt::format(
         "no room for {}: {:.1f} MiB more than the memory cap "

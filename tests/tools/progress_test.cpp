@@ -1,6 +1,11 @@
 #include "tools/progress.h"
 
+#include <chrono>
+#include <thread>
+
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace enfilade {
 namespace {
@@ -39,6 +44,25 @@ TEST(ProgressText, SaysHundredPercentOnlyWhenDone) {
 TEST(ProgressText, ClampsTheFraction) {
   EXPECT_EQ(ProgressText("solve", {0, 1.5, 10}, ""), "solve 100 %");
   EXPECT_EQ(ProgressText("solve", {0, -1, 10}, ""), "solve 0 %");
+}
+
+// As after a logout: nothing can be written any more.
+TEST(Progress, GoesOnWithoutItsTerminal) {
+  const int stderr_before = dup(STDERR_FILENO);
+  const int full = open("/dev/full", O_WRONLY | O_CLOEXEC);
+  ASSERT_GE(full, 0);
+  dup2(full, STDERR_FILENO);
+  {
+    Progress progress(Progress::Output::kTerminal);
+    progress.Begin("solve");
+    // Lines begin after a second.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+    EXPECT_NO_THROW(progress.Update(0.5));
+    EXPECT_NO_THROW(progress.End());
+  }
+  dup2(stderr_before, STDERR_FILENO);
+  close(stderr_before);
+  close(full);
 }
 
 }  // namespace

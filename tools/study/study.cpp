@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <ostream>
 
 #include "tools/child_process.h"
@@ -15,6 +16,9 @@ namespace enfilade {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Of seconds: only solves are stopped when they take long.
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 Json ReadJson(const fs::path& path) {
   std::ifstream file(path);
@@ -42,7 +46,8 @@ class Study {
   [[nodiscard]] bool IsAsked(const std::string& method) const;
   [[nodiscard]] bool Has(const std::string& key) const;
   [[nodiscard]] fs::path StoreOf(double value, const StudySetting& s) const;
-  ChildResult Call(const std::vector<std::string>& words);
+  ChildResult Call(const std::vector<std::string>& words,
+                   double most_seconds = kUnlimited);
   ChildResult Solve(const fs::path& store, const StudySetting& setting);
   [[nodiscard]] Json LineOf(double value,
                             const StudySetting& setting,
@@ -160,8 +165,9 @@ fs::path Study::StoreOf(double value, const StudySetting& s) const {
 
 // A full disk is no result of a run: it ends the study, which goes on with that
 // run when there is room.
-ChildResult Study::Call(const std::vector<std::string>& words) {
-  ChildResult result = RunOwnProgram(words, options_.most_seconds);
+ChildResult Study::Call(const std::vector<std::string>& words,
+                        double most_seconds) {
+  ChildResult result = RunOwnProgram(words, most_seconds);
   if (result.exit_code == static_cast<int>(ExitCode::kDisk)) {
     throw ErrorOfChild(result);
   }
@@ -183,7 +189,7 @@ ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {
                                     "--report",
                                     Work("solve.json").string()};
   words.insert(words.end(), setting.words.begin(), setting.words.end());
-  ChildResult result = Call(words);
+  ChildResult result = Call(words, options_.most_seconds);
   if (!fs::exists(Work("solve.json")) && fs::exists(store)) {
     // Stopped: what it had got to.
     Call({"info", store.string(), "--report", Work("solve.json").string()});
