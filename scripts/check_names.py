@@ -8,7 +8,7 @@ are using-declarations, aliases and constants at the scope of a file and private
 members of classes in .cpp files: what clang sees only in a file that it is given
 itself, and not in one that a unity build includes (scripts/lint). And types that
 two headers define under one name, which no compiler sees where no source includes
-both.
+both. And files that a comment names and that are not there.
 """
 
 import collections
@@ -61,6 +61,23 @@ def types_defined_twice(root):
                     yield path, number, match.group(1), other
 
 
+FILE = re.compile(r"[\w/-]+\.(?:h|cpp|py|md)\b")
+
+
+def missing_files(root):
+    """Yields (path, line number, the file that a comment names)."""
+    there = {path.name for path in root.rglob("*.*")
+             if not path.is_relative_to(root / "build")}
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*.[hc]*")):
+            for number, line in enumerate(
+                    path.read_text("utf-8").splitlines(), 1):
+                for comment in COMMENT.findall(line):
+                    for name in FILE.findall(comment):
+                        if pathlib.Path(name).name not in there:
+                            yield path, number, name
+
+
 def main():
     default = pathlib.Path(__file__).resolve().parent.parent
     root = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default
@@ -74,6 +91,9 @@ def main():
     for path, number, name, other in types_defined_twice(root):
         print(f"{path.relative_to(root)}:{number}: type {name} is also "
               f"defined in {other.relative_to(root)}")
+        found = True
+    for path, number, name in missing_files(root):
+        print(f"{path.relative_to(root)}:{number}: there is no file {name}")
         found = True
     sys.exit(1 if found else 0)
 

@@ -72,5 +72,20 @@ class TypesDefinedTwice(unittest.TestCase):
             self.assertEqual(self.twice("struct Frame {\n};\n", other), [])
 
 
+class MissingFiles(unittest.TestCase):
+    def test_comments_name_files_that_are_there(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            (root / "src").mkdir()
+            (root / "src" / "a.h").write_text(
+                "// See a.h and docs/gone.md.\n"
+                'const char* name = "gone.h";\n'
+                "int x;  // as in b/gone.h\n", "utf-8")
+            found = [(path.name, number, name) for path, number, name in
+                     check_names.missing_files(root)]
+        self.assertEqual(found, [("a.h", 1, "docs/gone.md"),
+                                 ("a.h", 3, "b/gone.h")])
+
+
 if __name__ == "__main__":
     unittest.main()

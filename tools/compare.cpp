@@ -2,9 +2,11 @@
 
 #include "base/error.h"
 #include "partition/partition.h"
+#include "partition/partition_store.h"
 #include "scene/scene_store.h"
 #include "solver/solution/solution.h"
 
+#include <array>
 #include <memory>
 
 #include "tools/building_store.h"
@@ -15,32 +17,60 @@
 namespace enfilade {
 namespace {
 
-// A solution that is opened for every call, or kept open on a share.
-class SolutionInTurn {
+// Two solutions: each kept open on a share of the memory, or, where a share is
+// too small for a cell, opened for every call with all of it.
+class SolutionPair {
  public:
-  SolutionInTurn(const BlockStorage& store,
-                 MemoryBudget& budget,
-                 uint64_t share_bytes)
-      : store_(&store), budget_(&budget) {
-    if (share_bytes > 0) {
-      share_ = std::make_unique<MemoryBudget>(share_bytes);
-      charge_ = MemoryCharge(budget, share_bytes, "reading a solution");
-      open_ = std::make_unique<Solution>(store, *share_);
-    }
-  }
+  SolutionPair(const BlockStorage& a,
+               const BlockStorage& b,
+               MemoryBudget& budget)
+      : budget_(&budget),
+        turns_(budget.FreeBytes() < kTurnsBelowBytes),
+        share_bytes_(budget.FreeBytes() / 5 * 2),
+        held_{Held{&a, {}, {}, {}}, Held{&b, {}, {}, {}}} {}
 
-  [[nodiscard]] std::vector<Rgb> Radiosity(
-      std::span<const PatchPoint> points) const {
-    return open_ ? open_->Radiosity(points)
-                 : Solution(*store_, *budget_).Radiosity(points);
+  [[nodiscard]] std::vector<Rgb> Radiosity(size_t which,
+                                           std::span<const PatchPoint> points) {
+    Held& held = held_.at(which);
+    if (!turns_) {
+      try {
+        return Open(held).Radiosity(points);
+      } catch (const DoesNotFitError&) {
+        turns_ = true;
+      }
+      for (Held& each : held_) {
+        each.solution.reset();
+        each.share.reset();
+        each.charge.Reset();
+      }
+    }
+    return Solution(*held.store, *budget_).Radiosity(points);
   }
 
  private:
-  const BlockStorage* store_;
+  struct Held {
+    const BlockStorage* store;
+    std::unique_ptr<MemoryBudget> share;
+    MemoryCharge charge;  // of the share
+    std::unique_ptr<Solution> solution;
+  };
+
+  const Solution& Open(Held& held) {
+    if (!held.solution) {
+      held.share = std::make_unique<MemoryBudget>(
+          share_bytes_,
+          static_cast<double>(share_bytes_) /
+              static_cast<double>(budget_->LimitBytes()));
+      held.charge = MemoryCharge(*budget_, share_bytes_, "reading a solution");
+      held.solution = std::make_unique<Solution>(*held.store, *held.share);
+    }
+    return *held.solution;
+  }
+
   MemoryBudget* budget_;
-  std::unique_ptr<MemoryBudget> share_;
-  MemoryCharge charge_;
-  std::unique_ptr<Solution> open_;
+  bool turns_;
+  uint64_t share_bytes_;
+  std::array<Held, 2> held_;
 };
 
 void RequireSameBuilding(const SceneInfo& scene_a,
@@ -87,17 +117,13 @@ CompareSummary Compare(const BlockStorage& a,
   view.scene = &scene;
   view.partition = &partition;
   view.load_cell = [&](CellId cell) { return LoadCellPatches(b, cell); };
-  const uint64_t share =
-      budget.FreeBytes() < kTurnsBelowBytes ? 0 : budget.FreeBytes() / 5 * 2;
-  const SolutionInTurn solution_a(a, budget, share);
-  const SolutionInTurn solution_b(b, budget, share);
-  const auto radiosity = [](const SolutionInTurn& solution) {
-    return [&solution](std::span<const PatchPoint> points) {
-      return solution.Radiosity(points);
+  SolutionPair solutions(a, b, budget);
+  const auto radiosity = [&solutions](size_t which) {
+    return [&solutions, which](std::span<const PatchPoint> points) {
+      return solutions.Radiosity(which, points);
     };
   };
-  return CompareFields(
-      view, radiosity(solution_a), radiosity(solution_b), options, budget);
+  return CompareFields(view, radiosity(0), radiosity(1), options, budget);
 }
 
 }  // namespace enfilade

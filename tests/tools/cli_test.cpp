@@ -215,7 +215,10 @@ TEST(Cli, NothingIsWrittenOverWhatIsRead) {
       {"info", scene, "--report", scene},
       {"solve", scene, "-o", folder / "s.enf", "--report", scene},
       {"probe", scene, scene, "-o", scene},
-      {"export", scene, scene}};
+      {"export", scene, scene},
+      // Its numbers go to b.bin.
+      {"export", folder / "b.bin", folder / "b.gltf"}};
+  WriteFile(folder / "b.bin", "a store");
   for (const auto& words : lines) {
     const auto result = RunProgram(words);
     EXPECT_EQ(result.exit_code, 2) << words[0];
@@ -316,6 +319,27 @@ TEST(Cli, NumbersThatWrapOrDoNotFitAreUsageErrors) {
     EXPECT_EQ(result.exit_code, 2) << words[0] << ' ' << words[1];
     EXPECT_TRUE(Contains(result.err, words[1])) << result.err;
   }
+}
+
+TEST(Cli, WhatIsNoSizeIsAUsageError) {
+  for (const char* size :
+       {"1.5.2G", "nan", "infG", "1,5G", "G", "1 5G", "0.5", "-0.5G", "1e9"}) {
+    const auto result =
+        RunProgram({"solve", "a.obj", "-o", "a.enf", "--memory", size});
+    EXPECT_EQ(result.exit_code, 2) << size;
+    EXPECT_TRUE(Contains(result.err, size)) << result.err;
+  }
+}
+
+// No other verb would take it for a store.
+TEST(Cli, AStoreHasNoNameOfAScene) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 0);
+  const auto result =
+      RunProgram({"solve", folder / "room.obj", "-o", folder / "lit.obj"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(Contains(result.err, "lit.enf")) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "lit.obj"));
 }
 
 TEST(Cli, ACapWithoutItsUnitIsAUsageError) {

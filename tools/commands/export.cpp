@@ -36,8 +36,12 @@ Point3 PointOf(const std::vector<double>& xyz) {
 }
 
 void ExportCommand::Run() {
-  BeginRun(common, {store, output});
-  RequireApart(output, {store});
+  BeginRun(common, {store});
+  for (const std::filesystem::path& file : OutputsOf(output)) {
+    RequireApart(file, {store});
+    RequireWritable(file);
+    CheckReport(common.report, {file});
+  }
   if (!eye.empty()) {
     options.camera.eye = PointOf(eye);
   }
@@ -49,7 +53,6 @@ void ExportCommand::Run() {
     options.height = size.at(1);
   }
   options.Validate();
-  RequireWritable(output);
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
   Progress progress(Progress::ChooseOutput(common.verbose));

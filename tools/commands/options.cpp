@@ -4,6 +4,7 @@
 #include "solver/solve.h"
 
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,33 +26,47 @@ std::optional<uint64_t> ToWholeNumber(const std::string& text) {
                                                    : std::nullopt;
 }
 
-// 256M or 1G, in binary multiples, to a number of bytes; none to 0. Returns
-// what is wrong, or nothing.
+// Of 256M, 1.5G or 300000, in binary multiples; nullopt for what is no size.
+std::optional<double> ToBytes(const std::string& text) {
+  double number = 0;
+  const char* end = text.data() + text.size();
+  const auto read =
+      std::from_chars(text.data(), end, number, std::chars_format::fixed);
+  if (read.ec != std::errc() || !std::isfinite(number)) {
+    return std::nullopt;
+  }
+  std::string one = '1' + std::string(read.ptr, end);
+  try {
+    if (!CLI::AsSizeValue(false)(one).empty()) {
+      return std::nullopt;
+    }
+  } catch (const CLI::Error&) {
+    return std::nullopt;
+  }
+  const auto unit = ToWholeNumber(one);
+  return unit ? std::optional(std::floor(number * static_cast<double>(*unit)))
+              : std::nullopt;
+}
+
+// A size, or none, to a number of bytes, or 0. Returns what is wrong, or
+// nothing.
 std::string ReadMemorySize(std::string& text) {
   const std::string given = text;
   if (given == "none") {
     text = "0";
     return {};
   }
-  constexpr uint64_t kLeastBytes = 1ULL << 20;  // less lacks its unit
-  constexpr uint64_t kMostBytes = 1ULL << 60;
-  std::optional<uint64_t> bytes;
-  try {
-    // Signs would wrap around.
-    if (given.find('-') == std::string::npos &&
-        CLI::AsSizeValue(false)(text).empty()) {
-      bytes = ToWholeNumber(text);
-    }
-  } catch (const CLI::Error&) {
-    bytes.reset();
-  }
-  if (!bytes || *bytes == 0 || *bytes > kMostBytes) {
-    return fmt::format("'{}' is no size such as 256M, 1G, or none", given);
+  constexpr double kLeastBytes = 1ULL << 20;  // less lacks its unit
+  constexpr double kMostBytes = 1ULL << 60;
+  const std::optional<double> bytes = ToBytes(given);
+  if (!bytes || *bytes <= 0 || *bytes > kMostBytes) {
+    return fmt::format("'{}' is no size such as 256M, 1.5G, or none", given);
   }
   if (*bytes < kLeastBytes) {
     return fmt::format(
         "'{}' is {} bytes; add a unit, as in 256M or 1G", given, *bytes);
   }
+  text = fmt::format("{}", static_cast<uint64_t>(*bytes));
   return {};
 }
 

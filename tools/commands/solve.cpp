@@ -1,6 +1,7 @@
 // The verbs `solve` and `resume`.
 
 #include "base/error.h"
+#include "scene/import.h"
 #include "solver/reference/form_factor_kinds.h"
 #include "store/store_files.h"
 
@@ -153,6 +154,13 @@ void SolveCommand::ChooseByMethod() {
 void SolveCommand::Run() {
   BeginRun(common, {scene, store, options.overrides});
   ChooseByMethod();
+  if (IsSceneName(store)) {
+    throw UsageError(fmt::format(
+        "'{}' is a name of scenes, which no verb would open as a store; give "
+        "another, such as '{}'",
+        store,
+        fs::path(store).replace_extension(".enf").string()));
+  }
   const SolveSettings settings = SettingsOf(scene, options);
   if (fs::exists(store)) {
     RefuseExistingStore(store, settings);

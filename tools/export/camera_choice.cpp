@@ -237,11 +237,8 @@ Camera ChooseView(const BuildingView& view,
                   MemoryBudget& budget) {
   SurfaceReader surfaces(view, budget, budget.FreeBytes() / 16);
   const Box3& bounds = view.scene->bounds;
-  Camera best = LookAt(bounds.Center() + Vec3{-1, -1, 0} * 0.5,
-                       options.target.value_or(bounds.Center()),
-                       up,
-                       options,
-                       aspect);
+  const Point3 middle = options.target.value_or(bounds.Center());
+  Camera best = LookAt(middle - Vec3{0.5, 0.5, 0}, middle, up, options, aspect);
   double best_score = TestPicture(view, surfaces, best);
   for (const CellId cell : BestLitCells(view)) {
     const Box3& box = view.partition->cells[cell.Index()].bounds;

@@ -41,21 +41,6 @@ void PassFaces(CellId cell,
 
 }  // namespace
 
-void ForEachElement(
-    const ElementSource& source,
-    const ExportProgress& progress,
-    const std::function<void(CellId, const LeafElement&)>& visit) {
-  for (size_t c = 0; c < source.cells; ++c) {
-    source.for_each_leaf(CellId(c), [&](const LeafElement& leaf) {
-      CheckCorners(leaf);
-      visit(CellId(c), leaf);
-    });
-    if (progress) {
-      progress(static_cast<double>(c + 1) / static_cast<double>(source.cells));
-    }
-  }
-}
-
 void ForEachFace(const MeshSource& source,
                  const ExportProgress& progress,
                  const MeshSink& sink) {

@@ -86,6 +86,9 @@ struct MeshOptions {
   ExportProgress progress;
 };
 
+// The file of a .gltf's numbers.
+std::filesystem::path BinaryBeside(const std::filesystem::path& gltf);
+
 // Each writes one file (glTF: and its .bin) and returns its bytes. Throw
 // DiskError, and UsageError where the format's own limits are passed.
 uint64_t WritePly(const MeshSource& source,
@@ -104,12 +107,6 @@ uint64_t WriteVtu(const MeshSource& source,
                   const MeshCensus& census,
                   const MeshOptions& options,
                   const std::filesystem::path& out);
-
-// Visits all leaves of all cells.
-void ForEachElement(
-    const ElementSource& source,
-    const ExportProgress& progress,
-    const std::function<void(CellId, const LeafElement&)>& visit);
 
 // Passes the mesh of all cells to `sink`, its vertices numbered throughout.
 void ForEachFace(const MeshSource& source,

@@ -134,6 +134,13 @@ void ExportOptions::Validate() const {
   }
 }
 
+std::vector<std::filesystem::path> OutputsOf(const std::filesystem::path& out) {
+  if (Extension(out) == ".gltf") {
+    return {out, BinaryBeside(out)};
+  }
+  return {out};
+}
+
 ExportSummary Export(const BlockStorage& store,
                      const std::filesystem::path& out,
                      const ExportOptions& options,

@@ -23,6 +23,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "tools/export/camera.h"
 
@@ -55,6 +56,9 @@ struct ExportOptions {
   // Throws UsageError with what is wrong.
   void Validate() const;
 };
+
+// All files that an export writes.
+std::vector<std::filesystem::path> OutputsOf(const std::filesystem::path& out);
 
 struct ExportSummary {
   uint64_t elements = 0;  // faces or patches written; 0 for pictures

@@ -170,13 +170,16 @@ uint64_t WriteGlb(const MeshSource& source,
   return file.Size();
 }
 
+std::filesystem::path BinaryBeside(const std::filesystem::path& gltf) {
+  return std::filesystem::path(gltf).replace_extension(".bin");
+}
+
 uint64_t WriteGltf(const MeshSource& source,
                    const MeshCensus& census,
                    const MeshOptions& options,
                    const std::filesystem::path& out) {
   RequireFits(census);
-  const std::filesystem::path binary_path =
-      std::filesystem::path(out).replace_extension(".bin");
+  const std::filesystem::path binary_path = BinaryBeside(out);
   OutputFile binary(binary_path);
   OutputFile file(out);
   SectionWriter text(file, 0);

@@ -20,7 +20,8 @@ constexpr size_t kMostSamples = 131072;
 
 enum class Seen : uint8_t { kNothing, kBack, kFront };
 
-// A sample of a band that sees the front of a patch.
+// A band is a run of pixels, row by row. A sample of it that sees the front of
+// a patch.
 struct SeenPoint {
   uint32_t sample = 0;  // within the band
   uint32_t patch = 0;
@@ -28,10 +29,9 @@ struct SeenPoint {
   float b = 0;
 };
 
-// The seen points of a band that lie in one cell, in a row.
+// The seen points of a band that lie in one cell, one after the other.
 struct Section {
   uint32_t cell = 0;
-  uint32_t first_row = 0;  // of the band
   uint64_t first = 0;
   uint32_t count = 0;
 };
@@ -47,11 +47,11 @@ class Renderer {
       : view_(view),
         camera_(camera),
         options_(options),
-        row_samples_(static_cast<size_t>(options.width) * options.samples *
-                     options.samples),
-        band_rows_(BandRows(budget)),
+        per_pixel_(options.samples * options.samples),
+        pixels_(static_cast<uint64_t>(options.width) * options.height),
+        band_pixels_(BandPixels(budget)),
         charge_(budget,
-                band_rows_ * row_samples_ * kSampleBytes,
+                band_pixels_ * per_pixel_ * kSampleBytes,
                 "the rays of a picture"),
         section_charge_(budget, "the cells seen in a picture"),
         surfaces_(view, budget, budget.FreeBytes() / 16),
@@ -61,30 +61,30 @@ class Renderer {
 
   Picture Render() {
     ForEachBand(
-        0, 0.5, [&](uint32_t first, uint32_t rows) { See(first, rows); });
+        0, 0.5, [&](uint64_t first, size_t count) { See(first, count); });
     ShadeSections();
     Picture picture(options_.width, options_.height);
-    ForEachBand(0.9, 1, [&](uint32_t first, uint32_t rows) {
-      picture.SetRows(first, Shade(first, rows));
+    ForEachBand(0.9, 1, [&](uint64_t first, size_t count) {
+      picture.SetPixels(first, Shade(first, count));
     });
     return picture;
   }
 
  private:
-  [[nodiscard]] uint32_t BandRows(const MemoryBudget& budget) const {
+  [[nodiscard]] size_t BandPixels(const MemoryBudget& budget) const {
     const size_t samples =
         std::clamp(static_cast<size_t>(budget.FreeBytes() / 6 / kSampleBytes),
                    kLeastSamples,
                    kMostSamples);
-    return static_cast<uint32_t>(
-        std::clamp<size_t>(samples / row_samples_, 1, options_.height));
+    return std::clamp<size_t>(samples / per_pixel_, 1, pixels_);
   }
 
   template <typename Body>
   void ForEachBand(double begin, double end, const Body& body) const {
-    for (uint32_t row = 0; row < options_.height; row += band_rows_) {
-      body(row, std::min(band_rows_, options_.height - row));
-      Report(begin + (end - begin) * row / options_.height);
+    for (uint64_t first = 0; first < pixels_; first += band_pixels_) {
+      body(first, std::min<uint64_t>(band_pixels_, pixels_ - first));
+      Report(begin + (end - begin) * static_cast<double>(first) /
+                         static_cast<double>(pixels_));
     }
   }
 
@@ -95,12 +95,16 @@ class Renderer {
   }
 
   // Sample (i, j) of a pixel at the middle of its part of the pixel.
-  [[nodiscard]] TraceRay Ray(uint32_t row, uint32_t column, uint32_t k) const {
+  [[nodiscard]] TraceRay Ray(uint64_t pixel, uint32_t k) const {
+    const uint64_t row = pixel / options_.width;
+    const uint64_t column = pixel % options_.width;
     const uint32_t n = options_.samples;
-    const uint32_t right = k % n;
-    const uint32_t down = k / n;
-    const double x = 2 * (column + (right + 0.5) / n) / options_.width - 1;
-    const double y = 1 - 2 * (row + (down + 0.5) / n) / options_.height;
+    const double right = (k % n + 0.5) / n;
+    const double down = (k / n + 0.5) / n;
+    const double x =
+        2 * (static_cast<double>(column) + right) / options_.width - 1;
+    const double y =
+        1 - 2 * (static_cast<double>(row) + down) / options_.height;
     TraceRay ray;
     ray.origin = camera_.origin + camera_.origin_x * x + camera_.origin_y * y;
     ray.direction =
@@ -108,15 +112,13 @@ class Renderer {
     return ray;
   }
 
-  void See(uint32_t first_row, uint32_t rows) {
-    const uint32_t per_pixel = options_.samples * options_.samples;
+  // What the samples of some pixels see.
+  void See(uint64_t first_pixel, size_t pixels) {
     std::vector<TraceRay> rays;
-    rays.reserve(rows * row_samples_);
-    for (uint32_t row = first_row; row < first_row + rows; ++row) {
-      for (uint32_t column = 0; column < options_.width; ++column) {
-        for (uint32_t k = 0; k < per_pixel; ++k) {
-          rays.push_back(Ray(row, column, k));
-        }
+    rays.reserve(pixels * per_pixel_);
+    for (uint64_t pixel = first_pixel; pixel < first_pixel + pixels; ++pixel) {
+      for (uint32_t k = 0; k < per_pixel_; ++k) {
+        rays.push_back(Ray(pixel, k));
       }
     }
     std::vector<TraceHit> hits(rays.size());
@@ -133,26 +135,27 @@ class Renderer {
         fronts.push_back(i);
       }
     }
-    seen_.Write(first_row * row_samples_, std::as_bytes(std::span(seen)));
+    const uint64_t first = first_pixel * per_pixel_;
+    seen_.Write(first, std::as_bytes(std::span(seen)));
     std::stable_sort(fronts.begin(), fronts.end(), [&](uint32_t i, uint32_t j) {
       return std::tie(hits[i].cell, hits[i].patch) <
              std::tie(hits[j].cell, hits[j].patch);
     });
-    KeepSections(first_row, fronts, hits);
+    KeepSections(first, fronts, hits);
   }
 
-  // `fronts`: the samples of a band that see a front, cell by cell.
-  void KeepSections(uint32_t first_row,
+  // `fronts`: the samples of a band that see a front, cell by cell. `first`: of
+  // its samples in the picture.
+  void KeepSections(uint64_t first,
                     std::span<const uint32_t> fronts,
                     std::span<const TraceHit> hits) {
     std::vector<SeenPoint> points;
-    const uint64_t first = first_row * row_samples_;
     for (const uint32_t i : fronts) {
       const TraceHit& hit = hits[i];
       const uint64_t at = first + points.size();
       if (points.empty() || sections_.back().cell != hit.cell.value) {
         section_charge_.GrowTo(3 * sizeof(Section) * (sections_.size() + 1));
-        sections_.push_back({hit.cell.value, first_row, at});
+        sections_.push_back({hit.cell.value, at});
       }
       ++sections_.back().count;
       points.push_back({i,
@@ -197,9 +200,10 @@ class Renderer {
     values_.Write(section.first, std::as_bytes(std::span(values)));
   }
 
-  std::vector<Pixel> Shade(uint32_t first_row, uint32_t rows) const {
-    const uint64_t first = first_row * row_samples_;
-    std::vector<Seen> seen(rows * row_samples_);
+  [[nodiscard]] std::vector<Pixel> Shade(uint64_t first_pixel,
+                                         size_t count) const {
+    const uint64_t first = first_pixel * per_pixel_;
+    std::vector<Seen> seen(count * per_pixel_);
     seen_.Read(first, std::as_writable_bytes(std::span(seen)));
     const auto fronts =
         static_cast<size_t>(std::count(seen.begin(), seen.end(), Seen::kFront));
@@ -211,13 +215,11 @@ class Renderer {
     for (size_t i = 0; i < fronts; ++i) {
       radiosity[points[i].sample] = values[i];
     }
-    const size_t per_pixel =
-        static_cast<size_t>(options_.samples) * options_.samples;
-    std::vector<Pixel> pixels(seen.size() / per_pixel);
+    std::vector<Pixel> pixels(count);
     for (size_t i = 0; i < pixels.size(); ++i) {
       pixels[i] =
-          ShadePixel(std::span(seen).subspan(i * per_pixel, per_pixel),
-                     std::span(radiosity).subspan(i * per_pixel, per_pixel));
+          ShadePixel(std::span(seen).subspan(i * per_pixel_, per_pixel_),
+                     std::span(radiosity).subspan(i * per_pixel_, per_pixel_));
     }
     return pixels;
   }
@@ -250,13 +252,14 @@ class Renderer {
   const BuildingView& view_;
   const Camera& camera_;
   const RenderOptions& options_;
-  size_t row_samples_;
-  uint32_t band_rows_;
+  uint32_t per_pixel_;  // samples
+  uint64_t pixels_;
+  size_t band_pixels_;
   MemoryCharge charge_;
   GrowingCharge section_charge_;
   SurfaceReader surfaces_;
   std::vector<Section> sections_;
-  Spool seen_;    // of every sample, in the order of the rows
+  Spool seen_;    // of every sample, pixel by pixel
   Spool points_;  // SeenPoint, band by band and within it section by section
   Spool values_;  // their radiosity
 };
@@ -308,9 +311,8 @@ void Spool::Read(uint64_t first, std::span<std::byte> records) const {
 Picture::Picture(uint32_t width, uint32_t height)
     : width_(width), height_(height), spool_(sizeof(Pixel)) {}
 
-void Picture::SetRows(uint32_t first_row, std::span<const Pixel> pixels) {
-  spool_.Write(static_cast<uint64_t>(first_row) * width_,
-               std::as_bytes(pixels));
+void Picture::SetPixels(uint64_t first, std::span<const Pixel> pixels) {
+  spool_.Write(first, std::as_bytes(pixels));
 }
 
 std::vector<Pixel> Picture::Row(uint32_t row) const {

@@ -52,7 +52,8 @@ class Picture {
 
   [[nodiscard]] uint32_t Height() const { return height_; }
 
-  void SetRows(uint32_t first_row, std::span<const Pixel> pixels);
+  // From the `first`th pixel on, row by row.
+  void SetPixels(uint64_t first, std::span<const Pixel> pixels);
 
   // Row 0 is the top.
   [[nodiscard]] std::vector<Pixel> Row(uint32_t row) const;

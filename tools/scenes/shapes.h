@@ -112,8 +112,6 @@ enum class ChairBuild {
   kClosed,
 };
 inline constexpr double kChairFootGap = 0.02;
-inline constexpr unsigned kStandingChairPolygons = 27;
-inline constexpr unsigned kClosedChairPolygons = 33;
 
 // A chair whose seat is centred at the placement and looks along +y, the back
 // at -y. Uses the current material.

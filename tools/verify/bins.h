@@ -1,4 +1,4 @@
-// The bins of a density of points (verify_density.h): equal parts of the line
+// The bins of a density of points (density.h): equal parts of the line
 // of the reflecting sides, and besides a bin for each stretch of it that the
 // solution says is far brighter than most. A bulb lights a spot of a square
 // centimetre a thousand times as brightly as its house; what is wrong there may

@@ -1,8 +1,8 @@
 // Where points are worth their rays, and how many paths each: a density over
-// the line of the reflecting sides (verify_points.h), constant on bins, and a
+// the line of the reflecting sides (points.h), constant on bins, and a
 // number of paths for each class of bins about as bright.
 //
-// With k paths per estimate the expectation of y^2 (verify_estimate.h) is
+// With k paths per estimate the expectation of y^2 (estimate.h) is
 // V + s^4 / k^2: V of the squared difference and what noise makes of it in the
 // first order, s^2 the variance of one path. The work of a point is k and a
 // little for the point itself, so k = s^2 / sqrt(V), and the variance of a

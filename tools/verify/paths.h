@@ -10,7 +10,7 @@
 // balance heuristic (Veach & Guibas 1995) in the measure of area at y: the ray
 // has density e G(x, y) = e cos_x cos_y / (pi r^2) and the emitter's sample
 // P / A, so that either contributes E_e G / (e G + P / A). The excess e is 1,
-// and the contribution at most E_e, where no guide (verify_guide.h) leads
+// and the contribution at most E_e, where no guide (guide.h) leads
 // elsewhere than the cosine. Paths end by Russian roulette on the reflectance.
 
 #pragma once

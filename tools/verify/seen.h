@@ -1,6 +1,6 @@
 // Which emitters each cell sees, found by rays, for choosing among them.
 //
-// The tree over the emitters (verify_lights.h) knows nothing of walls: of the
+// The tree over the emitters (lights.h) knows nothing of walls: of the
 // lamps of a building it would spend most samples on those of other rooms. So
 // every cell keeps the lamps (the facets of a bulb, or an emitter of its own)
 // that rays found to be seen from its patches, each with the share of the rays

@@ -88,6 +88,25 @@ TEST_F(PictureTest, ThePictureDoesNotDependOnTheBand) {
   }
 }
 
+// A row of it takes more than what there is: 1,000 pixels of 16 x 16 samples.
+TEST_F(PictureTest, ARowNeedNotFitIntoMemory) {
+  const Camera camera =
+      PerspectiveCamera({1, 2, 1}, {6, 2, 1}, {0, 0, 1}, 60, 1000);
+  RenderOptions options;
+  options.width = 1000;
+  options.height = 1;
+  options.samples = 16;
+  MemoryBudget small(16 << 20);
+  const Picture picture =
+      RenderPicture(building_.View(), camera, options, small);
+  MemoryBudget large(512 << 20);
+  const Picture same = RenderPicture(building_.View(), camera, options, large);
+  EXPECT_LT(small.PeakBytes(), 16U << 20);
+  for (uint32_t column = 0; column < options.width; ++column) {
+    EXPECT_EQ(picture.Row(0)[column].radiosity, same.Row(0)[column].radiosity);
+  }
+}
+
 TEST_F(PictureTest, TheChosenCameraStandsInTheRoomAndSeesItsLength) {
   const Camera camera =
       ChooseCamera(building_.View(), CameraOptions{}, 1.5, budget_);
@@ -139,7 +158,7 @@ TEST_F(PictureTest, AFullDiskUnderAPngIsOneErrorAndNoWordOfTheLibrarys) {
       p.radiosity = {static_cast<float>(random >> 24), 1, 1};
       p.front = static_cast<float>(random >> 16 & 255) / 255;
     }
-    noise.SetRows(row, pixels);
+    noise.SetPixels(uint64_t{row} * kSize, pixels);
   }
   ::testing::internal::CaptureStderr();
   std::string error;
