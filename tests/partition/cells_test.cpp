@@ -88,6 +88,20 @@ TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
               1e-6);
 }
 
+// The boxes around what is turned are as wide as it is long.
+TEST(Cells, AreTheSameHoweverTheBuildingIsTurned) {
+  const Built upright(RoomsWithADoorway());
+  for (const double degrees : {10.0, 30.0, 45.0, 77.0}) {
+    SceneBuilder scene = RoomsWithADoorway();
+    scene.Turn(degrees * kPi / 180);
+    const Built built(scene);
+    EXPECT_EQ(built.partition.cells.size(), upright.partition.cells.size())
+        << degrees;
+    EXPECT_EQ(built.partition.portals.size(), upright.partition.portals.size())
+        << degrees;
+  }
+}
+
 // Else each window to a facade that is full would be a cell of its own.
 TEST(Cells, ADoorwayThatAFullRoomCannotTakeGoesToTheOther) {
   for (const bool left_is_full : {true, false}) {

@@ -9,6 +9,7 @@
 #include "scene/scene_store.h"
 #include "store/sqlite_store.h"
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -56,6 +57,17 @@ class SceneBuilder {
                             point(r.high_a, r.high_b),
                             point(r.low_a, r.high_b)},
         material);
+  }
+
+  // Turns all about the z axis.
+  void Turn(double radians) {
+    const double c = std::cos(radians);
+    const double s = std::sin(radians);
+    for (Face& face : faces_) {
+      for (Point3& p : face.vertices) {
+        p = {c * p.x - s * p.y, s * p.x + c * p.y, p.z};
+      }
+    }
   }
 
   // A rectangle with a rectangular hole: four faces.

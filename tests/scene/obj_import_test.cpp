@@ -258,6 +258,17 @@ TEST_F(ObjImport, ReflectanceOfOneIsRefusedWhereUsedAndTheMendWorks) {
   EXPECT_EQ(Error(used, options), "");
 }
 
+// The mend is a pattern, in JSON.
+TEST_F(ObjImport, TheMendWorksWhateverTheNameHolds) {
+  const std::string used =
+      std::string(kQuad) + "mtllib n.mtl\nusemtl a[1]*?\"\\b c\nf 5 6 7 8";
+  temp_.Write("n.mtl", "newmtl a[1]*?\"\\b c\nKd 1 1 1\n");
+  const std::string error = Error(used);
+  ImportOptions options;
+  options.overrides = temp_.Write("o.json", error.substr(error.find('{')));
+  EXPECT_EQ(Error(used, options), "") << error;
+}
+
 TEST_F(ObjImport, SceneWithoutLightIsRefused) {
   const auto path =
       temp_.Write("dark.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3");

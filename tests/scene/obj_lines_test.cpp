@@ -34,6 +34,26 @@ TEST_F(ObjLines, CommentsThatEndInABackslashEndThere) {
   EXPECT_EQ(scene.info.materials[0].exitance, (Rgb{10, 10, 10}));
 }
 
+TEST_F(ObjLines, NumbersMayBeFollowedByComments) {
+  temp_.Write("m.mtl",
+              "newmtl lamp # 1\nKd 0.5 0.5 0.5 # grey\nKe 10 10 10\t#bright\n"
+              "d 1 # not clear\nnewmtl A#1 \nKd 0.2\n");
+  const Imported scene = ImportFile(
+      temp_.Write("s.obj",
+                  "mtllib m.mtl\nv 0 0 3 # corner\nv 0 1 3\nv 1 1 3\t# 4 5\n"
+                  "usemtl lamp # 1\nf 1 2 3 # top\nusemtl  A#1\n"
+                  "f 3//1 2//2 1//3 # 1 2 3\n"));
+  ASSERT_EQ(scene.faces.size(), 2U);
+  EXPECT_EQ(scene.faces[0].vertices.size(), 3U);
+  EXPECT_EQ(scene.info.materials[0].exitance, (Rgb{10, 10, 10}));
+  EXPECT_EQ(scene.info.materials[1].reflectance, (Rgb{0.2, 0.2, 0.2}));
+}
+
+TEST_F(ObjLines, BlanksBeforeANameAreNoPartOfIt) {
+  temp_.Write("m.mtl", "newmtl  lamp\nKe 10 10 10\n");
+  EXPECT_EQ(ImportFile(Write("usemtl \tlamp\nf 1 2 3\n")).faces.size(), 2U);
+}
+
 TEST_F(ObjLines, BlanksBeforeABackslashAreNoPartOfAName) {
   const Imported scene = ImportFile(Write("usemtl lamp \\\n\nf 1 2 3\n"));
   EXPECT_EQ(scene.info.input_polygons, 2U);

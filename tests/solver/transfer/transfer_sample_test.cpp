@@ -214,6 +214,28 @@ TEST(RandomPair, GoesFromFrontToFront) {
   EXPECT_LT(missed, 0.002 * asked);
 }
 
+// Two tiles of one oblique plane, far from the origin: rounding puts the
+// corners of one a little above and below the plane of the other, in any order.
+TEST(RandomPair, LiesOnItsEndsWhereRoundingDecidesWhatIsInFront) {
+  const auto is_on = [](const TransferEnd& end, Vec3f p) {
+    return Length(p - end.center) < end.diameter;
+  };
+  for (uint64_t seed = 1; seed <= 20000; ++seed) {
+    Random random(seed);
+    const auto next = [&] { return 2 * random.Next() - 1; };
+    const Vec3 u = Normalize(Vec3{next(), next(), next()}) * 0.3;
+    const Vec3 v = Normalize(Cross(u, Vec3{next(), next(), next()})) * 0.3;
+    const Point3 origin{300 * next(), 300 * next(), 300 * next()};
+    const Ends ends({Rectangle(origin, u, v), Rectangle(origin + u, u, v)});
+    const TransferEnd r = ends.Receiver();
+    const TransferEnd s = ends.Source();
+    if (const auto pair = RandomPair(r, 0, s, 0, &random)) {
+      ASSERT_TRUE(is_on(r, pair->x)) << seed;
+      ASSERT_TRUE(is_on(s, pair->y)) << seed;
+    }
+  }
+}
+
 // What touches an edge must not open a crack: no ray starts at the rim.
 TEST(RandomPoint, KeepsOffTheRim) {
   Random random(3);
