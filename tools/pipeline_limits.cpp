@@ -7,12 +7,13 @@
 namespace enfilade {
 namespace {
 
-uint64_t BudgetBytes(uint64_t cap_bytes) {
-  if (cap_bytes == 0) {
+uint64_t BudgetBytes(const RunLimits& limits) {
+  MemoryBudget::SetThreads(std::min(limits.threads, HardwareThreads()));
+  if (limits.memory_cap_bytes == 0) {
     // Half of the range: sums of a few charges cannot wrap around.
     return std::numeric_limits<uint64_t>::max() / 2;
   }
-  return MemoryBudget::BudgetUnderCap(cap_bytes);
+  return MemoryBudget::BudgetUnderCap(limits.memory_cap_bytes);
 }
 
 }  // namespace
@@ -22,7 +23,6 @@ uint64_t HardwareThreads() {
 }
 
 LimitsInForce::LimitsInForce(const RunLimits& limits)
-    : budget_(BudgetBytes(limits.memory_cap_bytes)),
-      thread_limit_(limits.threads) {}
+    : budget_(BudgetBytes(limits)), thread_limit_(limits.threads) {}
 
 }  // namespace enfilade

@@ -56,6 +56,10 @@ class MemoryBudget {
   explicit MemoryBudget(uint64_t limit_bytes, double share = 1)
       : limit_bytes_(limit_bytes), share_(share) {}
 
+  // How many threads the process works with, two if nothing is said: each takes
+  // some memory that is not charged. To be said before a budget is made.
+  static void SetThreads(uint64_t threads);
+
   // The budget under a cap: the cap less the fixed part of the process and a
   // thirty-second of the rest, for the allocator.
   // Throws DoesNotFitError, naming the least cap, if nothing would be left.

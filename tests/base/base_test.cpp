@@ -184,6 +184,19 @@ TEST(OnAllThreads, SharesOutAllThereIsToDo) {
   }
 }
 
+// What a thread takes beside what is charged comes off the budget.
+TEST(MemoryBudget, MoreThreadsLeaveLess) {
+  constexpr uint64_t kCap = 64 << 20;
+  const uint64_t of_two = MemoryBudget::BudgetUnderCap(kCap);
+  MemoryBudget::SetThreads(1);
+  EXPECT_EQ(MemoryBudget::BudgetUnderCap(kCap), of_two);
+  MemoryBudget::SetThreads(16);
+  const uint64_t of_sixteen = MemoryBudget::BudgetUnderCap(kCap);
+  EXPECT_LT(of_sixteen, of_two - (4 << 20));
+  EXPECT_EQ(MemoryBudget::CapForBudget(of_sixteen - (1 << 19)), kCap);
+  MemoryBudget::SetThreads(2);
+}
+
 // A budget whose cap is a few MiB above what the process takes now: what was
 // freed is in its way.
 TEST(MemoryBudget, NearTheCapWhatWasFreedIsGivenBack) {

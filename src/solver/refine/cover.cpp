@@ -36,6 +36,9 @@ constexpr size_t kMostPoints = 256;
 constexpr size_t kMostCandidates = 64;
 // Levels of elements whose children are looked at in parallel.
 constexpr size_t kParallelLevels = 4;
+// Receivers of a cell: as many, and so many for each of its patches.
+constexpr size_t kMostReceivers = 16384;
+constexpr size_t kMostReceiversPerPatch = 8;
 // Where there would be more, larger edges are left.
 constexpr double kCoarser = 4;
 // Rays that are traced together.
@@ -354,16 +357,11 @@ bool FindWith(const CoverOptions& options,
 
 }  // namespace
 
-size_t MostReceivers(size_t patches) {
-  constexpr size_t kOfACell = 16384;
-  constexpr size_t kPerPatch = 8;
-  return kOfACell + kPerPatch * patches;
-}
-
 Covers FindCovers(const CoverOptions& options, const CoverSide& cell) {
   CoverOptions now = options;
   now.most_receivers =
-      std::min(options.most_receivers, MostReceivers(cell.patches.size()));
+      std::min(options.most_receivers,
+               kMostReceivers + kMostReceiversPerPatch * cell.patches.size());
   Covers covers;
   while (!FindWith(now, cell, &covers)) {
     now.tau *= kCoarser;

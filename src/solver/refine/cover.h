@@ -42,9 +42,6 @@ struct CoverSide {
   const ReflectedLight* light = nullptr;
 };
 
-// How many receivers a cell of so many patches has at most.
-size_t MostReceivers(size_t patches);
-
 Covers FindCovers(const CoverOptions& options, const CoverSide& cell);
 
 }  // namespace enfilade
