@@ -18,8 +18,8 @@ constexpr uint64_t kSeed = 1;
 constexpr uint32_t kHilbertBits = 16;
 constexpr int kMostPasses = 50;
 
-// The place of a point on Hilbert's curve through a cube of 2^kHilbertBits
-// points a side (Skilling 2004, "Programming the Hilbert curve").
+// The index of a point along the Hilbert curve through a cube of 2^kHilbertBits
+// points per side (Skilling 2004, "Programming the Hilbert curve").
 uint64_t HilbertIndex(std::array<uint32_t, 3> x) {
   constexpr uint32_t kTop = 1U << (kHilbertBits - 1);
   for (uint32_t q = kTop; q > 1; q >>= 1) {
@@ -48,7 +48,7 @@ uint64_t HilbertIndex(std::array<uint32_t, 3> x) {
   return index;
 }
 
-// The least recently used go first.
+// A cache of cells that evicts the least recently used ones.
 class RecentCache {
  public:
   RecentCache(const std::vector<OrderedCell>& cells, uint64_t capacity_bytes)
@@ -125,12 +125,13 @@ CellOrder NearestNeighbours(
   return order;
 }
 
-// Turns the part after `i` around up to where that makes the path shortest.
+// Reverses the part of the path after `i` whose reversal shortens the path by
+// the most. Returns false and changes nothing if no reversal shortens the path.
 bool TurnAfter(size_t i,
                const std::vector<std::vector<uint64_t>>& distances,
                CellOrder* order) {
   const size_t n = order->size();
-  // None from the last cell on.
+  // The distance of neighbours in the path; 0 after the last cell.
   const auto length = [&](size_t a, size_t b) -> uint64_t {
     return b < n ? distances[(*order)[a]][(*order)[b]] : 0;
   };
@@ -151,7 +152,8 @@ bool TurnAfter(size_t i,
   return most > 0;
 }
 
-// Turns parts of the path around while that makes it shorter.
+// Reverses parts of the path as long as the path gets shorter, in at most
+// kMostPasses passes.
 void TwoOpt(const std::vector<std::vector<uint64_t>>& distances,
             CellOrder* order) {
   bool is_shorter = true;
@@ -163,7 +165,8 @@ void TwoOpt(const std::vector<std::vector<uint64_t>>& distances,
   }
 }
 
-// What the turn of a cell would find in the cache; or, negative, would read.
+// The bytes of the cell's visible set that are in the cache, or minus the bytes
+// that are not, by `rule`.
 int64_t Gain(const std::vector<OrderedCell>& cells,
              const OrderedCell& cell,
              const RecentCache& cache,

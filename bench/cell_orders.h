@@ -1,4 +1,4 @@
-// Orders in which the receivers of a sweep may come.
+// Orders in which a sweep may visit its receivers.
 
 #pragma once
 
@@ -9,36 +9,36 @@
 
 namespace enfilade {
 
-// A cell as orders see it.
+// The data of a cell from which the orders are made.
 struct OrderedCell {
   Point3 centre;
-  std::vector<uint32_t> sees;  // cells, ascending, itself included
+  std::vector<uint32_t> sees;  // cells, ascending, including this one
   uint64_t bytes = 0;          // in memory
 };
 
-// Cells, each once, in the order of their turns.
+// Every cell once, in the order in which the cells are receivers.
 using CellOrder = std::vector<uint32_t>;
 
 CellOrder StoreOrder(size_t cells);
 CellOrder RandomOrder(size_t cells);
 
-// Along Hilbert's curve through the centres.
+// The order along the Hilbert curve through the centres.
 CellOrder HilbertOrder(const std::vector<OrderedCell>& cells);
 
-// Reverse Cuthill-McKee of who sees whom.
+// Reverse Cuthill-McKee order of the graph of cells that see each other.
 CellOrder CuthillMcKeeOrder(const std::vector<OrderedCell>& cells);
 
-// Next comes the cell of whose visible set most bytes are in a cache of this
-// capacity, which forgets what was used longest ago; or, of whose visible set
-// the fewest are not.
+// Greedy orders that simulate a cache of this capacity, which evicts the least
+// recently used cells. The next cell is the one whose visible set has the most
+// bytes in the cache (kMostResident) or the fewest outside it (kLeastMissing).
 enum class GreedyRule { kMostResident, kLeastMissing };
 CellOrder GreedyOrder(const std::vector<OrderedCell>& cells,
                       uint64_t capacity_bytes,
                       GreedyRule rule);
 
-// A short path through all cells, where it is as far from one to another as
-// only one of the two sees, in bytes: nearest neighbours, then 2-opt; or 2-opt
-// of another order.
+// Short paths through all cells. The distance of two cells is the bytes of the
+// cells that only one of the two sees. PathOrder goes to the nearest neighbour,
+// then improves the path by 2-opt; ShortenedOrder applies 2-opt to `order`.
 CellOrder PathOrder(const std::vector<OrderedCell>& cells);
 CellOrder ShortenedOrder(const std::vector<OrderedCell>& cells,
                          CellOrder order);

@@ -1,11 +1,11 @@
-// The gather of a solved store's links by one thread, beside what it could not
-// be faster than: reading and decoding the same links from the store, and the
-// memory bandwidth for the bytes of their blocks, in the same run.
+// Measures the gather of a solved store's links by one thread, and in the same
+// run two limits of its speed: reading and decoding the same links from the
+// store, and the memory bandwidth for the bytes of their blocks.
 //
 //   bench_gather STORE
 //
-// Each chunk of links is read and decoded once, and gathered several times from
-// memory; the elements and light of its two cells stay in memory.
+// Each chunk of links is read and decoded once and gathered several times from
+// memory. The elements and the light of its two cells stay in memory.
 
 #include "solver/links/gather.h"
 
@@ -35,7 +35,7 @@ namespace {
 
 constexpr int kRepeats = 5;
 constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max() / 4;
-// Far more than caches hold.
+// Far more than the processor's caches hold.
 constexpr size_t kStreamedFloats = size_t{64} << 20;
 
 struct Totals {
@@ -46,7 +46,7 @@ struct Totals {
   double gather_seconds = 0;  // of the fastest repeat of each chunk
 };
 
-// Bytes per second that one thread reads.
+// Bytes per second that one thread reads from memory.
 double MemoryBandwidth() {
   const std::vector<float> values(kStreamedFloats, 1.0F);
   double best = std::numeric_limits<double>::infinity();
@@ -62,12 +62,12 @@ double MemoryBandwidth() {
     }
     best = std::min(best, seconds);
   }
-  // So that the sums are made.
+  // Using `sum` keeps the compiler from leaving out the sums.
   return sum > 0 ? static_cast<double>(kStreamedFloats * sizeof(float)) / best
                  : 0;
 }
 
-// Gathers a block several times; the seconds of the fastest.
+// Gathers a block several times and returns the seconds of the fastest gather.
 double GatherSeconds(const LinkBlock& block,
                      const GatherSide& receiver,
                      const GatherSide& source,

@@ -1,6 +1,7 @@
-// Rate of Occluded() beside that of bare rtcOccluded16 on the same segments in
-// the same run: how much our packing, shortening and culling cost; and the rate
-// of the latter on all cores together, which is what they are worth.
+// Measures the rate of Occluded() and that of bare rtcOccluded16 on the same
+// segments in the same run. The difference is the cost of Enfilade's packing,
+// shortening and culling. Also measures the rate of rtcOccluded16 on all cores
+// together, which shows how much the other cores add.
 //
 //   bench_occlusion [boxes]
 
@@ -128,7 +129,7 @@ double RaysPerSecond(const Body& body) {
   return best;
 }
 
-// Traces them all once.
+// Traces all packets once. Returns in how many the first ray is blocked.
 uint64_t TraceRaw(RTCScene scene, std::vector<RTCRay16>& rays) {
   const std::vector<int> valid(16, -1);
   uint64_t blocked = 0;
@@ -141,7 +142,8 @@ uint64_t TraceRaw(RTCScene scene, std::vector<RTCRay16>& rays) {
   return blocked;
 }
 
-// Of so many threads together, each of which traces all packets.
+// Rays per second of `threads` threads together, each of which traces all
+// packets.
 double RawRate(RTCScene scene,
                const std::vector<SegmentPacket>& packets,
                size_t threads) {

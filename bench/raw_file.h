@@ -1,4 +1,5 @@
-// A file descriptor that closes itself, with whole reads and writes.
+// A file descriptor that is closed by its destructor. Reads and writes are
+// complete or throw.
 
 #pragma once
 
@@ -10,7 +11,7 @@
 
 namespace enfilade::bench {
 
-// All members throw DiskError that names the path.
+// All members throw DiskError with the path.
 class RawFile {
  public:
   RawFile(std::filesystem::path path, int flags);
@@ -24,12 +25,12 @@ class RawFile {
   RawFile& operator=(const RawFile&) = delete;
 
   void WriteAt(uint64_t offset, std::span<const std::byte> bytes);
-  // Fills `bytes`; a file that ends before is a DiskError.
+  // Fills `bytes`; throws DiskError if the file ends before.
   void ReadAt(uint64_t offset, std::span<std::byte> bytes) const;
   void Sync();
   void Truncate(uint64_t bytes);
-  // Asks the system to forget the file's pages; those that are not on the disk
-  // yet stay.
+  // Asks the system to drop the file's pages from its cache. Pages that are not
+  // on the disk yet stay.
   void DropCache();
 
   [[nodiscard]] const std::filesystem::path& Path() const { return path_; }

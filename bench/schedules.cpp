@@ -1,16 +1,18 @@
-// How much the order of the cell pairs matters: what the best possible cache
-// reads in one sweep over a solved store, for several orders of the receivers
-// and of the sources of each, beside what has to be read once in any order.
+// Measures how much the order of the cell pairs matters: the bytes that the
+// best possible cache reads in one sweep over a solved store, for several
+// orders of the receivers and of the sources of each receiver, and the
+// compulsory bytes, which any order reads.
 //
 //   bench_schedules [--json FILE] [--memory MIB] STORE...
 //
-// A sweep of propagation needs for each pair the trees and the geometry of its
-// two cells and what the receiver has received; one of refinement also what
-// stands in the cells between, one after the other. Sizes in memory are those
-// of the solver's own estimates, sizes read those of the store's frames. Link
-// chunks are read once in a sweep whatever the order, and are counted apart;
-// those within a cell come again in each step of its balance. With --memory:
-// also under the budget of that cap. docs/decisions/schedules.md
+// For each pair, a sweep of propagation needs the trees and the geometry of the
+// two cells and the received light of the receiver. A sweep of refinement also
+// needs the blockers of the cells between the two, one cell after the other.
+// Sizes in memory are the solver's own estimates; sizes read are those of the
+// store's frames. Every order reads the link chunks once in a sweep, so that
+// they are counted separately; the chunks within a cell are read again in each
+// step of the cell's balance. With --memory, the budget of that cap is measured
+// as a further capacity. See docs/decisions/schedules.md.
 
 #include "base/memory.h"
 #include "partition/partition.h"
@@ -47,15 +49,16 @@ namespace {
 
 using nlohmann::json;
 
-// The capacity is this part of what all cells take.
+// The capacities are the memory of all cells divided by these.
 constexpr std::array<uint64_t, 5> kParts = {2, 4, 8, 20, 100};
-// Of the balance within a cell, each of which reads its own links.
+// Steps of the balance within a cell; each step reads the cell's inner links.
 constexpr int kBalanceSteps = 8;
 
 enum class Sweep { kPropagate, kRefine };
 enum class SourceOrder { kAsReceivers, kBackAndForth, kSharedOutside };
 
-// Items: these of each cell, then the chunks of links.
+// The items of the cache are first these parts of each cell, then the chunks of
+// links.
 enum class Part : uint32_t { kTree, kReceived, kGeometry, kBlockers };
 constexpr uint32_t kPartsOfCell = 4;
 
@@ -72,7 +75,7 @@ struct Building {
   CacheItem links;
 };
 
-// A block's content, and what reading it took.
+// The content of a block, and the bytes that were read for it.
 std::pair<Bytes, uint64_t> Read(const BlockStorage& store,
                                 const BlockKey& key) {
   const uint64_t before = store.Stats().bytes_read;
@@ -147,7 +150,8 @@ Building LoadBuilding(const std::string& path) {
 
 // -------------------------------------------------------------- the sequence
 
-// The sources of the receiver at `turn`, itself last.
+// The sources of the receiver at `turn` in the order of `sources`; the receiver
+// itself comes last.
 std::vector<const VisibleCell*> SourcesOf(const Building& b,
                                           const CellOrder& order,
                                           size_t turn,
@@ -160,7 +164,8 @@ std::vector<const VisibleCell*> SourcesOf(const Building& b,
     const auto& sees = b.cells[order[at]].sees;
     return std::binary_search(sees.begin(), sees.end(), cell);
   };
-  // What the receiver before had comes first, what the next one has last.
+  // With kSharedOutside, the sources that the previous receiver also sees come
+  // first, and those that the next receiver also sees come last.
   const auto place = [&](uint32_t cell) -> int64_t {
     const auto n = static_cast<int64_t>(order.size());
     int64_t at = rank[cell];
@@ -202,7 +207,7 @@ struct Schedule {
   bool only_linked = false;  // leaves out pairs without links
 };
 
-// The pair, and with each of `others` in turn.
+// Adds a step for the pair, and then one for the pair and each of `others`.
 void AddPair(uint32_t receiver,
              uint32_t source,
              std::span<const uint32_t> others,
@@ -216,7 +221,8 @@ void AddPair(uint32_t receiver,
   }
 }
 
-// What stands between the two cells of a pair, if a sweep needs it.
+// The blockers of the cells between the two cells of a pair, if the sweep needs
+// them.
 std::vector<uint32_t> BlockersOf(const VisibleCell& v, Sweep sweep) {
   std::vector<uint32_t> blockers;
   blockers.reserve(v.between.size());
@@ -241,7 +247,7 @@ Steps StepsOf(const Building& b, const Schedule& s, Sweep sweep) {
   return steps;
 }
 
-// Chunks as a turn asks for them.
+// The link chunks of a pair in the order in which the receiver reads them.
 std::vector<uint32_t> ChunksOf(const Building& b,
                                uint32_t receiver,
                                uint32_t source) {
@@ -254,8 +260,8 @@ std::vector<uint32_t> ChunksOf(const Building& b,
   return chunks;
 }
 
-// Sweeps of propagation in the store's order with the links in between: what
-// the engine asks for, as the measure of its paging sees it.
+// Sweeps of propagation in the store's order, including the link chunks: the
+// sequence of requests of the solver.
 Steps StepsWithLinks(const Building& b, int sweeps) {
   Steps steps;
   const CellOrder order = StoreOrder(b.cells.size());
@@ -317,7 +323,7 @@ std::vector<Row> RowsOf(const Building& b,
       {"path, sources to and fro", {{path, SourceOrder::kBackAndForth}}},
       {"path, shared outside", {{path, SourceOrder::kSharedOutside}}},
   };
-  if (sweep == Sweep::kPropagate) {  // refinement finds out which they are
+  if (sweep == Sweep::kPropagate) {  // before refinement, links are not known
     rows.push_back(
         {"store, linked pairs", {{store, SourceOrder::kAsReceivers, true}}});
     rows.push_back(
@@ -379,7 +385,8 @@ json MeasureSweep(const Building& b,
   return result;
 }
 
-// The same sequence with items that take in memory what they take in the store.
+// Measures two sweeps with links twice: with the sizes that the items have in
+// memory, and as if they had the sizes in memory that they have in the store.
 json MeasureYardstick(const Building& b, std::optional<uint64_t> budget) {
   const Steps steps = StepsWithLinks(b, 2);
   std::vector<CacheItem> packed = b.items;

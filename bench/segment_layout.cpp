@@ -34,9 +34,9 @@ struct Segment {
 
   RawFile file;
   uint64_t end_bytes = 0;   // where the next frame is appended
-  uint64_t live_bytes = 0;  // of frames that the last commit or this one names
+  uint64_t live_bytes = 0;  // of frames in the last or the next commit
   bool is_dirty = false;
-  std::map<uint64_t, uint64_t> free;  // length by offset; none touch
+  std::map<uint64_t, uint64_t> free;  // length by offset; no two are adjacent
 };
 
 struct Entry {
@@ -58,7 +58,8 @@ std::filesystem::path SegmentPath(const std::filesystem::path& folder,
   return folder / fmt::format("segment-{}", id);
 }
 
-// As the store's (sqlite_store.cpp), but for its pages: the rows are small.
+// The store's settings that matter here (store_database.cpp). The pages of the
+// catalogue are smaller than the store's, because its rows are small.
 void Configure(Database& database) {
   database.Execute(
       "PRAGMA cache_size = -2048;"
@@ -92,7 +93,7 @@ class SegmentLayout final : public Layout {
   mutable Statement find_;
   Statement put_;
   std::map<int64_t, Segment> segments_;
-  int64_t current_ = 0;  // id of the segment that is appended to
+  int64_t current_ = 0;  // id of the segment to which frames are appended
   bool folder_is_dirty_ = false;
   std::vector<Extent> replaced_;  // in this transaction
   mutable internal::FrameCodec codec_;
@@ -266,7 +267,8 @@ void SegmentLayout::SyncSegments() {
   }
 }
 
-// The last commit does not name this extent any more.
+// Makes the extent garbage, or free if extents are reused. Requires that the
+// last commit does not name the extent any more.
 void SegmentLayout::Release(const Extent& place) {
   Segment& segment = segments_.at(place.segment);
   segment.live_bytes -= place.length;

@@ -12,7 +12,7 @@ namespace enfilade::bench {
 // Makes the catalogue of a new layout in an empty folder.
 void CreateSegmentCatalogue(const std::filesystem::path& folder);
 
-// `reuse`: extents of replaced frames are written again.
+// If `reuse`, the extents of replaced frames are used for new frames.
 std::unique_ptr<Layout> OpenSegmentLayout(const std::filesystem::path& folder,
                                           bool reuse);
 

@@ -65,7 +65,7 @@ uint64_t LeastReads(const Steps& steps,
                     uint64_t capacity_bytes) {
   const std::vector<size_t> next = NextUses(steps, items.size());
   uint64_t reads = 0;
-  // What is in memory and used again, by the step of its next use.
+  // The items in memory that are used again, by the step of their next use.
   std::set<std::pair<size_t, uint32_t>> resident;
   uint64_t resident_bytes = 0;
   for (size_t step = 0; step < steps.Size(); ++step) {

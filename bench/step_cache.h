@@ -1,12 +1,10 @@
-// What the best possible cache reads when several items are needed at a time
-// and take more room in memory than in the store.
+// The bytes that the best possible cache reads for a given list of steps.
 //
-// store/belady.h has one size per item and one item per access, which is what a
-// trace of the store's blocks is. Here a step needs all of its items in memory
-// together (the two cells of a pair), `held_bytes` is what an item takes there,
-// and `stored_bytes` what reading it takes. As there, what is used again last
-// goes first: a strong policy that knows the future, no strict lower bound. The
-// compulsory bytes are one.
+// A step needs all of its items in memory at once (the two cells of a pair). An
+// item takes `held_bytes` in memory; reading the item takes `stored_bytes`. As
+// in store/belady.h, the item whose next use is farthest away is evicted first.
+// That is a strong policy that knows the future, but no strict lower bound. The
+// compulsory bytes, every item read once, are a strict lower bound.
 
 #pragma once
 
@@ -22,7 +20,7 @@ struct CacheItem {
   uint64_t stored_bytes = 0;
 };
 
-// Steps one after the other, each a list of different items.
+// A sequence of steps, each of which is a list of different items.
 class Steps {
  public:
   void Add(std::span<const uint32_t> items) {
@@ -37,7 +35,7 @@ class Steps {
                                      first_[step + 1] - first_[step]);
   }
 
-  // Where the items of a step begin among those of all steps.
+  // The index of the step's first item in the items of all steps.
   [[nodiscard]] size_t First(size_t step) const { return first_[step]; }
 
  private:
@@ -45,13 +43,15 @@ class Steps {
   std::vector<size_t> first_{0};
 };
 
-// What all that occurs takes: in memory together, and to read once.
+// The bytes of all items that occur in the steps: held in memory together, and
+// stored, which is what reading each of them once takes.
 CacheItem SumOfItems(const Steps& steps, std::span<const CacheItem> items);
 
-// The least memory that has room for each step.
+// The least memory that is enough for every step.
 uint64_t LargestStep(const Steps& steps, std::span<const CacheItem> items);
 
-// Stored bytes that are read under a capacity, which the largest step fits in.
+// The stored bytes that are read with this capacity. The capacity must be at
+// least LargestStep.
 uint64_t LeastReads(const Steps& steps,
                     std::span<const CacheItem> items,
                     uint64_t capacity_bytes);

@@ -1,7 +1,7 @@
-// The store's layout (frames as rows of one SQLite file) beside segment files
-// with a SQLite catalogue, on the disk of a folder: writing and rewriting in
-// rounds, commits, reading, and what a killed writer leaves. Each figure stands
-// beside a plain file written or read in the same run.
+// Compares the store's layout (frames as rows of one SQLite file) with segment
+// files and a SQLite catalogue, on the disk of a folder: writing and rewriting
+// in rounds, commits, reading, and what a killed writer leaves. A plain file is
+// written and read in the same run as the limit of each rate.
 //
 //   bench_store [--live MIB] [--rounds N] [--repeats N] [--kills N] [FOLDER]
 
@@ -32,9 +32,9 @@ namespace {
 
 constexpr uint64_t kMiB = 1 << 20;
 constexpr uint64_t kStoreSeed = 22;
-// A solve writes cell after cell, each of about so many blocks.
+// A solve writes cell after cell; a cell has about this many blocks.
 constexpr uint32_t kBlocksOfCell = 16;
-// Of the cells, after the first round.
+// The share of the cells that each round after the first writes again.
 constexpr double kRewrittenShare = 0.75;
 
 struct Options {
@@ -45,7 +45,8 @@ struct Options {
   uint64_t kills = 15;
 };
 
-// Bytes put, by whatever layout, and how long it took until all was on disk.
+// The bytes that were put into a layout or a plain file, and the time until all
+// of them were on the disk.
 struct Writing {
   double seconds = 0;
   std::vector<double> commit_seconds;
@@ -59,7 +60,7 @@ struct Writing {
 struct Reading {
   double sequential = 0;  // MB/s
   double random = 0;
-  double from_disk = 0;  // share of the bytes; the rest came from caches
+  double from_disk = 0;  // share of the bytes; caches had the rest
 };
 
 double Rate(uint64_t bytes, double seconds) {
@@ -88,8 +89,8 @@ void Shuffle(std::vector<T>& values, Random& random) {
   }
 }
 
-// The blocks of a round in the order they are put: all in the first; later the
-// cells in another order, and not every one.
+// The blocks of a round in the order in which they are put. The first round has
+// all blocks; a later round has some of the cells in random order.
 std::vector<uint32_t> KeysOfRound(const Blocks& blocks, uint64_t round) {
   Random random(MixKey(kStoreSeed, round));
   std::vector<uint32_t> cells((blocks.Count() + kBlocksOfCell - 1) /
@@ -174,7 +175,8 @@ Writing WriteLayout(LayoutKind kind,
   return writing;
 }
 
-// The limit: the same bytes, one after the other, into a plain file.
+// Measures the limit: writes the same bytes one after the other into a plain
+// file.
 Writing WritePlainFile(const Blocks& blocks,
                        const Options& options,
                        uint64_t commit_bytes,
@@ -199,8 +201,9 @@ Writing WritePlainFile(const Blocks& blocks,
   return writing;
 }
 
-// Runs read(key), which returns a number of bytes, for all keys: in order, then
-// shuffled, with caches dropped before each.
+// Calls read = open() and then read(key), which returns the number of bytes
+// read, for all keys: first in order, then shuffled. Drops the caches before
+// each of the two passes.
 template <typename Open>
 Reading ReadTwice(const Blocks& blocks,
                   const std::filesystem::path& folder,
@@ -245,7 +248,8 @@ Reading ReadLayout(LayoutKind kind,
   });
 }
 
-// The limit: as many pieces of the same sizes from one plain file.
+// Measures the limit: reads the first version of every block from one plain
+// file.
 Reading ReadPlainFile(const Blocks& blocks,
                       const std::filesystem::path& folder) {
   std::vector<uint64_t> starts;
@@ -294,9 +298,9 @@ void PrintReading(const char* name, const Reading& r, const Reading& limit) {
       r.from_disk);
 }
 
-// What was seen of a layout, or of plain files, in the best of the repeats.
+// The best results of a layout, or of plain files, over the repeats.
 struct Measured {
-  std::optional<LayoutKind> kind;  // none: plain files
+  std::optional<LayoutKind> kind;  // nullopt: plain files
   Writing writing;
   Reading reading;
 
@@ -330,7 +334,8 @@ void MeasureOnce(const Options& options,
   }
 }
 
-// Repeats take turns, so that other work on the disk meets all alike.
+// Measures all layouts in each repeat, so that other work on the disk affects
+// all of them alike.
 void MeasureRates(const Options& options,
                   const Blocks& blocks,
                   uint64_t commit_mib) {
@@ -356,7 +361,7 @@ void MeasureRates(const Options& options,
   }
 }
 
-// Returns whether every layout kept its promise.
+// Returns whether every layout held its last commit after every kill.
 bool MeasureCrashes(const Options& options) {
   if (options.kills == 0) {
     return true;
@@ -397,7 +402,7 @@ bool Run(const Options& options) {
   return is_kept;
 }
 
-// Throws CLI::ParseError, also for --help.
+// Throws CLI::ParseError for wrong arguments and for --help.
 Options ParseOptions(CLI::App& app, int argc, char** argv) {
   Options options;
   app.add_option("folder", options.folder, "where to write (default: here)")

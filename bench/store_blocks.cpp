@@ -39,7 +39,8 @@ constexpr std::array<Quantile, 8> kFrameBytes{{{0, 11},
                                                {0.99, 471776},
                                                {1, 1000954}}};
 
-// The inverse of the distribution, its logarithm linear between quantiles.
+// The frame size at a share of the distribution, by linear interpolation of the
+// logarithm between the quantiles.
 uint64_t FrameBytes(double share) {
   size_t i = 1;
   while (i + 1 < kFrameBytes.size() && kFrameBytes[i].share < share) {

@@ -1,4 +1,4 @@
-// The blocks that bench_store writes, and small things its measures share.
+// The blocks that bench_store writes, and helpers that its measurements share.
 
 #pragma once
 
@@ -13,20 +13,21 @@
 
 namespace enfilade::bench {
 
-// Blocks with the sizes of a real store's frames, each in as many versions as
-// are asked for: sizes differ by up to a fifth from version to version. The
-// content does not compress, so that it goes through the codec unchanged and
-// only the layout counts. A pure function of its seed.
+// Blocks with the sizes of a real store's frames. A block has any number of
+// versions, whose sizes are within a fifth of the size of the block. The
+// content does not compress, so that the codec leaves it as it is and only the
+// layout counts. The content is a pure function of a fixed seed, the key and
+// the version.
 class Blocks {
  public:
-  // As many blocks as have `bytes` together.
+  // Makes blocks until their sizes add up to at least `bytes`.
   explicit Blocks(uint64_t bytes);
 
   [[nodiscard]] uint32_t Count() const {
     return static_cast<uint32_t>(sizes_.size());
   }
 
-  // Borrowed from this.
+  // The span is valid as long as this object.
   [[nodiscard]] std::span<const std::byte> Content(uint32_t key,
                                                    uint64_t version) const;
 
@@ -35,7 +36,7 @@ class Blocks {
   Bytes pool_;
 };
 
-// A folder of our own below the one given; removed with all in it.
+// A new folder below `parent`. The destructor removes it with its contents.
 class WorkFolder {
  public:
   explicit WorkFolder(const std::filesystem::path& parent);
@@ -56,12 +57,13 @@ struct FolderSize {
 
 FolderSize SizeOf(const std::filesystem::path& folder);
 
-// Syncs the folder's files and asks the system to forget their pages.
+// Syncs the folder's files and asks the system to drop their pages from its
+// cache.
 void DropCaches(const std::filesystem::path& folder);
 
-// What this process caused to be read from and written to disks, by the
-// system's count (/proc/self/io): 4 KiB pages, without the file system's own
-// journal.
+// The bytes that this process caused to be read from and written to disks, as
+// counted by the system (/proc/self/io) in pages of 4 KiB, without the journal
+// of the file system.
 struct DiskTraffic {
   uint64_t read_bytes = 0;
   uint64_t written_bytes = 0;

@@ -26,7 +26,7 @@ constexpr uint64_t kLiveBytes = 24 << 20;
 constexpr uint32_t kPutsPerCommit = 16;  // about 2 MiB
 constexpr uint32_t kLongestMilliseconds = 150;
 
-// The blocks that a transaction puts, some of them twice.
+// The blocks that a transaction puts; a block may occur twice.
 std::array<uint32_t, kPutsPerCommit> KeysOf(uint64_t transaction,
                                             uint32_t count) {
   Random random(MixKey(kCrashSeed, transaction));
@@ -36,7 +36,8 @@ std::array<uint32_t, kPutsPerCommit> KeysOf(uint64_t transaction,
   return keys;
 }
 
-// The number of the transaction is a block of its own, behind all others.
+// Puts the blocks of a transaction, and its number as a block of its own whose
+// key follows those of all others.
 void PutTransaction(Layout& layout, const Blocks& blocks, uint64_t number) {
   for (const uint32_t key : KeysOf(number, blocks.Count())) {
     layout.Put(key, blocks.Content(key, number));
@@ -53,7 +54,8 @@ uint64_t TransactionOf(const Layout& layout, const Blocks& blocks) {
   return number;
 }
 
-// The child: writes until it is killed, and tells each commit when it returned.
+// Runs in the child: writes until the child is killed, and writes the number of
+// each commit that returned to the pipe `tell`.
 [[noreturn]] void WriteUntilKilled(LayoutKind kind,
                                    const std::filesystem::path& folder,
                                    const Blocks& blocks,
@@ -79,8 +81,8 @@ uint64_t TransactionOf(const Layout& layout, const Blocks& blocks) {
 }
 
 struct KilledWriter {
-  bool was_killed = false;  // rather than ended on an error of its own
-  uint64_t told = 0;        // its last commit that returned; 0: none
+  bool was_killed = false;  // false: ended on an error of its own
+  uint64_t told = 0;        // the last commit that it told of; 0: none
 };
 
 KilledWriter RunAndKill(LayoutKind kind,
@@ -114,7 +116,7 @@ KilledWriter RunAndKill(LayoutKind kind,
   return writer;
 }
 
-// What the store must hold, by the last transaction that is visible.
+// The blocks that a layout must hold after a given transaction.
 class Expected {
  public:
   explicit Expected(const Blocks& blocks)
@@ -164,7 +166,8 @@ uint64_t Garbage(const FolderSize& size, uint64_t live_bytes) {
   return size.bytes - std::min(size.bytes, live_bytes);
 }
 
-// Opens what was left; false if it is not the last commit, whole and alone.
+// Opens the layout that a killed writer left. Returns whether the layout holds
+// the last commit completely, and nothing else.
 bool IsLastCommit(LayoutKind kind,
                   const std::filesystem::path& folder,
                   const Blocks& blocks,
@@ -176,7 +179,7 @@ bool IsLastCommit(LayoutKind kind,
     const auto layout = OpenLayout(kind, folder);
     const uint64_t seen = TransactionOf(*layout, blocks);
     open_seconds.push_back(watch.Seconds());
-    // A commit may have been made and not told any more.
+    // The writer may have been killed after a commit and before telling of it.
     const uint64_t told = std::max(writer.told, expected.Transaction());
     expected.AdvanceTo(seen);
     return writer.was_killed && (seen == told || seen == told + 1) &&

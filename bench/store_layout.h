@@ -1,20 +1,20 @@
-// The layouts that bench_store compares, behind one seam: the program's store
-// (frames as rows of one SQLite file) and a candidate (frames in segment files,
-// SQLite only for the catalogue). Both compress and checksum as the store does,
-// so that only the layout differs.
+// The layouts that bench_store compares, behind one interface: the program's
+// store (frames as rows of one SQLite file) and a candidate (frames in segment
+// files, SQLite only for the catalogue). Both compress and checksum in the same
+// way, so that only the layout differs.
 //
-// The candidate, as little as is honest:
-// - Frames are appended to segment files of up to 64 MiB; a row of the
-// catalogue
-//   names file, offset and length.
-// - Commit syncs the segments written to (and the folder, if one is new), then
-//   commits the catalogue. Only then do replaced frames count as garbage.
+// The candidate does no more than a fair comparison needs:
+// - Frames are appended to segment files of up to 64 MiB. A row of the
+//   catalogue has the file, offset and length of a frame.
+// - Commit syncs the segments that were written to (and the folder, if a
+//   segment is new), then commits the catalogue. Only then are replaced frames
+//   garbage.
 // - A segment without a live frame is deleted after the commit that emptied it.
-//   With `kSegmentsReused` the extents of replaced frames are written again,
-//   best fit first, from the commit after; otherwise they stay as garbage.
-//   Nothing is compacted.
-// - Opening deletes segments that the catalogue does not name and cuts off what
-//   follows the last frame of each of the others.
+//   With `kSegmentsReused`, later transactions write to the extents of replaced
+//   frames, best fit first; otherwise the extents stay as garbage. Nothing is
+//   compacted.
+// - Opening deletes segments that the catalogue does not name, and truncates
+//   each of the others after its last frame.
 //
 // All members throw DiskError or DamagedStoreError. Not thread-safe.
 
@@ -45,10 +45,10 @@ class Layout {
   // Replaces the block.
   virtual void Put(uint32_t key, std::span<const std::byte> content) = 0;
 
-  // The content, verified; nullopt when there is no such block.
+  // The content of the block, verified; nullopt if there is no such block.
   [[nodiscard]] virtual std::optional<Bytes> Get(uint32_t key) const = 0;
 
-  // Everything since the last commit is on the disk when it returns.
+  // When this returns, all blocks put since the last commit are on the disk.
   virtual void Commit() = 0;
 };
 
@@ -56,7 +56,7 @@ class Layout {
 std::unique_ptr<Layout> CreateLayout(LayoutKind kind,
                                      const std::filesystem::path& folder);
 
-// Opens one as the last process left it, for reading and writing.
+// Opens a layout, as the last process left it, for reading and writing.
 std::unique_ptr<Layout> OpenLayout(LayoutKind kind,
                                    const std::filesystem::path& folder);
 

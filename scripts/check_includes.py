@@ -4,10 +4,11 @@
     scripts/check_includes.py [ROOT]
 
 Prints one line per violation, as FILE:LINE: what, and exits 1 if there is any.
-The same holds for the folders inside src/solver, whose own files stand on all
-of them. Also violations: oneTBB outside src/base/parallel.h, a project header in angle
-brackets or by a relative path, a source that is included, a header without
-#pragma once, and a cycle of includes.
+The folders inside src/solver follow the same rule; the files directly in
+src/solver may include all of these folders. Other violations are an include of
+oneTBB outside src/base/parallel.h, a project header in angle brackets or by a
+relative path, a source that is included, a header without #pragma once, and a
+cycle of includes.
 """
 
 import pathlib
@@ -23,8 +24,8 @@ ALLOWED = {
     "visibility": {"base", "scene", "partition"},
     "solver": {"base", "store", "scene", "partition", "visibility"},
 }
-# The folders of the solver, each of which may include itself and those before
-# it (docs/map.md).
+# The folders of the solver; each may include itself and the folders before it
+# in this list (docs/map.md).
 SOLVER_FOLDERS = [
     "elements",
     "state",
@@ -47,10 +48,11 @@ def layer_of(path):
 
 
 def allowed_layers(layer):
-    """Layers that a file of this one may include."""
+    """The layers that a file of `layer` may include."""
     if layer in ALLOWED:
         return ALLOWED[layer] | {layer}
-    # Tools, tests and benchmarks see all; the latter share the tests' models.
+    # Tools, tests and benchmarks may include all layers; benchmarks may also
+    # include tests, whose models they share.
     return EVERYTHING | {layer} | ({"tests"} if layer == "bench" else set())
 
 
@@ -63,7 +65,7 @@ def includes_of(text):
 
 
 def check_include(path, quoted, header):
-    """What is wrong with one include, or None."""
+    """Returns what is wrong with one include, or None."""
     first = header.split("/")[0]
     if first in ("tbb", "oneapi") and path != TBB_HEADER:
         return f"includes {header}; oneTBB belongs in {TBB_HEADER} alone"
@@ -83,7 +85,7 @@ def check_include(path, quoted, header):
 
 
 def check_solver_folder(path, header):
-    """What is wrong with an include within the solver, or None."""
+    """Returns what is wrong with an include within the solver, or None."""
     own = path.parts[2]
     other = header.split("/")[1]
     if own not in SOLVER_FOLDERS:
@@ -93,7 +95,7 @@ def check_solver_folder(path, header):
 
 
 def source_files(root):
-    """Paths, relative to the root, of all sources of ours."""
+    """Yields the paths of the project's sources, relative to the root."""
     for folder in ("src", "tools", "tests", "bench"):
         for path in sorted((root / folder).rglob("*")):
             if path.suffix in (".h", ".cpp"):
@@ -101,7 +103,7 @@ def source_files(root):
 
 
 def find_cycle(graph):
-    """A list of headers that include each other in a ring, or None."""
+    """Returns a list of headers that include each other in a ring, or None."""
     done, stack = set(), []
 
     def visit(node):

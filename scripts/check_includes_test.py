@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of check_includes.py: every kind of violation is seen."""
+"""Tests that check_includes.py reports every kind of violation."""
 
 import pathlib
 import sys

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Names that a source declares for itself and never uses, and types of one name.
+"""Reports unused names of sources, types of one name, and missing files.
 
     scripts/check_names.py [ROOT]
 
-Prints one line per name, as FILE:LINE: what, and exits 1 if there is any. Seen
-are using-declarations, aliases and constants at the scope of a file and private
-members of classes in .cpp files: what clang sees only in a file that it is given
-itself, and not in one that a unity build includes (scripts/lint). And types that
-two headers define under one name, which no compiler sees where no source includes
-both. And files that a comment names and that are not there.
+Prints one line per finding, as FILE:LINE: what, and exits 1 if there is any.
+- Names that a .cpp file declares and never uses: using-declarations, aliases
+  and constants at the scope of the file, and private members of classes. clang
+  finds these only in a file that it compiles itself, and not in one that a
+  unity build includes (scripts/lint).
+- Types that two headers define under one name. A compiler does not see this if
+  no source includes both headers.
+- Files that a comment names and that do not exist.
 """
 
 import collections
@@ -32,7 +34,7 @@ DECLARED = [
 
 
 def unused_in(text):
-    """Yields (line number, name, kind) of each name that occurs just once."""
+    """Yields (line number, name, kind) of declared names that occur once."""
     lines = [COMMENT.sub("", line) for line in text.splitlines()]
     uses = collections.Counter(
         name for line in lines for name in NAME.findall(line))
@@ -65,7 +67,7 @@ FILE = re.compile(r"[\w/-]+\.(?:h|cpp|py|md)\b")
 
 
 def missing_files(root):
-    """Yields (path, line number, the file that a comment names)."""
+    """Yields (path, line number, missing file that a comment names)."""
     there = {path.name for path in root.rglob("*.*")
              if not path.is_relative_to(root / "build")}
     for folder in FOLDERS:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests of check_names.py: every kind of unused name is seen, and no other; so
-are two types of one name.
+"""Tests that check_names.py reports every kind of unused name and no used one,
+two types of one name, and missing files.
 """
 
 import pathlib

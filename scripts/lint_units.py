@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""The units of a build that show clang-tidy every source once.
+"""Prints the units of a build by which clang-tidy sees every source once.
 
     scripts/lint_units.py BUILD
 
-Prints the paths of the unity files of BUILD, and of the sources that it compiles
-by themselves, one a line and the largest first, so that none is left to run
-alone at the end. Exits 1 if BUILD has no compile commands or lacks a source.
+Prints the paths of the unity files of BUILD and of the sources that BUILD
+compiles by themselves, one per line. The largest come first, so that no large
+unit runs alone at the end. Exits 1 if BUILD has no compile commands or if its
+sources are not those of the tree.
 """
 
 import json
@@ -18,7 +19,7 @@ INCLUDE = re.compile(r'^#include "(.*\.cpp)"$', re.MULTILINE)
 
 
 def sources_of(unit):
-    """The sources that a unit is made of."""
+    """The sources that a unit consists of."""
     if unit.suffix == ".cpp":
         return [unit]
     text = unit.read_text(encoding="utf-8")

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Shows the compiler each source of some folders by itself, without making code.
+"""Has the compiler check each source of some folders by itself.
 
     scripts/parse_alone.py BUILD FOLDER...
 
-By the commands of BUILD, of all sources below the FOLDERs. A unity build does not
-see that a source lacks an include which another one of its unit has. Exits 1 if
-a source is refused.
+Checks all sources below the FOLDERs by the commands of BUILD, without making
+code. A unity build does not notice that a source lacks an include if another
+source of the same unit has it. Exits 1 if the compiler refuses a source.
 """
 
 import concurrent.futures
@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 def parse(entry):
-    """Whether the compiler takes the source of a compile command."""
+    """Whether the compiler accepts the source of a compile command."""
     words = shlex.split(entry["command"])
     at = words.index("-o")
     words[at:at + 2] = ["-fsyntax-only"]

@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint64_t kMostWorkBytes = 256ULL << 20;
 
-// What is set aside for the outputs: little where they only stream.
+// The bytes set aside for the outputs: a smaller part if they only stream.
 uint64_t WorkBytes(const MemoryBudget& budget, Sharing sharing) {
   const uint64_t tenths = sharing == Sharing::kAlone ? 1 : 3;
   return std::min(budget.FreeBytes() / 10 * tenths, kMostWorkBytes);
@@ -66,10 +66,11 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
                             CellId cell,
                             std::span<const PatchId> patches,
                             const std::function<void(const LeafMean&)>& visit) {
-    // What may not fit is the cell, before anything is visited.
+    // Loading the cell is what may not fit. It happens before any visit, so
+    // that a repeated call visits nothing twice.
     CallWithin([&] { OpenSolution().ForEachMean(cell, patches, visit); });
   };
-  // Refuses a store without one before any work is done.
+  // Throws before any work is done if the store holds no solution.
   CallWithin([&] { static_cast<void>(OpenSolution()); });
 }
 
@@ -82,7 +83,8 @@ void StoredBuilding::Close() {
   solution_charge_.Reset();
 }
 
-// Does the call again with all the memory there is if a share was too small.
+// Makes the call. If a share is too small for it, repeats the call with the
+// whole budget.
 template <typename Call>
 void StoredBuilding::CallWithin(const Call& call) {
   try {
@@ -98,8 +100,9 @@ void StoredBuilding::CallWithin(const Call& call) {
   call();
 }
 
-// The budget to open a part with: all of it when the parts take turns, else a
-// share of its own, charged as a whole, that the other part cannot eat.
+// The budget to open the tracer or the solution with. If they take turns, it is
+// the whole budget; else a share, charged in full so that the other part cannot
+// use it.
 MemoryBudget& StoredBuilding::Share(double fraction,
                                     std::optional<MemoryBudget>& share,
                                     MemoryCharge& charge) {

@@ -11,20 +11,23 @@
 
 namespace enfilade {
 
-// With less free budget than this, two shares of it are worth less than turns.
+// Below this much free budget, opening two parts in turn with all of it works
+// better than keeping both open on a share each.
 inline constexpr uint64_t kTurnsBelowBytes = 192ULL << 20;
 
-// How the tracer and the solution, each of which takes what memory it gets,
-// live beside each other.
+// How the tracer and the solution divide the memory. Each of them takes as much
+// as it is given.
 enum class Sharing {
   kShares,  // both stay open, each on a share of what is free
   kTurns,   // when memory is short, opening one closes the other
   kAlone,   // opening one always closes the other, and outputs only stream
 };
 
-// The tracer and the solution are opened when first used. Shares that turn out
-// too small become turns. A part of the budget is set aside at once for what
-// the outputs themselves hold. Store and budget must outlive this.
+// Gives the outputs a view of a stored building. Opens the tracer and the
+// solution at their first use. If a share turns out too small, the two take
+// turns from then on. The constructor sets aside a part of the budget for what
+// the outputs themselves hold. The store and the budget must outlive this
+// object.
 class StoredBuilding {
  public:
   // Throws InputError if the store holds no solution.
@@ -40,7 +43,8 @@ class StoredBuilding {
 
   [[nodiscard]] Solution& OpenSolution();
 
-  // What is set aside: neither the tracer nor the solution takes of it.
+  // The part of the budget that is set aside for the outputs. The tracer and
+  // the solution do not use it.
   [[nodiscard]] MemoryBudget& WorkBudget() { return work_budget_; }
 
  private:
@@ -54,7 +58,7 @@ class StoredBuilding {
 
   const BlockStorage* store_;
   MemoryBudget* budget_;
-  GrowingCharge portals_charge_;  // before what is free is shared
+  GrowingCharge portals_charge_;  // charged before the free budget is shared
   SceneInfo scene_;
   Partition partition_;
   bool turns_;

@@ -26,8 +26,8 @@ struct Surface {
 // Reads every cell at most once per call and keeps the latest ones decoded.
 class SurfaceReader {
  public:
-  // Charges `cache_bytes` at once; a cell that is larger alone is charged
-  // while it is held.
+  // Charges `cache_bytes` at once. If a single cell is larger than that, the
+  // excess is charged as long as the cell is held.
   SurfaceReader(const BuildingView& view,
                 MemoryBudget& budget,
                 uint64_t cache_bytes);

@@ -1,6 +1,6 @@
 // What the outputs know of a solved building: its tables, its patches by cell,
-// closest hits, and the solution as a function of points. A seam, so that the
-// estimators can be tested against fields and scenes that are known exactly.
+// closest hits, and the solution as a function of points. This interface lets
+// tests run the estimators on fields and scenes that are known exactly.
 
 #pragma once
 
@@ -25,12 +25,13 @@ struct BuildingView {
   std::function<CellPatches(CellId)> load_cell;
   // As RayTracer::Trace.
   std::function<void(std::span<const TraceRay>, std::span<TraceHit>)> trace;
-  // As the members of Solution.
+  // As the member functions of Solution with these names.
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> radiosity;
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> irradiance;
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)>
       display_radiosity;
-  // May be empty: then little is known of spots of light.
+  // As Solution::ForEachMean. May be empty; small bright spots are then easily
+  // missed.
   std::function<void(CellId,
                      std::span<const PatchId>,
                      const std::function<void(const LeafMean&)>&)>

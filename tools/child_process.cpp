@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kOwnProgram = "/proc/self/exe";
 constexpr auto kPoll = std::chrono::milliseconds(10);
 
-// A file in memory, closed with its owner.
+// A file in memory; the destructor closes it.
 class MemoryFile {
  public:
   MemoryFile() : descriptor_(memfd_create("stderr", MFD_CLOEXEC)) {

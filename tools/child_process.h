@@ -1,5 +1,4 @@
-// This very program as a child process: a run of its own, with its own peak of
-// memory.
+// Runs this program as a child process, which has its own peak of memory.
 
 #pragma once
 
@@ -16,15 +15,16 @@ struct ChildResult {
   std::string err;  // standard error
 };
 
-// Runs the program with these words, standard output discarded; standard error
-// is kept in memory, for it has something to say when the disk is full. After
-// `most_seconds` the child is asked to stop, and so it is when a stop of this
-// process was requested; then InterruptedError.
+// Runs the program with the arguments `words`. Discards its standard output.
+// Keeps its standard error in memory rather than in a file, because the child
+// may have to report a full disk. Sends the child SIGTERM after `most_seconds`,
+// or when a stop of this process is requested; in the latter case throws
+// InterruptedError once the child has ended.
 ChildResult RunOwnProgram(const std::vector<std::string>& words,
                           double most_seconds);
 
-// The error that ended it, to be thrown: its exit code, and what it said
-// without the program's name in front.
+// The error that ended the child, for the caller to throw: the child's exit
+// code, and its message without the program's name in front.
 Error ErrorOfChild(const ChildResult& result);
 
 }  // namespace enfilade

@@ -29,12 +29,12 @@ void ConfigureLog() {
 
 int Fail(ExitCode code, const std::string& what) {
   std::fflush(stdout);
-  // There may be nothing to write to.
+  // The result is ignored, because standard error may be closed.
   std::fputs(fmt::format("enfilade: error: {}\n", what).c_str(), stderr);
   return static_cast<int>(code);
 }
 
-// How the help of all verbs names the values of options.
+// Sets how the help of all verbs names the values of options.
 void NameValues(CLI::App& app) {
   const auto formatter = app.get_formatter();
   formatter->label("UINT", "N");
@@ -67,7 +67,7 @@ void AddCommands(CLI::App& app) {
   AddFlatlandCommand(app);
 }
 
-// The names of what an app or a verb has below it.
+// The names of the subcommands of an app or a verb, separated by commas.
 std::string NamesBelow(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) {
@@ -76,7 +76,8 @@ std::string NamesBelow(const CLI::App& app) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// What is wrong with a command line that CLI11 refuses, and where to look.
+// Says what is wrong with a command line that CLI11 refuses, and which help to
+// read.
 std::string UsageText(const CLI::App& app,
                       const CLI::ParseError& error,
                       std::span<char* const> words) {

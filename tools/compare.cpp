@@ -17,8 +17,9 @@
 namespace enfilade {
 namespace {
 
-// Two solutions: each kept open on a share of the memory, or, where a share is
-// too small for a cell, opened for every call with all of it.
+// Two solutions. Each stays open on a share of the memory. If little memory is
+// free, or a share is too small for a cell, each is instead opened for every
+// call with all of the memory.
 class SolutionPair {
  public:
   SolutionPair(const BlockStorage& a,

@@ -23,9 +23,10 @@ struct CompareOptions {
   void Validate() const;
 };
 
-// Of A against the reference B, area-weighted over the reflecting patch sides
-// and the three channels (docs/error-measure.md). All but the counts relative
-// to B's area-weighted mean reflected radiosity.
+// The deviation of A from the reference B, area-weighted over the reflecting
+// patch sides and the three channels (docs/error-measure.md). The errors and
+// the mean deviation are relative to B's area-weighted mean reflected
+// radiosity.
 struct CompareSummary {
   double rms_error = 0;
   double l1_error = 0;        // mean |A - B|

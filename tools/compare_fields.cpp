@@ -49,7 +49,7 @@ class Comparison {
   static constexpr size_t kMostPatchPoints = 1024;
 
   struct Sample {
-    double area = 0;  // that the point stands for, m2
+    double area = 0;  // area that the point represents, m2
     Rgb exitance{};
   };
 
@@ -66,7 +66,8 @@ class Comparison {
     }
   }
 
-  // A jittered grid, so that no grid of elements is met on its edges.
+  // Samples a jittered grid, so that the points do not lie on the edges of a
+  // grid of elements.
   void AddPatch(CellId cell, PatchId id, const Patch& patch) {
     const double area = PatchArea(patch);
     const double wanted = std::max<double>(options_.samples_per_patch,

@@ -15,18 +15,19 @@ namespace enfilade {
 
 namespace {
 
-// At this error, by M2; links grow with this power of its inverse.
+// The links per patch that basis M2 needs at an error of kErrorOfLinks. Links
+// grow with the power kLinksPerError of the inverse of the error.
 constexpr double kErrorOfLinks = 0.1;
 constexpr double kLinksPerPatch = 150;
 constexpr double kLinksPerError = 1.7;
-// Haar needs more links for the same error, and smaller ones.
+// Haar needs more links than M2 for the same error, but each takes fewer bytes.
 constexpr double kHaarLinks = 3;
 constexpr double kElementsPerLink = 0.2;
-// Of the whole store, elements included.
+// Bytes of the whole store per link, elements included.
 constexpr double kM2BytesPerLink = 28;
 constexpr double kHaarBytesPerLink = 20;
-// Of one core; the rays that look at the error of the rounds take some time
-// whatever there is to refine.
+// Seconds of one core. The rays that measure the error of the rounds take some
+// time however little there is to refine.
 constexpr double kSecondsPerLink = 25e-6;
 constexpr double kSecondsOfRays = 8;
 
@@ -40,19 +41,19 @@ std::string RoundedText(double count) {
   return fmt::format("{:.0f}", std::round(count / unit) * unit);
 }
 
-// How many times as many links a smaller error takes.
+// The factor by which links grow from `error` to `smaller_error`.
 double Growth(double error, double smaller_error) {
   return std::pow(error / smaller_error, kLinksPerError);
 }
 
-// What the stages before it did not take of the runs' time.
+// The wall time of all runs less that of the stages before the solve.
 double SecondsOfSolve(const RunRecord& record) {
   return record.wall_seconds - record.import_seconds -
          record.partition_seconds - record.visibility_seconds;
 }
 
-// What a store's own solve took says more than rules of thumb: of this scene
-// and, rays included, of this machine.
+// Scales the estimate from the store's own solve, which says more than rules of
+// thumb, both about this scene and, rays included, about this machine.
 void LearnFromItself(const BlockStorage& store,
                      const SolveOptions& options,
                      uint64_t threads,

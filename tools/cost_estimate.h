@@ -1,5 +1,5 @@
-// What a solve will cost, before it begins: rules of thumb on what the stages
-// before it have found. Measured: docs/decisions/cost-estimate.md.
+// Estimates the cost of a solve before it begins, by rules of thumb from what
+// the earlier stages have found. Measurements: docs/decisions/cost-estimate.md.
 
 #pragma once
 
@@ -13,25 +13,25 @@
 
 namespace enfilade {
 
-// The links per patch at an error of 0.1 lay between 42 and 370, so that what
-// is made of links may be off by this factor either way; time, which also
-// depends on the machine, by twice as much.
+// The measured links per patch at an error of 0.1 lie between 42 and 370, so an
+// estimate derived from links may be off by this factor either way. Time also
+// depends on the machine and may be off by twice this factor.
 inline constexpr double kEstimateFactor = 4;
 
 struct CostEstimate {
   double links = 0;
   double elements = 0;
-  double store_bytes = 0;           // with what the store holds already
-  double solve_seconds = 0;         // in all, after the stages before it
-  uint64_t least_cap_bytes = 0;     // under which the solve should end
-  uint64_t cap_to_begin_bytes = 0;  // below which it is refused
+  double store_bytes = 0;           // includes what the store already holds
+  double solve_seconds = 0;         // the whole solve, without earlier stages
+  uint64_t least_cap_bytes = 0;     // a solve under this cap should finish
+  uint64_t cap_to_begin_bytes = 0;  // a solve under a lower cap is refused
 
-  // Of a run that needs at least this cap before the solve.
+  // The estimate for a run whose earlier stages need at least this cap.
   [[nodiscard]] CostEstimate WithCap(uint64_t cap_bytes) const;
 };
 
-// The store must have visible sets. Of one that was solved to some error, by
-// what that took.
+// The store must have visible sets. If the store was solved to some error
+// already, the estimate is scaled from what that solve took.
 CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
                           uint64_t threads);

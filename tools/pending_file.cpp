@@ -18,8 +18,9 @@ namespace fs = std::filesystem;
   throw DiskError(fmt::format("cannot write '{}': {}", path.string(), reason));
 }
 
-// A device or a pipe. What /dev/stdout leads to may be a file, which is open
-// already and must not be replaced; below /dev/shm are files like others.
+// Whether the path is a device or a pipe. /dev/stdout, /dev/stderr and /dev/fd
+// count as such even if they lead to a file, because that file is already open
+// and must not be replaced. Files below /dev/shm are ordinary files.
 bool IsStreamAt(const fs::path& path) {
   std::error_code failed;
   const std::string name = fs::absolute(path, failed).lexically_normal();
@@ -28,7 +29,8 @@ bool IsStreamAt(const fs::path& path) {
          (fs::exists(path, failed) && !fs::is_regular_file(path, failed));
 }
 
-// The file that a path stands for, links followed; it may not be there yet.
+// The file that a path leads to, symbolic links followed. The file need not
+// exist yet.
 fs::path TargetOf(const fs::path& path) {
   std::error_code failed;
   return fs::is_symlink(path, failed) && !IsStreamAt(path)

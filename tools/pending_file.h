@@ -1,4 +1,4 @@
-// Where a file is written until it is complete.
+// A file that gets its name only when it is complete.
 
 #pragma once
 
@@ -8,28 +8,31 @@
 
 namespace enfilade {
 
-// A regular file is written as `path`.part and gets its name when it is kept;
-// what was there before stays until then, and if nothing is kept nothing is
-// left. Links are followed. A device or a pipe (/dev/stdout) is written as it
-// is: it can neither be replaced nor sought in.
+// A regular file is written as `path`.part, and Keep() renames it to `path`. A
+// file that was at `path` before stays until then. Without Keep() the
+// destructor removes the .part file. Symbolic links are followed. A device or a
+// pipe (/dev/stdout) is written directly, because it can be neither replaced
+// nor sought in.
 //
 // The owner opens, writes and closes the file at Path().
 class PendingFile {
  public:
-  // Throws DiskError if nothing can be written there, whatever the disk has
-  // left: the folder is missing, or the path is a folder.
+  // Throws DiskError if no file can be written there, however much space the
+  // disk has left: the folder is missing or not writable, or the path is itself
+  // a folder.
   explicit PendingFile(const std::filesystem::path& path);
   ~PendingFile();
   PendingFile(const PendingFile&) = delete;
   PendingFile& operator=(const PendingFile&) = delete;
 
-  // What to open.
+  // The path to open.
   [[nodiscard]] const std::filesystem::path& Path() const { return part_; }
 
-  // A device or a pipe.
+  // Whether the path is a device or a pipe.
   [[nodiscard]] bool IsStream() const { return part_ == target_; }
 
-  // The file is closed and complete. Throws DiskError.
+  // Gives the file its name. The file must be complete and closed. Throws
+  // DiskError.
   void Keep();
 
  private:
@@ -43,8 +46,8 @@ class PendingFile {
 void WriteFileInOneStep(const std::filesystem::path& path,
                         const std::function<void(std::ostream&)>& write);
 
-// Throws as the constructor does, and touches nothing: for what is written at
-// the end of a long run.
+// Throws as the constructor of PendingFile does, but touches no file. A long
+// run calls this at its start for a file that it writes at its end.
 void RequireWritable(const std::filesystem::path& path);
 
 }  // namespace enfilade

@@ -48,8 +48,9 @@ class PipelineRun {
   void Partition();
   void Visibility();
   void TraceChunks();
-  // Runs `work` unless the store has reached `stage`; erases what an
-  // interrupted attempt left of `kinds`, adds the time to `seconds`, commits.
+  // Does nothing if the store has reached `stage`. Else erases the blocks of
+  // `kinds` that an interrupted attempt left, runs `work`, adds its time to
+  // `seconds` and commits.
   template <typename Work>
   void RunStage(Stage stage,
                 std::string_view name,
@@ -57,10 +58,11 @@ class PipelineRun {
                 double& seconds,
                 const Work& work);
   void UpdateRecord();
-  // Warns once: a cap that was exceeded is a bug, and no secret.
+  // Logs the peak of memory. Warns, once per run, if the peak exceeds the cap,
+  // which is a bug.
   void WarnIfCapExceeded(std::string_view stage);
-  // For the stages before the solve: shows progress, or leaves by
-  // InterruptedError when a stop was requested.
+  // The progress function of the stages before the solve. It shows progress,
+  // and throws InterruptedError if a stop was requested.
   std::function<void(double)> ProgressOrStop();
 
   BlockStorage& store_;
@@ -217,7 +219,7 @@ void PipelineRun::RunStage(Stage stage,
   UpdateRecord();
   store_.Commit();
   ReleaseFreedMemory();
-  ReleaseCode();  // the next stage needs other parts of it
+  ReleaseCode();  // the next stage runs other code
   progress_.End();
   WarnIfCapExceeded(name);
 }

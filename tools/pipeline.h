@@ -2,9 +2,9 @@
 //
 //   import -> partition -> visibility -> trace chunks -> solve
 //
-// Each stage is committed when it is complete, so that a run that is killed
-// goes on at the stage it was in: the stages before the solve start over
-// (their half-written blocks are erased), the solve continues from its own
+// Each stage is committed when it is complete, so that a killed run can be
+// resumed at the stage it was in. A stage before the solve then starts over,
+// after its half-written blocks are erased; the solve continues from its own
 // last commit.
 
 #pragma once
@@ -18,27 +18,29 @@
 
 namespace enfilade {
 
-// Carries the store, which must hold settings and a stage, to a solution that
-// meets the settings' error, or to the solver's verdict that it cannot be met
-// (SolveSummary::converged). Throws InterruptedError when a stop was requested
-// and what was done is committed; any other error leaves the last commit.
+// Runs the stages that the store has not completed. The store must hold
+// settings and a stage. The result is a solution that meets the settings'
+// error, or the solver's verdict that it cannot be met
+// (SolveSummary::converged). If a stop is requested, throws InterruptedError
+// after the completed work is committed. Any other error leaves the store at
+// its last commit.
 SolveSummary RunPipeline(BlockStorage& store,
                          const SolveSettings& settings,
                          const RunLimits& limits,
                          MemoryBudget& budget,
                          Progress& progress);
 
-// The stages before the solve only, with which the store can be solved or
-// looked at.
+// Runs only the stages before the solve, after which the store can be solved or
+// inspected.
 void PreparePipeline(BlockStorage& store,
                      const SolveSettings& settings,
                      const RunLimits& limits,
                      MemoryBudget& budget,
                      Progress& progress);
 
-// Throws InputError if the scene's files are no longer those that the store
-// was made of. Files that cannot be found are no error once the scene is in
-// the store: then returns false.
+// Throws InputError if the scene's files have changed since the store was made
+// from them. If the files cannot be found but the scene is already in the
+// store, returns false instead.
 bool CheckSceneUnchanged(const BlockStorage& store,
                          const SolveSettings& settings);
 

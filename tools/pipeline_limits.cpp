@@ -10,7 +10,7 @@ namespace {
 uint64_t BudgetBytes(const RunLimits& limits) {
   MemoryBudget::SetThreads(std::min(limits.threads, HardwareThreads()));
   if (limits.memory_cap_bytes == 0) {
-    // Half of the range: sums of a few charges cannot wrap around.
+    // Half of the range, so that sums of a few charges cannot wrap around.
     return std::numeric_limits<uint64_t>::max() / 2;
   }
   return MemoryBudget::BudgetUnderCap(limits.memory_cap_bytes);

@@ -18,8 +18,8 @@ struct RunLimits {
 // Number of the machine's hardware threads; at least 1.
 uint64_t HardwareThreads();
 
-// The limits in force while it lives. Throws DoesNotFitError if the cap leaves
-// no budget.
+// Applies the limits as long as this object lives. Throws DoesNotFitError if
+// the cap leaves no budget.
 class LimitsInForce {
  public:
   explicit LimitsInForce(const RunLimits& limits);

@@ -19,7 +19,8 @@ constexpr std::string_view kRunsMeta = "runs";
 constexpr std::array<std::string_view, 5> kStageNames = {
     "created", "imported", "partitioned", "visible", "traceable"};
 
-// Calls read(json) on a meta entry; whatever is wrong with it is damage.
+// Calls read(json) on a meta entry. Throws DamagedStoreError if the entry is
+// missing or cannot be read.
 template <typename Read>
 auto ReadMeta(const BlockStorage& store,
               std::string_view name,

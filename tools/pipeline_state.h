@@ -1,6 +1,6 @@
-// What a store remembers of the run that makes it: the settings that decide
-// the solution, the stage that it has reached, and what its runs took. Kept in
-// the store's meta entries "settings", "stage" and "runs".
+// What a store records of the runs that make it: the settings that determine
+// the solution, the stage that the store has reached, and what its runs took.
+// Kept in the store's meta entries "settings", "stage" and "runs".
 
 #pragma once
 
@@ -25,7 +25,7 @@ struct SolveSettings {
   bool photometric = false;
   bool strip_spaces = false;
   std::optional<int> sides;
-  std::optional<double> unit;  // metres, of an OBJ's unit
+  std::optional<double> unit;  // length of an OBJ's unit, metres
   double error = 0.05;
   std::string basis = "m2";
   uint64_t seed = 1;
@@ -38,7 +38,7 @@ ImportOptions ImportOptionsOf(const SolveSettings& settings);
 SolveOptions SolveOptionsOf(const SolveSettings& settings);
 
 void SaveSettings(BlockStorage& store, const SolveSettings& settings);
-// Throws DamagedStoreError if the store holds none, or not readable ones.
+// Throws DamagedStoreError if the store holds no settings or unreadable ones.
 SolveSettings LoadSettings(const BlockStorage& store);
 
 // The stages that a store can have completed, in their order.
@@ -48,7 +48,7 @@ std::string_view StageName(Stage stage);
 void SaveStage(BlockStorage& store, Stage stage);
 Stage LoadStage(const BlockStorage& store);
 
-// What the runs on a store took so far, all runs added up.
+// What all runs on a store took so far, added up.
 struct RunRecord {
   double import_seconds = 0;
   double partition_seconds = 0;
@@ -56,16 +56,16 @@ struct RunRecord {
   double wall_seconds = 0;
   uint64_t bytes_read = 0;
   uint64_t bytes_written = 0;
-  uint64_t peak_rss_bytes = 0;  // the largest
+  uint64_t peak_rss_bytes = 0;  // the largest of all runs
   uint64_t runs = 0;
-  // Of the last run; a cap of 0 is none.
+  // Of the last run; a cap of 0 means no cap.
   uint64_t memory_cap_bytes = 0;
   uint64_t threads = 0;
   std::string version;
 };
 
 void SaveRunRecord(BlockStorage& store, const RunRecord& record);
-// A default record if there is none.
+// Returns a default record if the store holds none.
 RunRecord LoadRunRecord(const BlockStorage& store);
 
 }  // namespace enfilade

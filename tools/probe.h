@@ -39,9 +39,10 @@ struct ProbeSummary {
 // extended; without one the output has the default header. Empty lines and
 // lines that begin with '#' are dropped.
 //
-// A point within 1 mm of a patch whose normal is within 5 degrees gets the
-// solution's irradiance there. Any other point is gathered: cosine-weighted
-// rays meet the solution's radiosity, and luminaires are sampled as well.
+// If a point is within 1 mm of a reflecting patch and their normals are within
+// 5 degrees, the point gets the solution's irradiance there. Any other point is
+// gathered: cosine-weighted rays meet the solution's radiosity, and luminaires
+// are sampled as well.
 //
 // Throws InputError naming `name` and the line for a line that has fewer than
 // six numbers, a number that is not finite, or a zero normal; lines before it

@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint64_t kProbeSeedDomain = 0x70726f6265000001ULL;
 constexpr size_t kBatchPoints = 1024;
-// Of a point in all arrays of a batch.
+// Bytes of a point in all arrays of a batch.
 constexpr uint64_t kProbePointBytes = 1024;
 constexpr double kOnPatchDistance = 1e-3;               // m
 constexpr double kOnPatchCosine = 0.99619469809174555;  // of 5 degrees
@@ -72,8 +72,8 @@ class Prober {
   [[nodiscard]] const ProbeSummary& Summary() const { return summary_; }
 
  private:
-  // What a short ray against each normal meets; surfaces_[i].front is set only
-  // where the normals agree.
+  // Traces a short ray against each point's normal and returns the hits. Leaves
+  // surfaces_[i].front set only where the normals of point and patch agree.
   std::vector<TraceHit> FindPatches(const std::vector<ProbeLine>& lines) {
     std::vector<TraceRay> rays(lines.size());
     std::vector<TraceHit> hits(lines.size());
@@ -138,7 +138,7 @@ ProbeSummary ProbePoints(const BuildingView& view,
       }
     }
     const std::vector<Rgb> values = prober.Irradiance(lines);
-    if (is_first) {  // what is wrong with the points comes before any output
+    if (is_first) {  // errors in the first batch come before any output
       out << header << '\n';
     }
     for (size_t i = 0; i < lines.size(); ++i) {

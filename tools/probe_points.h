@@ -41,7 +41,7 @@ class ProbeReader {
   std::string name_;
   std::vector<char> buffer_;  // for a line
   uint64_t line_number_ = 0;
-  std::optional<std::string> pending_;  // read, but not yet a point
+  std::optional<std::string> pending_;  // read but not yet parsed
 };
 
 // Probe on a view: needs its tracer, irradiance and radiosity.

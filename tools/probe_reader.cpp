@@ -29,7 +29,7 @@ std::string_view Trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
-// Splits off the field up to the next comma; nothing when none is left.
+// Splits off the field up to the next comma. Returns nothing if none is left.
 std::optional<std::string_view> TakeField(
     std::optional<std::string_view>& rest) {
   if (!rest) {
@@ -69,7 +69,7 @@ bool BeginsWithNumber(const std::string& line) {
 ProbeReader::ProbeReader(std::istream& input, std::string name)
     : input_(&input), name_(std::move(name)), buffer_(kMostLineBytes + 1) {}
 
-// The next line, without its end, of which there may be none at the last one.
+// Reads the next line without its end. The last line may have no end.
 bool ProbeReader::ReadLine(std::string* line) {
   input_->getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
   const auto count = static_cast<size_t>(input_->gcount());
@@ -106,8 +106,9 @@ std::optional<std::string> ProbeReader::NextLine() {
   return std::nullopt;
 }
 
-// Columns are read by their place: a header may name them otherwise, but not
-// have these names in other places, nor be numbers that are no columns.
+// Columns are read by position, so a header may give them other names. Throws
+// InputError if a known name is at another position, if columns are missing, or
+// if the header begins like a number but is none.
 void ProbeReader::CheckHeader(const std::string& header) const {
   bool fits = std::string_view("+-.0123456789").find(header.front()) ==
               std::string_view::npos;

@@ -44,7 +44,7 @@ std::string ProgressText(std::string_view stage,
                          const ProgressSoFar& so_far,
                          std::string_view detail) {
   const double share = std::clamp(so_far.fraction, 0.0, 1.0);
-  // Rounded down: 100 % is shown only when it is done.
+  // Rounds down, so that 100 % is shown only when the stage is done.
   std::string text =
       fmt::format("{} {} %", stage, static_cast<int>(share * 100));
   const double done = share - so_far.first;
@@ -124,7 +124,7 @@ void Progress::End() {
   stage_.clear();
 }
 
-// A terminal may be gone by now: the work goes on without it.
+// If the terminal is gone, turns progress off; the work goes on.
 void Progress::Show(const std::string& text) {
   if (std::fputs(text.c_str(), stderr) < 0 || std::fflush(stderr) != 0) {
     output_ = Output::kNone;

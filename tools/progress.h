@@ -1,6 +1,7 @@
-// Progress of long work, for people: one line on a terminal with the stage,
-// the percentage and the time left, once the work has taken a second. Without
-// a terminal nothing, or sparse log lines when they were asked for.
+// Shows people the progress of long work: one line on a terminal with the
+// stage, the percentage and the time left, once a stage has taken a second.
+// Without a terminal, shows nothing, or sparse log lines if they were asked
+// for.
 
 #pragma once
 
@@ -15,16 +16,16 @@ namespace enfilade {
 // "42 s", "3 min 20 s", "2 h 05 min".
 std::string FormatDuration(double seconds);
 
-// How far a stage has come in a run: that of one that is gone on with began
-// with a part of it done.
+// How far a stage has come in this run. In a resumed run, a part of the stage
+// was already done at the start.
 struct ProgressSoFar {
-  double first = 0;  // the fraction of the stage that was done at first
+  double first = 0;  // the fraction at the first update
   double fraction = 0;
-  double seconds = 0;  // from then to now
+  double seconds = 0;  // since the first update
 };
 
-// "refine 43 %, 12 s left: detail". No time is given before the fraction says
-// enough (2 % more) to extrapolate from.
+// "refine 43 %, 12 s left: detail". The time left is given only after the
+// fraction has grown by 2 %, which is enough to extrapolate from.
 std::string ProgressText(std::string_view stage,
                          const ProgressSoFar& so_far,
                          std::string_view detail);
@@ -48,7 +49,7 @@ class Progress {
   // `fraction` in [0, 1] of the stage.
   void Update(double fraction, std::string_view detail = {});
 
-  // Logs a line that people asked for (-v), on a line of its own.
+  // Logs `text` on a line of its own; it is shown with -v.
   void Note(std::string_view text);
 
   // Ends the stage and clears the line.
@@ -65,8 +66,8 @@ class Progress {
   std::string stage_;
   Clock::time_point begin_;
   Clock::time_point shown_;
-  std::optional<double> first_fraction_;  // of the stage
-  Clock::time_point first_;               // when that was told
+  std::optional<double> first_fraction_;  // at the stage's first update
+  Clock::time_point first_;               // time of that update
   bool line_visible_ = false;
 };
 

@@ -16,7 +16,8 @@
 namespace enfilade {
 namespace {
 
-// Rays are unsure of an error that may be so many times the requested one.
+// The report gets a note if the rays leave open an error of more than this many
+// times the requested one.
 constexpr double kUnsureFrom = 1.5;
 
 double PerSecond(uint64_t count, double seconds) {
@@ -110,8 +111,8 @@ void AddCostKeys(const BlockStorage& store,
   report["threads"] = record.threads;
 }
 
-// The estimate is of the last round that was finished: the light that is stored
-// while another is under way may be far from it.
+// The estimated error is that of the last finished round. While another round
+// is under way, the error of the stored light may be far from it.
 std::string ErrorText(const Json& report) {
   const double estimated = report.at("estimated_error").get<double>();
   const bool is_under_way = !report.at("converged").get<bool>() &&

@@ -16,12 +16,12 @@ namespace enfilade {
 
 using Json = nlohmann::ordered_json;
 
-// "0.1.0", of this program.
+// The version of this program, such as "0.1.0".
 std::string ProgramVersion();
 
-// The report of `solve`, `resume` and `info`: every key, from what is in the
-// store and the record. What the store has not reached yet is 0, and the
-// digest null.
+// The report of `solve`, `resume` and `info`, with every key, made from the
+// store and `record`. Values that the store has not reached yet are 0, and the
+// digest is null.
 Json SolveReport(const BlockStorage& store,
                  const SolveSettings& settings,
                  const RunRecord& record,
@@ -30,10 +30,10 @@ Json SolveReport(const BlockStorage& store,
 // Writes the object to a file, replacing it in one step. Throws DiskError.
 void WriteReport(const std::filesystem::path& path, const Json& report);
 
-// A few lines for people on what a SolveReport says.
+// A summary of a SolveReport in a few lines for people.
 std::string SummaryText(const Json& report);
 
-// What import and partition had to say, and what a gbXML file holds.
+// The report's notes and the counts of a gbXML file, as lines for people.
 std::string NotesText(const Json& report);
 
 // "12.3 MiB".

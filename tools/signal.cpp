@@ -10,8 +10,8 @@
 namespace enfilade {
 namespace {
 
-// What asks a process to stop may ask its group as well: signals that come so
-// soon after the first are the same request, ns.
+// A sender may signal both the process and its group. Signals within this many
+// nanoseconds of the first count as the same request.
 constexpr int64_t kSameRequestNs = 1'000'000'000;
 
 // A signal handler can reach nothing but a global.

@@ -1,12 +1,13 @@
-// Stopping on request: SIGINT and SIGTERM set the flag of base/stop.h, so that
-// what was done is committed; another one, a second later, kills at once.
+// Stopping on request: the first SIGINT or SIGTERM sets the flag of
+// base/stop.h, so that completed work is committed. Another one, more than a
+// second later, kills the process at once.
 
 #pragma once
 
 namespace enfilade {
 
-// Installs the handlers for the whole process. Also ignores SIGXFSZ, so that
-// a file size limit is an error of a write and not a death.
+// Installs the handlers for the whole process. Also ignores SIGXFSZ, so that a
+// file size limit makes a write fail instead of killing the process.
 void InstallStopHandlers();
 
 }  // namespace enfilade

@@ -15,9 +15,9 @@
 
 namespace enfilade {
 
-// What a block holds, and what the parts of its key count; a part that is not
-// named is 0. Values are part of the file format: never renumber. Which header
-// describes each: docs/store-format.md.
+// What a block holds, and what the parts a, b and c of its key count; a part
+// that is not listed is 0. The values are part of the file format: never
+// renumber. docs/store-format.md names the header that describes each kind.
 enum class BlockKind : uint8_t {
   kFaces = 1,        // cleaned polygons of the scene; a = chunk
   kCellPatches = 2,  // a = cell
@@ -31,8 +31,8 @@ enum class BlockKind : uint8_t {
   kSolveCells = 9,   // the solve's table of cells; one block
   kCellCare = 10,    // how carefully patches are refined; a = cell
   kReceived = 11,    // what the elements of a cell have received; a = cell,
-                     // b = 0 irradiance, 1 gains, 2 the irradiance before the
-                     // cell's refinement while that lasts; c = page
+                     // b = 0 irradiance, 1 gains, 2 while the cell is being
+                     // refined: the irradiance before refinement; c = page
   kCellDelta = 12,   // the last change of what a cell sends; a = cell,
                      // c = page
   kSourceWeights = 13,  // what a cell sends at most, for refinement; a = cell
@@ -67,14 +67,14 @@ class BlockStorage {
   [[nodiscard]] virtual std::optional<std::string> Meta(
       std::string_view name) const = 0;
 
-  // Replaces the block, of at most 64 MiB; returns what it takes compressed.
+  // Adds or replaces a block of at most 64 MiB; returns its compressed bytes.
   virtual uint64_t Put(const BlockKey& key,
                        std::span<const std::byte> content) = 0;
 
-  // The content, verified; nullopt when there is no such block.
+  // The block's content, checked; nullopt if there is no such block.
   [[nodiscard]] virtual std::optional<Bytes> Get(const BlockKey& key) const = 0;
 
-  // Get, but absence is a DamagedStoreError that names the key.
+  // Like Get, but throws DamagedStoreError naming the key if there is no block.
   [[nodiscard]] Bytes GetOrThrow(const BlockKey& key) const;
 
   virtual void Erase(const BlockKey& key) = 0;
@@ -98,7 +98,7 @@ class BlockStorage {
       BlockKind kind,
       const std::function<void(const BlockKey&)>& visit) const = 0;
 
-  // Makes everything since the last commit durable, at once.
+  // Makes all changes since the last commit durable in one atomic step.
   virtual void Commit() = 0;
 
   // Checks every block's checksum; throws at the first damaged one.

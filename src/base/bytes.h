@@ -63,7 +63,7 @@ class ByteWriter {
 
   void Clear() { bytes_.clear(); }
 
-  // Room for so many bytes in all, so that growing does not double it.
+  // Reserves room for `bytes` in all, so that growing does not double it.
   void Reserve(size_t bytes) { bytes_.reserve(bytes); }
 
  private:

@@ -1,5 +1,6 @@
-// ENFILADE_CHECK: a condition that only a bug can break. Always on; prints the
-// place, the condition and the given values (fmt style), then aborts.
+// ENFILADE_CHECK(condition, message, values...) checks a condition that only a
+// bug can break, in every build. A failed check prints the place, the condition
+// and the message (fmt style), then aborts.
 
 #pragma once
 

@@ -1,4 +1,4 @@
-// Disjoint sets of numbers that are joined one after the other.
+// Disjoint sets of numbers (union-find).
 
 #pragma once
 
@@ -12,12 +12,12 @@ namespace enfilade {
 
 class DisjointSets {
  public:
-  // Of the numbers below `count`, each a set of its own.
+  // Each number below `count` starts as a set of its own.
   explicit DisjointSets(size_t count = 0) : parent_(count) {
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
 
-  // The number that leads the set of `i`: its smallest.
+  // The smallest number of the set of `i`, which stands for the set.
   uint32_t Find(uint32_t i) {
     while (parent_[i] != i) {
       parent_[i] = parent_[parent_[i]];

@@ -1,7 +1,7 @@
-// Errors of the world: what a user can meet and mend. Each carries the exit
-// code of the command line and is caught once, in main. Bugs are CHECKs, which
-// abort (check.h); a solve that does not converge is a result (SolveSummary),
-// which the command line alone turns into an exit code.
+// Errors that a user can meet and correct. Each carries the exit code of the
+// command line and is caught once, in tools/cli.cpp. Bugs are CHECKs, which
+// abort (check.h). A solve that does not converge is no error but a result
+// (SolveSummary), which the command line turns into an exit code.
 
 #pragma once
 
@@ -19,11 +19,11 @@ enum class ExitCode : int {
   kDamagedStore = 5,
   kDisk = 6,
   kInterrupted = 130,
-  kBug = 134,  // as a failed check ends
+  kBug = 134,  // the exit code of a failed check, which aborts
 };
 
-// `what` names the file and line or the object, says what is wrong, and what
-// to do about it.
+// `what` names the file and line or the object, says what is wrong, and says
+// what to do about it.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& what)
@@ -49,7 +49,7 @@ class InputError : public Error {
       : Error(ExitCode::kBadInput, what) {}
 };
 
-// The memory cap is too small; names one that should do.
+// The memory cap is too small; `what` names a cap that should suffice.
 class DoesNotFitError : public Error {
  public:
   explicit DoesNotFitError(const std::string& what)

@@ -15,7 +15,7 @@ namespace enfilade {
 
 uint64_t HashBytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 
-// The hash of bytes that come in parts: that of all of them together.
+// Hashes bytes that come in parts; the parts' borders do not change the hash.
 class StreamingHash {
  public:
   explicit StreamingHash(uint64_t seed = 0);

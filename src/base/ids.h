@@ -1,5 +1,5 @@
-// Distinct id types: an index of one kind of thing cannot be passed for
-// another, and an array is indexed only by its own id type.
+// Distinct id types, so that an index of one kind of thing cannot be passed for
+// another. Index() gives the subscript into an array of such things.
 
 #pragma once
 

@@ -21,8 +21,9 @@
 #ifdef ENFILADE_JEMALLOC
 #include <jemalloc/jemalloc.h>
 
-// jemalloc declares this, and reads it before the program begins. What is freed
-// stays with it until ReleaseFreedMemory: docs/decisions/allocator.md.
+// jemalloc declares this variable and reads it before the program begins. With
+// these settings jemalloc keeps freed memory until ReleaseFreedMemory:
+// docs/decisions/allocator.md.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 const char* malloc_conf = "narenas:1,dirty_decay_ms:-1,muzzy_decay_ms:0";
 #endif
@@ -35,27 +36,28 @@ namespace {
 // store with its page cache (`solve -v` of a small scene tells peak and
 // budget), plus 7 MiB for the allocator's slack.
 constexpr uint64_t kFixedBytes = 21ULL << 20;
-// And of each thread beyond these two: its stack, what it works on, and what of
-// freed memory it keeps. Sixteen took 2 to 4.6 MiB more than two.
+// Each thread beyond kMeasuredThreads adds its stack, its working data and the
+// freed memory that it keeps. Sixteen threads took 2 to 4.6 MiB more than two.
 constexpr uint64_t kMeasuredThreads = 2;
 constexpr uint64_t kBytesPerThread = 384ULL << 10;
-// Of the rest, one part in so many is left to the allocator, whose slack grows
-// with what it holds: sizes are rounded up. (By glibc, to pages: duplex took
-// 255.97 MiB of a cap of 256M when this was 100, and a townhouse of thirty
-// million links a few pages more than that when it was 40.)
+// One part in kSlackParts of the rest is left to the allocator, whose slack
+// grows with what it holds because it rounds sizes up. (glibc rounds to pages:
+// under a cap of 256M duplex took 255.97 MiB with 100 parts, and a townhouse of
+// thirty million links took a few pages more than 256 MiB with 40.)
 constexpr uint64_t kSlackParts = 32;
-// Who asks for more will need yet more later: the cap to go on with is named
-// with one part in so many on top.
+// A charge that fails will be followed by others: the cap that its message
+// names has one part in kMoreParts on top.
 constexpr uint64_t kMoreParts = 4;
 constexpr uint64_t kLeastBudgetBytes = 8ULL << 20;
-// Room that the resident size should leave below the cap: some, and one part in
-// so many of the budget. What takes it between two looks is charged: links on
-// their way to the store, pages of SQLite.
+// The resident size should stay below the cap by kLeastResidentSlack and one
+// part in kResidentSlackParts of the budget, but by kMostResidentSlack at most.
+// What takes this room between two looks at the resident size is charged: links
+// on their way to the store, pages of SQLite.
 constexpr uint64_t kLeastResidentSlack = 2ULL << 20;
 constexpr uint64_t kMostResidentSlack = 8ULL << 20;
 constexpr uint64_t kResidentSlackParts = 24;
-// Of what is coming, at most so much is taken to fit where others were freed:
-// what was freed lies in pieces.
+// At most so many coming bytes count as fitting into freed memory, which lies
+// in pieces.
 constexpr uint64_t kMostReused = 2ULL << 20;
 
 std::atomic<uint64_t>& Threads() {
@@ -63,18 +65,18 @@ std::atomic<uint64_t>& Threads() {
   return threads;
 }
 
-// Of the threads beyond those that were measured.
+// The bytes of the threads beyond those that kFixedBytes includes.
 uint64_t BytesOfThreads() {
   return (std::max(Threads().load(), kMeasuredThreads) - kMeasuredThreads) *
          kBytesPerThread;
 }
 
-// Of the process, beside what is charged.
+// The bytes of the process that nobody charges.
 uint64_t FixedBytes() {
   return kFixedBytes + BytesOfThreads();
 }
 
-// The cap that leaves a budget of so many bytes.
+// The cap that leaves a budget of `budget_bytes`.
 uint64_t CapOf(uint64_t budget_bytes) {
   return FixedBytes() + budget_bytes + budget_bytes / (kSlackParts - 1) + 1;
 }
@@ -82,21 +84,21 @@ uint64_t CapOf(uint64_t budget_bytes) {
 }  // namespace
 
 uint64_t ResidentBytes() {
-  // Asked for at every load near the cap, so it stays open.
+  // The file stays open because every load near the cap reads it.
   static const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   std::array<char, 128> text{};
   if (file < 0 || pread(file, text.data(), text.size() - 1, 0) <= 0) {
     return 0;
   }
   const std::string_view fields(text.data());
-  const size_t second = fields.find(' ') + 1;  // the first is the whole size
+  const size_t second = fields.find(' ') + 1;  // the first: virtual memory
   uint64_t pages = 0;
   std::from_chars(fields.data() + second, fields.data() + fields.size(), pages);
   return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-// Not ru_maxrss: that begins with what the process took before its exec, which
-// after a vfork is what its parent takes.
+// ru_maxrss would not do: it includes the peak of the process before its exec,
+// which after a vfork is the size of its parent.
 uint64_t PeakResidentBytes() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -108,12 +110,12 @@ uint64_t PeakResidentBytes() {
   return 0;
 }
 
-// Only of files, and of what nobody has written to.
+// Releases only pages of files, from segments that are never written to.
 void ReleaseCode() {
   const auto release = [](dl_phdr_info* object, size_t /*size*/, void*) {
     const std::string_view file = object->dlpi_name;
     if (!file.empty() && file.front() != '/') {
-      return 0;  // the kernel's; the program itself has no name
+      return 0;  // the kernel's vDSO; the program itself has an empty name
     }
     const auto page = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
     for (size_t i = 0; i < object->dlpi_phnum; ++i) {
@@ -149,7 +151,7 @@ uint64_t AllocatedBytes(uint64_t bytes) {
 
 uint64_t FreedBytes() {
   uint64_t epoch = 1;
-  mallctl("epoch", nullptr, nullptr, &epoch, sizeof(epoch));  // counts anew
+  mallctl("epoch", nullptr, nullptr, &epoch, sizeof(epoch));  // new counts
   std::array<size_t, 4> name{};  // stats.arenas.N.pdirty
   size_t parts = name.size();
   ENFILADE_CHECK(
@@ -176,8 +178,8 @@ uint64_t FreedBytes() {
 
 #endif
 
-// The resident size that is wished for, at most: threads take theirs between
-// two looks at it.
+// The most that the resident size should be. The bytes of the threads are
+// subtracted, because threads take them between two looks at the size.
 uint64_t MemoryBudget::MostResident() const {
   return CapOf(limit_bytes_) - BytesOfThreads() -
          std::min(kLeastResidentSlack + limit_bytes_ / kResidentSlackParts,
@@ -253,8 +255,8 @@ bool MemoryBudget::TryCharge(uint64_t bytes) {
   return true;
 }
 
-// What was charged and freed before may still be resident. To look takes a call
-// of the system: it is worth it for what adds up to some size.
+// Memory that was charged and freed before may still be resident. A look at the
+// resident size takes a system call, so it waits until charges add up.
 void MemoryBudget::GiveBackNearTheCap(uint64_t coming_bytes) {
   constexpr uint64_t kWorthALook = 1 << 20;
   if (!IsLimited() ||
@@ -271,7 +273,7 @@ void MemoryBudget::Charge(uint64_t bytes,
                           std::string_view what,
                           uint64_t coming_bytes) {
   if (!TryCharge(bytes)) {
-    constexpr double kMostNamed = 1ULL << 60;  // a share may be next to none
+    constexpr double kMostNamed = 1ULL << 60;  // a share may be nearly 0
     const auto all = static_cast<uint64_t>(std::min(
         static_cast<double>(UsedBytes() + bytes + coming_bytes) / share_,
         kMostNamed));
@@ -286,7 +288,7 @@ void MemoryBudget::Charge(uint64_t bytes,
 }
 
 uint64_t ComingBytes(uint64_t bytes, double share) {
-  constexpr double kLeastShare = 0.02;  // less foretells nothing
+  constexpr double kLeastShare = 0.02;  // less is too little to predict from
   return share > kLeastShare && share < 1
              ? static_cast<uint64_t>(static_cast<double>(bytes) *
                                      (1 / share - 1))

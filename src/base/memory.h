@@ -18,46 +18,48 @@
 
 namespace enfilade {
 
-// Empties a vector and gives its memory back, which neither clear() nor `= {}`
-// does: that assigns an empty list and keeps the capacity.
+// Empties a vector and frees its memory. clear() and `= {}` keep the capacity:
+// the latter assigns an empty initializer list.
 template <typename T>
 void FreeVector(std::vector<T>* vector) {
   std::vector<T>().swap(*vector);
 }
 
-// What the allocator takes beside an array of moderate size, about: it rounds
-// sizes up.
+// About how many bytes the allocator adds to an array of moderate size, because
+// it rounds sizes up.
 inline constexpr uint64_t kAllocationHeaderBytes = 16;
 
 // Current and peak resident size of this process in bytes.
 uint64_t ResidentBytes();
 uint64_t PeakResidentBytes();
 
-// Gives the allocator's free memory back to the system: it keeps what is freed
-// until then, or until a charge would bring the process near its cap.
+// Gives freed memory back to the system. Until this call the allocator keeps
+// it; a charge that would bring the process near its cap makes the call too.
 void ReleaseFreedMemory();
 
-// Gives what is in memory of the program's and its libraries' code back to the
-// system. What is still needed comes again by itself, from the page cache.
+// Gives the resident pages of the program's and its libraries' code back to the
+// system. Pages that are still needed come back by themselves, from the page
+// cache.
 void ReleaseCode();
 
-// What the allocator takes for an array of so many bytes.
+// How many bytes the allocator takes for an array of `bytes`.
 uint64_t AllocatedBytes(uint64_t bytes);
 
-// What the allocator keeps of what was freed: for what comes next, it takes no
-// more from the system.
+// The freed bytes that the allocator keeps; it serves later allocations from
+// them before it takes more from the system.
 uint64_t FreedBytes();
 
 // A byte count with a limit. Thread-safe.
 class MemoryBudget {
  public:
-  // `limit_bytes` is what may be charged in all. `share`: this budget's part of
-  // the process's budget, so that refusals can name a cap for the whole.
+  // `limit_bytes` is what may be charged in all. `share` is this budget's part
+  // of the process's budget, so that a DoesNotFitError can name a cap for the
+  // whole process.
   explicit MemoryBudget(uint64_t limit_bytes, double share = 1)
       : limit_bytes_(limit_bytes), share_(share) {}
 
-  // How many threads the process works with, two if nothing is said: each takes
-  // some memory that is not charged. To be said before a budget is made.
+  // Sets how many threads the process works with (default: two), each of which
+  // takes some memory that is not charged. Call it before a budget is made.
   static void SetThreads(uint64_t threads);
 
   // The budget under a cap: the cap less the fixed part of the process and a
@@ -65,12 +67,12 @@ class MemoryBudget {
   // Throws DoesNotFitError, naming the least cap, if nothing would be left.
   static uint64_t BudgetUnderCap(uint64_t cap_bytes);
 
-  // The least cap, in whole MiB, that leaves a budget of so many bytes.
+  // The least cap, in whole MiB, that leaves a budget of `budget_bytes`.
   static uint64_t CapForBudget(uint64_t budget_bytes);
 
   [[nodiscard]] uint64_t LimitBytes() const { return limit_bytes_; }
 
-  // False where the limit stands for none.
+  // False if the limit is so large that it stands for no limit.
   [[nodiscard]] bool IsLimited() const {
     return limit_bytes_ < std::numeric_limits<uint64_t>::max() / 2;
   }
@@ -84,23 +86,24 @@ class MemoryBudget {
     return used < limit_bytes_ ? limit_bytes_ - used : 0;
   }
 
-  // How many bytes less the process should take so as not to come near the
-  // cap, by its resident size (the allocator's slack is in nobody's charge) and
-  // what is to come beyond what was freed for it.
+  // By how many bytes the process is too near the cap: by its resident size,
+  // since nobody charges the allocator's slack, plus the part of `coming_bytes`
+  // that does not fit into freed memory.
   [[nodiscard]] uint64_t ResidentExcess(uint64_t coming_bytes = 0) const;
 
-  // How many would be left of them if all that was freed were given back.
+  // ResidentExcess as it would be if all freed memory were given back.
   [[nodiscard]] uint64_t InUseExcess(uint64_t coming_bytes = 0) const;
 
-  // What the process takes beyond its fixed part and all charges; 0 without a
+  // The resident bytes beyond the fixed part and all charges; 0 without a
   // limit.
   [[nodiscard]] uint64_t ResidentBeyondCharges() const;
 
-  // Charges if it fits; false and unchanged otherwise.
+  // Charges the bytes if they fit; otherwise changes nothing, returns false.
   [[nodiscard]] bool TryCharge(uint64_t bytes);
 
-  // Charges, or throws DoesNotFitError that names `what` needs how much, and a
-  // cap to go on with: one for what is coming, too, as far as that is foreseen.
+  // Charges the bytes, or throws DoesNotFitError. The error names `what`, the
+  // bytes that are missing, and a cap to go on with, which also leaves room for
+  // `coming_bytes`, the charges that are foreseen.
   void Charge(uint64_t bytes, std::string_view what, uint64_t coming_bytes = 0);
 
   void Release(uint64_t bytes) { used_bytes_.fetch_sub(bytes); }
@@ -116,11 +119,11 @@ class MemoryBudget {
   std::atomic<uint64_t> unlooked_bytes_{0};  // charged since the last look
 };
 
-// What is coming after so many bytes, which are a share of all, about: of a
-// file that is read so far, of faces that were looked at.
+// About how many bytes will follow `bytes` if these are `share` of all, for
+// example the share of a file that was read; 0 if the share tells nothing.
 uint64_t ComingBytes(uint64_t bytes, double share);
 
-// A charge that is released with its owner. The budget must outlive it.
+// A charge that its destructor releases. The budget must outlive the charge.
 class MemoryCharge {
  public:
   MemoryCharge() = default;
@@ -133,7 +136,7 @@ class MemoryCharge {
     budget.Charge(bytes, what, coming_bytes);
   }
 
-  // Nothing if it does not fit.
+  // Nullopt if the bytes do not fit.
   static std::optional<MemoryCharge> IfItFits(MemoryBudget& budget,
                                               uint64_t bytes) {
     if (!budget.TryCharge(bytes)) {
@@ -171,7 +174,7 @@ class MemoryCharge {
     bytes_ = 0;
   }
 
-  // Of what has become smaller: releases the rest.
+  // Releases what exceeds `bytes`, after the memory charged for has shrunk.
   void ShrinkTo(uint64_t bytes) {
     if (bytes < bytes_) {
       budget_->Release(bytes_ - bytes);
@@ -186,7 +189,8 @@ class MemoryCharge {
   uint64_t bytes_ = 0;
 };
 
-// A charge that grows with what it stands for. The budget must outlive it.
+// A charge that grows with the memory it stands for. The budget must outlive
+// the charge.
 class GrowingCharge {
  public:
   GrowingCharge(MemoryBudget& budget, std::string_view what)
@@ -197,8 +201,8 @@ class GrowingCharge {
   GrowingCharge(const GrowingCharge&) = delete;
   GrowingCharge& operator=(const GrowingCharge&) = delete;
 
-  // Throws DoesNotFitError; unchanged then. `share`: of all that this will grow
-  // to, about.
+  // Throws DoesNotFitError and leaves the charge unchanged if the bytes do not
+  // fit. `share`: about which part of the final size `bytes` is.
   void GrowTo(uint64_t bytes, double share = 1) {
     if (bytes > bytes_) {
       budget_->Charge(bytes - bytes_, what_, ComingBytes(bytes, share));

@@ -1,5 +1,5 @@
-// Types without padding, which alone may be stored as they are: padding would
-// bring into a store what happened to be in memory, other bits in every run.
+// Types without padding. Only these may be stored as they are: the bytes of
+// padding are undefined and would differ from run to run.
 
 #pragma once
 
@@ -9,8 +9,9 @@
 
 namespace enfilade {
 
-// Whether all bytes of a T are of its value. The language tells it of integers;
-// structs with floating-point members say it themselves, by the sizes of these.
+// Whether every byte of a T belongs to its value. The standard trait answers
+// for integers; structs with floating-point members specialize kIsPacked and
+// compare their size with the sum of their members' sizes.
 template <typename T>
 inline constexpr bool kIsPacked =
     std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>;

@@ -1,5 +1,5 @@
-// A vector in pages: what is there is never moved or doubled as it grows, so
-// that growing takes no memory beyond the page that it fills.
+// A vector in pages: growing never moves or doubles full pages, so that it
+// takes no memory beyond the page being filled.
 
 #pragma once
 
@@ -46,7 +46,7 @@ class PagedVector {
 
   [[nodiscard]] size_t PageCount() const { return pages_.size(); }
 
-  // kPageItems of them; of the last page fewer.
+  // The items of a page: kPageItems, or fewer on the last page.
   [[nodiscard]] std::span<const T> Page(size_t page) const {
     return pages_[page];
   }

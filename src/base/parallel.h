@@ -1,5 +1,5 @@
-// The one header of oneTBB. Rule: compute in parallel, apply in a fixed order,
-// so that results have the same bits for every number of threads.
+// The only header that includes oneTBB. Rule: compute in parallel, apply in a
+// fixed order, so that results have the same bits for every number of threads.
 
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace enfilade {
 
-// Bounds the worker threads of the whole process while it lives.
+// Bounds the threads of the whole process as long as the object lives.
 class ThreadLimit {
  public:
   explicit ThreadLimit(size_t threads)
@@ -23,9 +23,9 @@ class ThreadLimit {
   tbb::global_control control_;
 };
 
-// As ParallelFor, in a call of another one, of which a thread that waits may
-// begin more calls: none idles while there are any, but one is then on top of
-// the other.
+// Like ParallelFor, for a loop inside a call of an outer ParallelFor. A thread
+// that waits for this loop may begin further calls of the outer loop: no thread
+// idles while there are any, but two outer calls then share one stack.
 template <typename Body>
 void ParallelForInside(size_t count, const Body& body) {
   tbb::parallel_for(
@@ -40,24 +40,25 @@ void ParallelForInside(size_t count, const Body& body) {
 
 // Calls body(i) for every i in [0, count), in any order and in parallel. The
 // calls must not depend on each other; an exception of a call is rethrown. A
-// thread that waits for others does work of this loop only: in a loop within a
-// loop it would begin one call of the outer one on top of the other.
+// thread that waits for others takes up work of this loop only. Otherwise, in
+// nested loops, it could begin a second call of the outer loop inside the
+// first.
 template <typename Body>
 void ParallelFor(size_t count, const Body& body) {
   tbb::this_task_arena::isolate([&] { ParallelForInside(count, body); });
 }
 
-// Calls body() on as many threads as may work, for calls that share out between
-// them what there is to do: where that is much and each of it little, a task
-// for each would cost as much as the work.
+// Calls body() once for each thread that may work. The calls share the items of
+// work among themselves: for many small items, a task per item would cost as
+// much as the work.
 template <typename Body>
 void OnAllThreads(const Body& body) {
   const int threads = tbb::this_task_arena::max_concurrency();
   ParallelFor(static_cast<size_t>(threads), [&](size_t /*any*/) { body(); });
 }
 
-// One call that goes on beside what its owner does next, on another thread
-// where one has nothing to do; else the owner makes it while it waits.
+// One call that runs beside what its owner does next. An idle thread makes the
+// call; if none is idle, the owner makes it in Wait.
 class CallBeside {
  public:
   CallBeside() = default;
@@ -69,7 +70,7 @@ class CallBeside {
     try {
       calls_.wait();
     } catch (...) {
-      // Its owner is going, for this reason or another.
+      // A destructor must not throw; Wait would have reported the exception.
     }
   }
 
@@ -78,15 +79,15 @@ class CallBeside {
     calls_.run(body);
   }
 
-  // Until the call is over, if there is one; rethrows its exception.
+  // Waits for the end of the call, if there is one; rethrows its exception.
   void Wait() { calls_.wait(); }
 
  private:
   tbb::task_group calls_;
 };
 
-// Runs body on the calling thread alone: parallel algorithms inside it (those
-// of a library, say) use no other thread, and take up no task from outside.
+// Runs body on the calling thread alone: parallel algorithms inside body, such
+// as a library's, use no other thread and take up no task from outside.
 template <typename Body>
 void RunAlone(const Body& body) {
   tbb::task_arena arena(1, 1);

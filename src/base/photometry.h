@@ -13,8 +13,8 @@
 
 namespace enfilade {
 
-// The channels of scene input. The solver's number of channels is a run-time
-// number, because light groups multiply it.
+// The channels of scene input. The solver has its own number of channels, known
+// at run time, because light groups multiply it.
 inline constexpr size_t kRgbChannels = 3;
 
 // One value per colour channel, of any of the quantities above.

@@ -17,7 +17,7 @@ constexpr uint64_t MixBits(uint64_t z) {
   return z ^ (z >> 31);
 }
 
-// Folds another word into a key, given its MixBits.
+// Folds another word into a key, given MixBits of the word.
 constexpr uint64_t MixKeyWithMixed(uint64_t key, uint64_t mixed_word) {
   return MixBits(key + 0x9e3779b97f4a7c15ULL + mixed_word);
 }
@@ -27,7 +27,7 @@ constexpr uint64_t MixKey(uint64_t key, uint64_t word) {
   return MixKeyWithMixed(key, MixBits(word));
 }
 
-// MixBits of the first counters: most streams are short.
+// MixBits of the first counters, which suffice for most streams.
 inline constexpr auto kMixedCounters = [] {
   std::array<uint64_t, 256> mixed{};
   for (size_t i = 0; i < mixed.size(); ++i) {

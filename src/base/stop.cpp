@@ -5,7 +5,7 @@
 namespace enfilade {
 namespace {
 
-// A signal handler can reach nothing but a global.
+// A global, because a signal handler can reach nothing else.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free,

@@ -1,8 +1,9 @@
-// The request to stop, of the whole process: what asks for it is a signal.
+// The request that the whole process stop, made by a signal.
 //
-// Long loops of the stages before the solve look at it themselves, some ten
-// times a second, and leave by InterruptedError: nothing of a stage is kept
-// before its end. The solve commits first: it gets the flag by its options.
+// Long loops of the stages before the solve call ThrowIfStopRequested some ten
+// times a second and leave by InterruptedError, because a stage keeps nothing
+// before its end. The solve gets the flag by its options and commits before it
+// stops.
 
 #pragma once
 
@@ -10,11 +11,11 @@
 
 namespace enfilade {
 
-// Stays set as long as the process lives.
+// The flag, which stays set as long as the process lives.
 const std::atomic<bool>& StopRequested();
 
-// Returns whether a stop was requested before. May be called in the handler of
-// a signal.
+// Requests a stop; returns whether one was requested before. Safe in a signal
+// handler.
 bool RequestStop();
 
 // Throws InterruptedError if a stop was requested. Costs next to nothing.

@@ -1,4 +1,4 @@
-// Seconds of the steady clock: since a moment, and of a scope.
+// Seconds of the steady clock: since a point in time, and within a scope.
 
 #pragma once
 
@@ -11,7 +11,7 @@ inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
       .count();
 }
 
-// Adds the seconds of a scope to a counter.
+// Adds the seconds that a scope takes to a counter.
 class Stopwatch {
  public:
   explicit Stopwatch(double* seconds)

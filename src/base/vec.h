@@ -97,9 +97,9 @@ inline bool IsFinite(Point3 p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// The area vector of a planar polygon, summed over the triangles of a fan: its
-// length the area in m2 and its direction the right-hand normal. Zero for fewer
-// than three vertices.
+// The area vector of a planar polygon, summed over a triangle fan. Its length
+// is the area in m2, its direction the right-hand normal. Zero for fewer than
+// three vertices.
 inline Vec3 AreaVector(std::span<const Point3> polygon) {
   Vec3 sum;
   for (size_t i = 1; i + 1 < polygon.size(); ++i) {
@@ -108,7 +108,7 @@ inline Vec3 AreaVector(std::span<const Point3> polygon) {
   return sum * 0.5;
 }
 
-// The mean of a polygon's vertices, of which there is one at least.
+// The mean of a polygon's vertices. Requires at least one vertex.
 inline Point3 VertexMean(std::span<const Point3> polygon) {
   Vec3 sum;
   for (const Point3& p : polygon) {
@@ -117,8 +117,8 @@ inline Point3 VertexMean(std::span<const Point3> polygon) {
   return polygon.front() + sum / static_cast<double>(polygon.size());
 }
 
-// The solid angle of a triangle seen from the origin, in steradian: positive if
-// its back is seen (van Oosterom and Strackee 1983).
+// The solid angle of a triangle seen from the origin, in steradian, by van
+// Oosterom and Strackee (1983): positive if the origin is behind the triangle.
 inline double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
   const double la = Length(a);
   const double lb = Length(b);
@@ -171,12 +171,12 @@ template <>
 inline constexpr bool kIsPacked<Box3> = kIsPacked<Point3> &&
                                         sizeof(Box3) == 2 * sizeof(Point3);
 
-// Whether the box meets the convex hull of `a` and `b`: one of the boxes that
-// lie between them, corner by corner.
+// Whether `box` meets the convex hull of `a` and `b`, that is, any of the boxes
+// whose corners interpolate linearly between those of `a` and `b`.
 inline bool MeetsHull(const Box3& box, const Box3& a, const Box3& b) {
-  double first = 0;  // shares of the way from a to b
+  double first = 0;  // shares of the way from a to b that meet the box
   double last = 1;
-  // Keeps the shares with from + t * (to - from) >= 0.
+  // Keeps the shares t with from + t * (to - from) >= 0.
   const auto keep = [&](double from, double to) {
     if (from < 0 && to < 0) {
       last = -1;

@@ -13,25 +13,26 @@ namespace {
 
 // No part is made thinner than this.
 constexpr double kLeastPartM = 0.2;
-// The parts of a leaf are aimed to hold this share of the most, because faces
-// that reach into both parts count twice.
+// Each part of a leaf is aimed to hold this share of the most patches, because
+// a face that reaches into both parts counts twice.
 constexpr double kAimedShare = 0.75;
 constexpr int kMostRounds = 12;
-// Centers in memory at once, unless one leaf has more. Not by the cap: the
-// leaves' numbers depend on it.
+// The most centers in memory at once, unless one leaf has more. Does not depend
+// on the memory cap, because the leaves' numbers depend on it.
 constexpr uint64_t kMostCenters = (12ULL << 20) / sizeof(Point3);
 
 using Centers = std::map<uint32_t, std::vector<Point3>>;  // by LeafId
 
-// Crowded leaves that are relieved at once: those from `first` to below `end`.
+// Crowded leaves that are relieved at once: those from `first` up to, but not
+// including, `end`.
 struct LeafBatch {
   uint32_t first = 0;
   uint32_t end = 0;
-  uint64_t patches = 0;       // of its crowded leaves
-  uint64_t most_patches = 0;  // of one of them
+  uint64_t patches = 0;       // of its crowded leaves together
+  uint64_t most_patches = 0;  // of the most crowded leaf
 };
 
-// The batch that begins at the leaf `first`.
+// Returns the batch that begins at the leaf `first`.
 LeafBatch NextBatch(const FaceSurvey& survey,
                     uint32_t most_patches,
                     uint32_t first) {
@@ -50,7 +51,7 @@ LeafBatch NextBatch(const FaceSurvey& survey,
   return batch;
 }
 
-// The centers of the faces' parts in the crowded leaves of a batch.
+// Collects the centers of the parts of faces in the crowded leaves of a batch.
 class CenterCollector {
  public:
   CenterCollector(const BspTree& tree,
@@ -103,8 +104,8 @@ class CenterCollector {
   Centers centers_;
 };
 
-// Replaces crowded leaves by subtrees. The regions of leaves are not kept, so
-// they are cut out again on the way down.
+// Replaces crowded leaves by subtrees. Cuts the regions of the leaves out again
+// on the way down, because the regions are not kept.
 class LeafCutter {
  public:
   LeafCutter(const FaceSurvey& survey, uint32_t most_patches, BuiltTree& built)
@@ -175,7 +176,8 @@ class LeafCutter {
     return BspChild(id);
   }
 
-  // Square to the longest axis that leaves two parts thick enough.
+  // The plane through the median of the centers, perpendicular to the longest
+  // axis for which both parts are thick enough; nullopt if there is none.
   static std::optional<Plane> MedianPlane(const ConvexRegion& region,
                                           std::vector<Point3>& centers) {
     const Vec3 extent = region.Bounds().Extent();
@@ -231,8 +233,9 @@ FaceSurvey RelieveCrowdedLeaves(const BlockStorage& store,
     for (LeafBatch batch = NextBatch(survey, most_patches, 0);
          batch.patches > 0;
          batch = NextBatch(survey, most_patches, batch.end)) {
-      // A center stands for two patches or more, its vector may have room for
-      // twice as many; cutting copies half of a leaf, and half of that.
+      // Two patches or more make one center, and the vector of centers may have
+      // room for twice as many. Cutting a leaf copies half of its centers, then
+      // half of those, and so on.
       const MemoryCharge charge(
           budget,
           (batch.patches + batch.most_patches) * sizeof(Point3),

@@ -1,5 +1,5 @@
-// Cuts leaves that hold too much by walls that are all portal, so that a
-// cell's own data stays under a fixed size.
+// Cuts leaves that hold too many patches by walls that are all portal, so that
+// the data of one cell stays under a fixed size.
 
 #pragma once
 
@@ -12,9 +12,10 @@
 
 namespace enfilade {
 
-// While a leaf has more than `most_patches`, cuts it square to its longest
-// axis at the median of its faces' centers. Gives up on leaves that cutting
-// does not relieve. Returns the survey of the final tree.
+// Cuts every leaf that has more than `most_patches` patches at the median of
+// its faces' centers, perpendicular to its longest axis, and cuts the parts
+// again while they have more. Gives up on leaves that cutting does not relieve.
+// Returns the survey of the final tree.
 FaceSurvey RelieveCrowdedLeaves(const BlockStorage& store,
                                 uint32_t most_patches,
                                 MemoryBudget& budget,

@@ -14,7 +14,8 @@ struct Halves {
   FragmentList back;
 };
 
-// What lies in the plane itself is done: it bounds both halves.
+// Divides the fragments between the two sides of the plane and drops those that
+// lie in the plane: they bound both halves.
 Halves Divide(FragmentList fragments, const Plane& plane, ScratchShelf& shelf) {
   Halves halves{FragmentList(shelf), FragmentList(shelf)};
   fragments.Consume([&](const WallFragment& fragment) {
@@ -82,7 +83,7 @@ class TreeBuilder {
 
  private:
   static constexpr std::string_view kWhat = "the tree of splitting planes";
-  static constexpr uint64_t kGrowth = 2;  // of the nodes
+  static constexpr uint64_t kGrowth = 2;  // vector of nodes while it grows
 
   BspChild AddLeaf(const ConvexRegion& region) {
     built_.leaves.push_back(ShapeOf(region));

@@ -13,31 +13,32 @@
 
 namespace enfilade {
 
-// A leaf's region, as far as it is needed to join leaves into cells.
+// The shape of a leaf's region, as far as joining leaves into cells needs it.
 struct LeafShape {
-  std::vector<Point3> corners;  // until the borders are known
+  std::vector<Point3> corners;  // dropped once the borders are known
   Box3 bounds;
-  Point3 center;  // inside
+  Point3 center;  // a point inside the leaf
   double volume_m3 = 0;
   double width_m = 0;  // ConvexRegion::LeastWidth
 };
 
-// In deques: a vector would take thrice as much while it grows.
+// A deque, because a growing vector would take thrice as much memory.
 using LeafShapes = std::deque<LeafShape>;
 
 struct BuiltTree {
   BspTree tree;
-  LeafShapes leaves;             // indexed by LeafId
-  std::deque<Polygon> sections;  // indexed by NodeId: plane within its region
-  MemoryCharge charge;           // of these
+  LeafShapes leaves;  // indexed by LeafId
+  // Indexed by NodeId: the node's plane, clipped to the node's region.
+  std::deque<Polygon> sections;
+  MemoryCharge charge;  // of all the above
 };
 
 LeafShape ShapeOf(const ConvexRegion& region);
 
-// What a built tree takes in memory.
+// The memory that a built tree takes.
 uint64_t BytesOf(const BuiltTree& built);
 
-// Splits `box`, which holds all walls, until no leaf holds a wall.
+// Splits `box`, which contains all walls, until no leaf contains a wall.
 BuiltTree BuildTree(const Box3& box,
                     Walls walls,
                     ScratchShelf& shelf,

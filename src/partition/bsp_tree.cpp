@@ -10,7 +10,7 @@ namespace {
 constexpr size_t kItemsPerChunk = 65536;
 constexpr uint32_t kTreeBlock = 1;
 
-// One call of ClipSide: what stays the same down the tree.
+// The arguments of one call of ClipSide that stay the same down the tree.
 class SideClipper {
  public:
   SideClipper(const BspTree& tree,

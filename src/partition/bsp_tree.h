@@ -1,5 +1,5 @@
 // The binary tree of splitting planes that cuts the building into convex
-// leaves, and what is asked of it: where a point is, where a face goes.
+// leaves. The tree says which leaf a point lies in, and clips faces to cells.
 
 #pragma once
 
@@ -57,7 +57,8 @@ struct BspTree {
   uint32_t leaf_count = 1;
 };
 
-// The leaf of a point. A point in a splitting plane is in front of it.
+// The leaf that contains a point. A point in a splitting plane counts as in
+// front of the plane.
 LeafId LocateLeaf(const BspTree& tree, Point3 p);
 
 // A part of one side of a face.
@@ -66,28 +67,29 @@ struct FacePiece {
   Polygon polygon;
 };
 
-// Sends the side of `face` that looks along `side_normal` (a unit normal of
-// its plane) down the tree and returns its parts by cell. A part that lies in
-// a splitting plane belongs to the side that it looks to; a cut between two
-// parts that come to lie in one cell is undone.
+// Sends the side of `face` that looks along `side_normal` (a unit normal of the
+// face's plane) down the tree and returns the parts of that side by cell. A
+// part that lies in a splitting plane belongs to the half that the side looks
+// into. Two parts that end up in the same cell are put together again.
 std::vector<FacePiece> ClipSide(const BspTree& tree,
                                 const std::vector<CellId>& cell_of_leaf,
                                 const Polygon& face,
                                 const Vec3& side_normal);
 
-// Stored as kPortals blocks {chunk, 1} beside the portals: tree, and the cell
-// of each leaf.
+// Stores the tree and the cell of each leaf as kPortals blocks {chunk, 1},
+// beside the portals.
 void SaveTree(const BspTree& tree,
               const std::vector<CellId>& cell_of_leaf,
               BlockStorage& store);
 
-// Says in which cell a point lies. For tests and audits; holds the whole tree.
+// Says in which cell a point lies. For tests and audits: it holds the whole
+// tree in memory.
 class PartitionLocator {
  public:
   explicit PartitionLocator(const BlockStorage& store);
 
-  // The cell of a point in the partition's box; a point on a boundary belongs
-  // to one of its cells.
+  // The cell of a point in the partition's box. A point on a boundary belongs
+  // to one of the cells that meet there.
   [[nodiscard]] CellId Locate(Point3 p) const;
 
   [[nodiscard]] const Box3& Box() const { return tree_.box; }

@@ -10,23 +10,24 @@
 namespace enfilade {
 namespace {
 
-// A border is no wall if at least this share of it is open,
+// Two leaves look like one room if at least this share of their border is open
 constexpr double kOpenShare = 0.75;
-// (in a model of surfaces without furniture, whose windows may leave only their
-// frames of a wall, this share)
+// (or this share in a model of surfaces without furniture, where windows may
+// leave only their frames of a wall)
 constexpr double kAllOpenShare = 0.98;
-// and it continues the wider of the two leaves by this share,
+// and the opening either covers this share of the wider leaf's cross-section,
 constexpr double kSameSection = 0.6;
-// or is wider than a door between leaves that are deeper than a wall is thick.
+// or is wider than a door, between leaves that are deeper than a wall is thick.
 constexpr double kWideOpeningM2 = 4.0;
 constexpr double kDeeperThanWallM = 0.6;
-// A cell of less volume is no room: a crack, a piece between two planes;
+// A cell of less volume is too small for a room: a crack, or a piece between
+// two planes.
 constexpr double kNicheM3 = 0.5;
-// nor is one of less volume that is no thicker than a wall: a doorway, a
-// window.
+// So is a cell of less volume than this that is no thicker than a wall: a
+// doorway, a window.
 constexpr double kThinNicheM3 = 2.0;
-// What is thinner and opens to nothing thicker is the inside of a wall or
-// floor.
+// A leaf that is thinner than this and opens to no thicker leaf is the inside
+// of a wall or floor.
 constexpr double kLeastRoomM = 1.0;
 
 // Disjoint sets of leaves with the number and area of their patches.
@@ -40,14 +41,14 @@ class LeafSets {
 
   [[nodiscard]] uint32_t Find(uint32_t leaf) { return sets_.Find(leaf); }
 
-  // Whether they are two sets that are not too large for one.
+  // Whether a and b are in two different sets that one cell can hold together.
   [[nodiscard]] bool CanJoin(uint32_t a, uint32_t b) {
     a = Find(a);
     b = Find(b);
     return a != b && patches_[a] + patches_[b] <= most_patches_;
   }
 
-  // If they can be. Returns whether they were joined just now.
+  // Joins the two sets if CanJoin. Returns whether they were joined just now.
   bool Join(uint32_t a, uint32_t b) {
     if (!CanJoin(a, b)) {
       return false;
@@ -62,7 +63,7 @@ class LeafSets {
     return true;
   }
 
-  // Of the set that joining these would make.
+  // The area of the set that joining a and b would make.
   [[nodiscard]] double JoinedArea(uint32_t a, uint32_t b) {
     return area_m2_[Find(a)] + area_m2_[Find(b)];
   }
@@ -74,8 +75,7 @@ class LeafSets {
   uint64_t most_patches_;
 };
 
-// Whether the leaves on both sides of an open border are one room by the look
-// of it.
+// Whether the leaves on both sides of an open border look like one room.
 bool LooksLikeOneRoom(const BuiltTree& built, const LeafBorder& border) {
   const LeafShape& front = built.leaves[border.front.Index()];
   const LeafShape& back = built.leaves[border.back.Index()];
@@ -86,8 +86,9 @@ bool LooksLikeOneRoom(const BuiltTree& built, const LeafBorder& border) {
           std::min(border.front_m, border.back_m) >= kDeeperThanWallM);
 }
 
-// The leaves that reach the box around the scene: the outdoors, as far as open
-// ground, sky and courtyards are cut by walls that end elsewhere.
+// Finds the leaves that touch the box around the scene. They are the outdoors,
+// except for pieces of open ground, sky and courtyards that are cut off by the
+// planes of walls.
 std::vector<bool> FindOuterLeaves(const BuiltTree& built) {
   const Box3& box = built.tree.box;
   std::vector<bool> outer;
@@ -101,7 +102,8 @@ std::vector<bool> FindOuterLeaves(const BuiltTree& built) {
   return outer;
 }
 
-// The widest openings first; the order of the borders among equals.
+// The borders, those with the widest openings first; among equals in their
+// order.
 std::vector<const LeafBorder*> WidestFirst(const LeafBorders& borders) {
   std::vector<const LeafBorder*> order;
   order.reserve(borders.size());
@@ -134,11 +136,11 @@ std::vector<bool> FindNiches(const BuiltTree& built,
   return niche;
 }
 
-// Joins what is open to each other inside walls and floors: leaves too thin for
-// a room that open to no leaf that is thick enough for one. From the borders of
-// the smallest regions on, so that a set that is full lies together: in the
-// order of the whole tree sets lay within each other, with a thousand portals
-// between two of them.
+// Joins leaves inside walls and floors that are open to each other: leaves too
+// thin for a room that open to no leaf thick enough for one. Starts with the
+// borders of the smallest regions, so that the leaves of a full set lie
+// together. In the order of the whole tree, sets would lie within each other,
+// with a thousand portals between two of them.
 void JoinHollows(const BuiltTree& built,
                  const LeafBorders& borders,
                  LeafSets& sets) {
@@ -154,7 +156,7 @@ void JoinHollows(const BuiltTree& built,
     hollow[front] = hollow[front] && !thick[back];
     hollow[back] = hollow[back] && !thick[front];
   }
-  // A node comes after those that it lies below.
+  // A node's number is greater than those of its ancestors.
   std::for_each(
       borders.rbegin(), borders.rend(), [&](const LeafBorder& border) {
         if (hollow[border.front.Index()] && hollow[border.back.Index()]) {
@@ -163,14 +165,15 @@ void JoinHollows(const BuiltTree& built,
       });
 }
 
-// How far a set that is too small for a room opens to a neighbour.
+// The open area between a set that is too small for a room and a neighbour.
 struct NicheOpening {
   uint32_t niche = 0;
   uint32_t neighbour = 0;
   double open_m2 = 0;
 };
 
-// By niche, then by neighbour; each border has an entry of its own.
+// Lists the openings of niches by niche, then by neighbour. Each border has an
+// entry of its own.
 std::vector<NicheOpening> OpeningsOfNiches(const LeafBorders& borders,
                                            const std::vector<bool>& niche,
                                            LeafSets& sets) {
@@ -197,8 +200,8 @@ std::vector<NicheOpening> OpeningsOfNiches(const LeafBorders& borders,
   return openings;
 }
 
-// To which neighbour each niche opens most, and how far: the first of equals.
-// Niches that do not open have none.
+// Finds the neighbour to which each niche opens most, and the open area; the
+// first among equals. A niche that does not open has no entry.
 std::vector<NicheOpening> WidestOfNiches(
     const std::vector<NicheOpening>& openings) {
   std::vector<NicheOpening> widest;
@@ -221,9 +224,9 @@ std::vector<NicheOpening> WidestOfNiches(
   return widest;
 }
 
-// Gives each set that is too small for a room to the neighbour that it opens
-// to most, of those that are not full. Two rooms are never joined by what lies
-// between them.
+// Joins each set that is too small for a room to the neighbour that it opens to
+// most, of those neighbours that are not full. A niche never joins two rooms
+// with each other.
 bool JoinNichesOnce(const BuiltTree& built,
                     const LeafBorders& borders,
                     bool all_split,
@@ -234,7 +237,7 @@ bool JoinNichesOnce(const BuiltTree& built,
   bool joined = false;
   std::vector<bool> taken(built.leaves.size());
   for (const NicheOpening& best : widest) {
-    // A niche that another has just joined waits for the next round.
+    // A niche that was just joined by another niche waits for the next round.
     if (!taken[best.niche]) {
       joined = sets.Join(best.niche, best.neighbour) || joined;
       taken[best.neighbour] = true;
@@ -273,8 +276,9 @@ LeafCells NumberCells(
 
 }  // namespace
 
-// Of leaves, their sets, and what finds niches or numbers cells; of borders,
-// the list of all or that of niches, with as much again while it is sorted.
+// For each leaf: its set, and the arrays that find niches or number cells. For
+// each border: its entry in the list of all borders or of the niches' openings,
+// and as much again while the list is sorted.
 uint64_t BytesToJoin(size_t leaves, size_t borders) {
   constexpr uint64_t kBytesPerLeaf = 112;
   constexpr uint64_t kBytesPerBorder =

@@ -1,5 +1,5 @@
-// Joins leaves of the tree into cells: rooms as the input names them, or what
-// lies open to each other and not through a door.
+// Joins leaves of the tree into cells. A cell is a room as the input names it,
+// or a set of leaves that are open to each other without a door between them.
 
 #pragma once
 
@@ -17,7 +17,7 @@ namespace enfilade {
 struct LeafCells {
   std::vector<CellId> cell_of_leaf;  // indexed by LeafId
   uint32_t cell_count = 0;
-  // Indexed by CellId: the Space that the cell is a part of.
+  // Indexed by CellId: the Space that contains the cell.
   std::vector<std::optional<SpaceId>> space;
 };
 
@@ -30,13 +30,14 @@ struct JoinInput {
   bool all_split = false;  // see WallRules
 };
 
-// What joining takes in memory, at most.
+// The most memory that joining takes.
 uint64_t BytesToJoin(size_t leaves, size_t borders);
 
-// With Spaces, the leaves of a Space that are open to each other are a cell.
-// Without, leaves are joined that look like one room; the outdoors; and what
-// is too small for a room with what it opens to. No cell that is joined of
-// several leaves gets more than options.max_cell_patches patches.
+// In a scene with Spaces, a cell consists of the leaves of one Space that are
+// open to each other. In a scene without Spaces, these leaves are joined:
+// leaves that look like one room, the outdoors, and a set that is too small for
+// a room with the neighbour that it opens to. No cell that is joined of several
+// leaves gets more than options.max_cell_patches patches.
 LeafCells JoinLeaves(const JoinInput& input, const PartitionOptions& options);
 
 }  // namespace enfilade

@@ -15,20 +15,21 @@
 namespace enfilade {
 namespace {
 
-// A part is covered if no more than this share of it is free.
+// A part is covered if at most this share of it is free.
 constexpr double kFreeShare = 0.02;
-// What lies nearer than this before a surface lies on it, m. Light reaches into
-// a gap of 2 mm, as between tiles.
+// A surface that is nearer than this in front of another lies on it, m. Light
+// reaches into a gap of 2 mm, as between tiles.
 constexpr double kTouchM = 1e-3;
 constexpr uint64_t kContactBytesPerPatch = 400;
 
-// What stands or lies on one patch.
+// The surfaces that stand or lie on one patch.
 struct Contacts {
   ContactLines lines;
   std::vector<Polygon> covers;
 };
 
-// Whether one lies on the other, at most kTouchM off it in the scene.
+// Whether `cover` lies on `patch`: in the scene, at most kTouchM in front of
+// it.
 bool IsJustBefore(const Patch& cover, const Patch& patch, const Plane& plane) {
   const double most =
       kTouchM + kApartM * static_cast<double>(cover.layer + patch.layer);
@@ -91,7 +92,7 @@ class ContactCutter {
   }
 
  private:
-  // For so many patches more.
+  // Makes room for `more` further patches.
   void MakeRoom(size_t more, std::vector<Patch>* kept) const {
     if (kept->size() + more <= kept->capacity()) {
       return;

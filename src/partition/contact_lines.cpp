@@ -12,20 +12,24 @@
 namespace enfilade {
 namespace {
 
-// Ends of segments nearer than this meet.
+// Two ends of segments that are nearer than this meet.
 constexpr double kMeetM = 1e-3;
-// What is small is cut out of what is so many times as large by a frame at
-// this distance, relative to its size: its lines would cut all of it else.
+// A small foot on a polygon that is at least kFramedFrom times as large gets a
+// frame around it, at kFrameMargin times the foot's size, along which it is cut
+// out of the polygon. Without the frame, the lines of the foot would cut the
+// whole polygon.
 constexpr double kFramedFrom = 6;
 constexpr double kFrameMargin = 0.4;
-// What stands beside a lamp and is no longer than this may be its luminaire.
+// A surface that stands beside a lamp and is no longer than this may be its
+// luminaire.
 constexpr double kMostLuminaireM = 2;
-// Lengths up to this ratio are alike.
+// Lengths up to this ratio count as equal.
 constexpr double kAlike = 1.05;
-// Beside lamps, rims are followed by runs as short as this.
+// A short foot beside a lamp cuts a part even if it runs only this far through
+// the part.
 constexpr double kShortRunAtLampM = 2e-3;
 
-// Which of the segments hang together, end by end.
+// Groups the segments into chains whose ends meet.
 DisjointSets JoinEndToEnd(const std::vector<Segment>& segments) {
   struct End {
     Point3 at;
@@ -53,7 +57,7 @@ DisjointSets JoinEndToEnd(const std::vector<Segment>& segments) {
   return chains;
 }
 
-// The sides of a rectangle around points in the plane.
+// The sides of a rectangle in the plane around the points, with a margin.
 std::vector<Segment> FrameAround(const Polygon& points, const Plane& plane) {
   const Box3 box = BoundsOf(points);
   const Vec3 extent = box.Extent();
@@ -79,10 +83,10 @@ void Append(std::span<const Segment> more, std::vector<Segment>* all) {
   all->insert(all->end(), more.begin(), more.end());
 }
 
-// What hangs together.
+// A chain of segments whose ends meet.
 struct Chain {
   std::vector<Segment> segments;
-  bool is_cover = false;  // has a rim of what lies on the patch
+  bool is_cover = false;  // contains a rim of a surface that lies on the patch
 };
 
 std::vector<Chain> ChainsOf(const Touching& touching) {
@@ -99,7 +103,8 @@ std::vector<Chain> ChainsOf(const Touching& touching) {
   return chains;
 }
 
-// What stands beside a lamp, and the frame that it is cut out by.
+// Adds the foot of a surface that stands beside a lamp, and the frame around
+// it.
 void AddFootOfLamp(std::vector<Segment> chain,
                    std::vector<Segment> frame,
                    Spared spared,
@@ -132,8 +137,8 @@ std::vector<Polygon> CutAlong(const ContactLines& of,
 
 }  // namespace
 
-// Where a polygon that reaches before the plane meets it: the segment between
-// the two points farthest apart of those in the plane.
+// The segment where a polygon that reaches in front of the plane meets the
+// plane: it joins the two points in the plane that are farthest apart.
 std::optional<Segment> FootOf(const Polygon& polygon, const Plane& plane) {
   std::vector<Point3> in_plane;
   double highest = 0;

@@ -1,4 +1,4 @@
-// Of what touches a patch, the lines that the patch is to be cut along.
+// Finds the lines that a patch is to be cut along, from what touches the patch.
 
 #pragma once
 
@@ -13,38 +13,43 @@
 
 namespace enfilade {
 
-// What reaches no further before a surface lies in it.
+// A polygon that reaches no further than this in front of a surface lies in
+// that surface, m.
 inline constexpr double kInPlaneM = kMostLayers * kApartM + kCoincidentM;
 
-// The legs of chairs are left to refinement: a floor would be in splinters. But
-// not what is as near to a lamp as it is long: there light is brightest.
+// Shorter contacts are left to refinement, m: cutting along the legs of chairs
+// would leave a floor in splinters. A contact that is as near to a lamp as it
+// is long is cut even if it is shorter, because light is brightest there.
 inline constexpr double kLeastContactM = 0.3;
 
-// Patches are not cut into more parts than this, and than this again for each
-// foot beside a lamp: a ceiling has as many downlights as it has.
+// A patch is cut into at most this many parts, plus the same number again for
+// each foot beside a lamp, because a ceiling may have any number of downlights.
 inline constexpr size_t kMostContactParts = 64;
 
-// Where a polygon that reaches before the plane meets it: the segment between
-// the two points farthest apart of those in the plane.
+// The segment where a polygon that reaches in front of the plane meets the
+// plane. Of the polygon's points in the plane, the segment joins the two that
+// are farthest apart. nullopt if the polygon only lies in the plane or does not
+// meet it.
 std::optional<Segment> FootOf(const Polygon& polygon, const Plane& plane);
 
 // Where surfaces touch a patch.
 struct Touching {
-  std::vector<Segment> feet;  // of what stands on it
-  std::vector<Segment> rims;  // of what lies on it
+  std::vector<Segment> feet;  // of surfaces that stand on it
+  std::vector<Segment> rims;  // of surfaces that lie on it
 };
 
-// Segments that hang together, of what stands on a patch.
+// Connected segments of surfaces that stand on a patch.
 struct Feet {
-  double length = 0;  // from end to end of all of them
+  double length = 0;  // diagonal of the box around all segments
   std::vector<Segment> segments;
 };
 
-// Those of them that a patch is to be cut along.
+// The lines that a patch is to be cut along.
 struct ContactLines {
-  // Of what lies on it, and of what stands beside a lamp: these are spared.
+  // The lines of surfaces that lie on the patch, and of surfaces that stand
+  // beside a lamp; `rims.spared` lists the feet beside lamps.
   CutLines rims;
-  std::vector<Feet> feet;  // of all else, the longest first
+  std::vector<Feet> feet;  // all other feet, the longest first
 
   [[nodiscard]] bool IsEmpty() const {
     return rims.segments.empty() && feet.empty();
@@ -55,20 +60,22 @@ struct ContactLines {
   }
 };
 
-// Those that reach far together with all that they hang together with, or that
-// have a lamp beside them (`meets_lamp`: whether a box does): as near as they
-// are long, or as what counts as long. Small ones are framed where the polygon
-// is far larger.
+// Selects chains of connected segments: those that are at least kLeastContactM
+// long, and those that have a lamp beside them. `meets_lamp` says whether a box
+// meets a lamp; a lamp is beside a chain if its distance is at most the chain's
+// length and at most kLeastContactM. A short chain beside a lamp gets a frame
+// around it if the polygon is far larger.
 ContactLines LinesThatMatter(
     const Touching& touching,
     const Polygon& polygon,
     const Plane& plane,
     const std::function<bool(const Box3&)>& meets_lamp);
 
-// The parts of the polygon. Along all feet or, where that takes more parts than
-// there may be, along the longest. A floor would be in strips along some of its
-// many feet, which are of no use to the others: what does not fit is left to
-// refinement, with all that is as short.
+// Cuts the polygon and returns its parts. Cuts along all feet or, if that would
+// make too many parts, along the longest ones only. Cutting along just some of
+// many feet of one length would leave a floor in strips that do not help the
+// other feet, so the feet that do not fit are left to refinement together with
+// all feet of about the same length.
 std::vector<Polygon> CutAlongThoseThatFit(const ContactLines& lines,
                                           const Polygon& polygon,
                                           const Plane& plane);

@@ -1,5 +1,5 @@
-// A convex region of space, bounded by polygons: the leaves of the partition
-// before they are joined into cells.
+// A convex region of space, bounded by polygons. The leaves of the partition
+// are such regions before they are joined into cells.
 
 #pragma once
 
@@ -12,17 +12,18 @@ namespace enfilade {
 
 class ConvexRegion {
  public:
-  // Empty; only to be assigned to.
+  // An empty region that can only be assigned to.
   ConvexRegion() = default;
 
   explicit ConvexRegion(const Box3& box);
 
   // The polygon in which the plane cuts the region, facing the plane's front;
-  // empty when it misses the region or only grazes it.
+  // empty if the plane misses the region or only grazes it.
   [[nodiscard]] Polygon CrossSection(const Plane& plane) const;
 
-  // The parts in front of and behind the plane, whose cross-section must not be
-  // empty and whose Thickness on both sides must be positive.
+  // The parts of the region in front of and behind the plane. The plane's
+  // cross-section must not be empty, and its Thickness on both sides must be
+  // positive.
   struct Halves;
   [[nodiscard]] Halves Cut(const Plane& plane) const;
 
@@ -34,7 +35,8 @@ class ConvexRegion {
 
   [[nodiscard]] Thickness ThicknessAt(const Plane& plane) const;
 
-  // Across its thinnest pair of a facet and what lies farthest from it.
+  // The least width: the smallest, over all facets, of the distance from the
+  // facet's plane to the farthest corner.
   [[nodiscard]] double LeastWidth() const;
 
   [[nodiscard]] double Volume() const;

@@ -11,7 +11,8 @@
 namespace enfilade {
 namespace {
 
-// Whether a line along an edge of `a` leaves more than gap_m between the two.
+// Whether a strip wider than gap_m, parallel to an edge of `a`, separates the
+// two.
 bool IsApartAlongEdges(const Polygon& a,
                        const Polygon& b,
                        const Vec3& normal,
@@ -31,9 +32,9 @@ bool IsApartAlongEdges(const Polygon& a,
   return false;
 }
 
-// Along the longest edge of the largest polygon, as most floors are drawn;
-// boxes along the axes of the world would all overlap in a building that is
-// turned.
+// The direction of the longest edge of the largest polygon, as most floors are
+// drawn along one direction. In a building that is turned, boxes along the axes
+// of the world would all overlap.
 Vec3 MainDirection(std::span<const Polygon> polygons) {
   const Polygon& largest = *std::max_element(
       polygons.begin(), polygons.end(), [](const Polygon& a, const Polygon& b) {

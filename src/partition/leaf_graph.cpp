@@ -11,7 +11,7 @@
 namespace enfilade {
 namespace {
 
-// What CutIntoPatches makes of a polygon, at most.
+// The most patches that CutIntoPatches makes of a polygon.
 uint32_t CountPatches(const Polygon& polygon) {
   const auto n = static_cast<uint32_t>(polygon.size());
   if (n == 4) {
@@ -21,10 +21,11 @@ uint32_t CountPatches(const Polygon& polygon) {
   return n < 3 ? 0 : n - 2;
 }
 
-// What is free is shared with the borders that the covers leave open.
+// Covers get one in kCoverParts of the free budget; the rest is for the borders
+// that the covers leave open.
 constexpr uint64_t kCoverParts = 3;
 
-// What a cover takes in a list that has grown to hold it.
+// The memory that a cover takes in a list that has grown to hold it.
 uint64_t BytesOfCover(const Polygon& polygon) {
   return 2 * sizeof(Polygon) + polygon.size() * sizeof(Point3) +
          kAllocationHeaderBytes;
@@ -46,9 +47,9 @@ class FaceSorter {
  protected:
   explicit FaceSorter(const BspTree& tree) : tree_(&tree) {}
 
-  // A piece of a face, of which so many sides (one or two) are in the leaf.
+  // Adds a piece of a face with one or two of its sides in the leaf.
   virtual void AddToLeaf(LeafId leaf, const Polygon& piece, uint32_t sides) = 0;
-  // One that lies in the plane of the node.
+  // Adds a piece of a face that lies in the plane of the node.
   virtual void AddCover(NodeId node, const Polygon& piece) = 0;
 
  private:
@@ -127,7 +128,8 @@ class Surveyor : public FaceSorter {
   FaceSurvey survey_;
 };
 
-// The faces in the planes of some nodes: from `first` to below `end`.
+// Collects the faces in the planes of the nodes from `first` up to, but not
+// including, `end`.
 class CoverCollector : public FaceSorter {
  public:
   CoverCollector(const BspTree& tree, size_t first, size_t end)
@@ -150,7 +152,7 @@ class CoverCollector : public FaceSorter {
   std::vector<std::vector<Polygon>> covers_;
 };
 
-// Of its covers.
+// The memory that the covers of a node take.
 uint64_t BytesOfNode(const FaceSurvey& survey, size_t node) {
   return sizeof(std::vector<Polygon>) + survey.cover_bytes[node];
 }
@@ -176,7 +178,7 @@ void PushDown(const BspTree& tree,
     case PlaneSide::kBack:
       return PushDown(tree, node.back, polygon, pieces);
     case PlaneSide::kOn:
-      // It may border on either.
+      // The piece may border on leaves of both sides.
       PushDown(tree, node.front, polygon, pieces);
       return PushDown(tree, node.back, polygon, pieces);
     case PlaneSide::kCut:
@@ -191,10 +193,10 @@ void PushDown(const BspTree& tree,
   }
 }
 
-// The covers of one node, by where they are.
+// Finds the covers of one node by their place.
 class CoverIndex {
  public:
-  // What one of so many takes, and the list of those that are near.
+  // The memory of an index of so many covers, and of a list that Near returns.
   static uint64_t BytesFor(size_t covers) {
     constexpr uint64_t kGrowth = 2;
     return BoxTree::BytesFor(covers) +
@@ -204,7 +206,7 @@ class CoverIndex {
   explicit CoverIndex(const std::vector<Polygon>& covers)
       : covers_(&covers), tree_(BoxesOf(covers)) {}
 
-  // In their order.
+  // Returns the covers that are near the polygon, in their order.
   [[nodiscard]] std::vector<const Polygon*> Near(const Polygon& polygon) const {
     std::vector<uint32_t> found;
     tree_.ForOverlaps(Grown(BoundsOf(polygon), kOnPlaneM),
@@ -232,7 +234,7 @@ class CoverIndex {
   BoxTree tree_;
 };
 
-// What pieces take in a vector that grows.
+// The memory that pieces take in a growing vector.
 uint64_t BytesOf(const std::vector<SectionPiece>& pieces) {
   constexpr uint64_t kGrowth = 2;
   uint64_t bytes = 0;
@@ -243,7 +245,7 @@ uint64_t BytesOf(const std::vector<SectionPiece>& pieces) {
   return bytes;
 }
 
-// Finds the borders of one node after the other, and charges what they take.
+// Finds the borders of one node after another, and charges their memory.
 class BorderFinder {
  public:
   BorderFinder(const BuiltTree& built,
@@ -312,8 +314,9 @@ class BorderFinder {
     return high - low;
   }
 
-  // Charges what there is, one border more, and so many bytes for a while, of
-  // so many bytes of the node's covers: pieces grow with covers.
+  // Charges what was found so far, one more border, and `more_bytes` for a
+  // while. `cover_bytes` is the part of the node's cover bytes that is done:
+  // the pieces grow with the covers.
   void ChargeWith(uint64_t more_bytes, double cover_bytes) {
     const double done = done_cover_bytes_ + cover_bytes;
     charge_->GrowTo(
@@ -325,10 +328,10 @@ class BorderFinder {
   const LeafShapes* leaves_;
   const FaceSurvey* survey_;
   uint64_t all_cover_bytes_;
-  double done_cover_bytes_ = 0;  // of the nodes before
+  double done_cover_bytes_ = 0;  // of earlier nodes
   GrowingCharge* charge_;
   OpenBorders found_;
-  uint64_t node_bytes_ = 0;  // while one is looked at
+  uint64_t node_bytes_ = 0;  // temporary memory of the current node
 };
 
 }  // namespace

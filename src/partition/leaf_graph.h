@@ -15,19 +15,20 @@
 
 namespace enfilade {
 
-// What the faces of the scene come to, sorted into the tree.
+// The patches and covers that the faces of the scene make, sorted into the
+// tree.
 struct FaceSurvey {
-  // Indexed by NodeId: what the faces take that lie in the node's plane, cut to
-  // it.
+  // Indexed by NodeId: the bytes of the faces that lie in the node's plane, cut
+  // to the node's region.
   std::vector<uint64_t> cover_bytes;
-  // Indexed by LeafId: the patches that the faces make in the leaf, at most.
+  // Indexed by LeafId: the most patches that the faces make in the leaf.
   std::vector<uint32_t> patches;
-  // Indexed by LeafId: their area, m2.
+  // Indexed by LeafId: the area of those patches, m2.
   std::vector<float> area_m2;
   MemoryCharge charge;
 };
 
-// One pass over the store's faces.
+// Passes over the store's faces once.
 FaceSurvey SurveyFaces(const BlockStorage& store,
                        const BspTree& tree,
                        MemoryBudget& budget);
@@ -38,49 +39,52 @@ struct LeafBorder {
   LeafId back;
   NodeId node;
   double area_m2 = 0;
-  double front_m = 0;  // how deep each leaf is, square to the plane
+  // The depth of each leaf, perpendicular to the plane.
+  double front_m = 0;
   double back_m = 0;
   double open_m2 = 0;  // at most area_m2
 };
 
-// In a deque: a vector would take thrice as much while it grows.
+// A deque, because a growing vector would take thrice as much memory.
 using LeafBorders = std::deque<LeafBorder>;
 
 // The borders that are open somewhere, in the order of their nodes, and their
-// openings, of which all need not fit into memory.
+// openings. The openings need not all fit into memory.
 class OpenBorders {
  public:
   explicit OpenBorders(ScratchShelf& shelf) : openings_(shelf) {}
 
   [[nodiscard]] const LeafBorders& All() const { return borders_; }
 
-  // In memory.
+  // The memory that the borders take.
   [[nodiscard]] uint64_t Bytes() const {
     return borders_.size() * sizeof(LeafBorder);
   }
 
-  // What the openings in one node's plane take, at most.
+  // The most memory that the openings in one node's plane take.
   [[nodiscard]] uint64_t MostBytesOfNode() const { return most_node_bytes_; }
 
-  // Sums up their area.
+  // Adds a border with its openings and sums their area into the border's
+  // open_m2.
   void Add(LeafBorder border, const std::vector<Polygon>& open);
 
-  // Convex, facing the plane's front; in the order of the borders.
+  // Visits the openings in the order of their borders. Each one is a convex
+  // polygon that faces the front of the node's plane.
   void ForEachOpening(
       const std::function<void(const LeafBorder&, Polygon)>& visit) const;
 
  private:
   LeafBorders borders_;
   ScratchList openings_;
-  uint64_t node_bytes_ = 0;  // of the last border's node
+  uint64_t node_bytes_ = 0;  // of the openings of the last border's node
   uint64_t most_node_bytes_ = 0;
 };
 
-// Finds all of them; what they take is charged as they are found. Passes over
-// the store's faces once for as many nodes as those that lie in their planes
-// fit into a part of what is free. Conservative: a point of a border is no
-// opening only if faces in the plane cover it, cracks of less than kCrackM
-// closed.
+// Finds all open borders and charges their memory as it finds them. Takes the
+// nodes in batches whose covers fit into a part of the free budget, and passes
+// over the store's faces once per batch. Conservative: a point of a border
+// counts as closed only if faces in the plane cover it or a crack narrower than
+// kCrackM contains it.
 OpenBorders FindOpenBorders(const BlockStorage& store,
                             const BuiltTree& built,
                             const FaceSurvey& survey,

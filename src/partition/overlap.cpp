@@ -13,11 +13,11 @@
 namespace enfilade {
 namespace {
 
-// Box, tree, rank and face area of a patch, and the pairs of one that is in
-// front of all.
+// A patch's box, tree entry, rank and face area, and the pairs of a patch that
+// is in front of all others.
 constexpr uint64_t kOverlapBytesPerPatch = 320;
 
-// Decides patch by patch, from back to front.
+// Settles patch by patch, from back to front.
 void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
   std::vector<uint32_t> from_back(ranks.size());
   for (uint32_t i = 0; i < ranks.size(); ++i) {
@@ -29,10 +29,11 @@ void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
   }
 }
 
-// The patches as they are left.
+// The patches after all pieces are settled.
 std::vector<Patch> Replaced(std::span<const Patch> patches,
                             const OverlapPieces& pieces) {
-  // Its two sides are no longer in one place: each blocks rays for itself.
+  // The two sides of a touched face are no longer in one place, so each of them
+  // blocks rays by itself.
   std::unordered_set<uint32_t> touched_faces;
   for (uint32_t i = 0; i < patches.size(); ++i) {
     if (pieces.Find(i) != nullptr) {
@@ -70,7 +71,7 @@ OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
     return {};
   }
   pieces.RaiseAll();
-  // Twice: a vector that grows.
+  // A growing vector takes twice its size.
   const MemoryCharge charge(budget,
                             2 * pieces.MostPatches() * sizeof(Patch),
                             "surfaces that lie in one another");

@@ -1,11 +1,12 @@
-// Surfaces that lie in one another: a cupboard's back in the plane of its wall,
-// a picture on it, a lamp in the face of a ceiling, a face that an exporter
-// wrote twice.
+// Surfaces that lie in one another: the back of a cupboard in the plane of its
+// wall, a picture on the wall, a lamp in the face of a ceiling, a face that an
+// exporter wrote twice.
 //
-// Of two patches that lie in one plane and face the same way, only one can be
-// seen where they overlap. If both were, each would send all its light, and
-// what faces them would get twice what there is: in a closed gap light would
-// grow with every bounce. docs/decisions/overlaps.md has the rule's reasons.
+// Where two patches lie in one plane, face the same way and overlap, only one
+// of them can be seen. If both were seen, each would send all its light, and
+// the patches that face them would get twice the light there is; in a closed
+// gap light would grow with every bounce. docs/decisions/overlaps.md has the
+// rule's reasons.
 
 #pragma once
 
@@ -18,35 +19,39 @@
 namespace enfilade {
 
 // Surfaces nearer to each other than this lie in one plane, m. Rays cannot tell
-// them apart: they are cut by half of it at either end.
+// such surfaces apart, because every ray is cut by half of this length at
+// either end.
 inline constexpr double kCoincidentM = 2e-4;
 
-// Two patches face the same way: two degrees, beyond which the distances of
-// their corners decide anyway.
+// The least cosine between the normals of two patches that face the same way:
+// two degrees. At larger angles the distances of the corners decide anyway.
 inline constexpr double kLeastFacing = 0.9994;
 
 struct OverlapCounts {
   uint64_t dropped = 0;  // patches of which a part was there twice
   double area_m2 = 0;    // of those parts
-  uint64_t moved = 0;    // patches put before another
+  uint64_t moved = 0;    // patches put in front of another
 };
 
-// Leaves the patches of one cell so that no two that face the same way lie in
-// one another:
+// Changes the patches of one cell so that no two patches that face the same way
+// lie in one another:
 //
-// - what is there twice (one material and side, or one outline) is kept once,
-//   the smaller face in what the larger one leaves, if it does not lie so far
-//   before that one that rays end at it;
-// - else the smaller face is the one that is seen, what emits before what does
-//   not, and the inside of a solid before all: it is put kApartM before the
+// - A surface that is there twice (with the same material and side, or with the
+//   same outline) is kept once: the smaller face keeps only what the larger one
+//   leaves free, unless the smaller one lies so far in front of the larger one
+//   that rays end at it.
+// - Otherwise the smaller face is the one that is seen. A face that emits
+//   counts as smaller than one that does not, and the inside of a solid as
+//   smaller than all others. The smaller face is put kApartM in front of the
 //   other, on the side it faces.
 //
-// Patches that are not touched keep their order, pieces stand where the patch
-// was. What pieces take is charged to the budget.
+// Patches that are not touched keep their order; the pieces of a patch take its
+// place. The memory of the pieces is charged to the budget.
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
                                MemoryBudget& budget);
 
-// What SeparateOverlaps takes for so many patches while it works, pieces aside.
+// The memory that SeparateOverlaps takes for so many patches while it works,
+// without the pieces.
 uint64_t SeparateOverlapsBytes(size_t patches);
 
 }  // namespace enfilade

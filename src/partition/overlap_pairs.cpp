@@ -21,8 +21,8 @@ Box3 BoxAround(const Polygon& polygon) {
   return Grown(BoundsOf(polygon), kCoincidentM);
 }
 
-// A pair without numbers, if they are one; `own` lies in `plane`, and is its
-// front.
+// The pair of `own`, which lies in `plane`, and `patch`, without their numbers;
+// nullopt if the two are not a pair. `own` is the front.
 std::optional<OverlapPair> PairOn(const Polygon& own,
                                   const Plane& plane,
                                   const Patch& patch) {
@@ -74,7 +74,8 @@ void OverlapPair::Swap() {
   most_rise = -most_rise;
 }
 
-// Measured from the one of higher number, whichever is in front.
+// Measures from the patch with the higher number, whichever of the two is in
+// front.
 std::optional<OverlapPair> PairOf(uint32_t front,
                                   uint32_t behind,
                                   std::span<const Patch> patches) {

@@ -1,4 +1,5 @@
-// Which patches of a cell lie in one another, and which of two is in front.
+// Finds which patches of a cell lie in one another, and which of two is in
+// front.
 
 #pragma once
 
@@ -14,39 +15,42 @@
 
 namespace enfilade {
 
-// Overlaps narrower than this, or smaller than that, are rounding.
+// Overlaps narrower than kNarrowM or smaller than kSmallM2 count as rounding
+// errors.
 inline constexpr double kNarrowM = 1e-4;
 inline constexpr double kSmallM2 = 1e-7;
 
-// The part of `polygon` over `other` (both face along `normal`), a little less
-// at its rim; empty where that is rounding.
+// The part of `polygon` over `other` (both face along `normal`), narrowed by
+// kNarrowM along the edges of `other`; empty if the part is a rounding error.
 Polygon OverlapOf(const Polygon& polygon, const Polygon& other, Vec3 normal);
 
-// Its area in m2; 0 where that is rounding.
+// The area of OverlapOf in m2; 0 if the overlap is a rounding error.
 double OverlapArea(const Polygon& polygon, const Polygon& other, Vec3 normal);
 
-// Two patches, by their numbers, that face the same way and lie in one another.
+// Two patches, given by their numbers, that face the same way and lie in one
+// another.
 struct OverlapPair {
   uint32_t front = 0;
   uint32_t behind = 0;
   double area_m2 = 0;  // of the overlap
-  // How far the front one lies before the other there, m.
+  // How far the front patch lies in front of the other within the overlap, m.
   double least_rise = 0;
   double most_rise = 0;
 
-  // Takes the one behind for the front one.
+  // Swaps the roles of the front patch and the one behind.
   void Swap();
 };
 
-// The boxes of the patches, each larger by kCoincidentM on every side.
+// The boxes of the patches, each enlarged by kCoincidentM on every side.
 BoxTree TreeOf(std::span<const Patch> patches);
 
-// The rank of each patch, from back to front: what is not inside of a solid
-// before what is, what does not emit before what does, large faces (by their
-// area on this side) before small ones. No two have the same.
+// The rank of each patch; the lowest rank is the farthest back. Insides of
+// solids rank above all else, then patches that emit above those that do not,
+// then small faces (by their area on this side) above large ones. No two
+// patches have the same rank.
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches);
 
-// The two patches as a pair, if they are one.
+// The two patches as a pair; nullopt if they do not lie in one another.
 std::optional<OverlapPair> PairOf(uint32_t front,
                                   uint32_t behind,
                                   std::span<const Patch> patches);

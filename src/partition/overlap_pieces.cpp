@@ -11,13 +11,15 @@
 namespace enfilade {
 namespace {
 
-// What lies farther than this before another hides it from rays, m.
+// A surface that lies farther than this in front of another hides it from rays,
+// m.
 constexpr double kHiddenM = 1e-4;
-// Parts smaller than this share of a patch do not count.
+// Parts smaller than this share of a patch are ignored.
 constexpr double kSmallShare = 0.02;
 
-// How many steps put what lies `height` before a plane at least half of one
-// before what was put `layer` steps before that plane.
+// The layer that puts a surface that lies `height` in front of a plane at least
+// half a layer in front of a surface that is `layer` layers in front of that
+// plane.
 uint8_t LayerAbove(uint8_t layer, double height) {
   const double steps = std::ceil(layer + 0.5 - height / kApartM);
   return static_cast<uint8_t>(std::clamp(steps, 0.0, double{kMostLayers}));
@@ -90,7 +92,7 @@ std::vector<Polygon> WithoutThose(const std::vector<Polygon>& polygons,
   return left;
 }
 
-// The layer that puts a polygon before those of the others that it lies in.
+// The layer that puts a polygon in front of all those others that it overlaps.
 uint8_t LayerOver(const Polygon& polygon,
                   const std::vector<OverlapPiece>& others,
                   Vec3 normal) {
@@ -104,8 +106,8 @@ uint8_t LayerOver(const Polygon& polygon,
   return layer;
 }
 
-// What lies in others is put before them; what sticks out, if it is worth a
-// piece, stays.
+// Puts the part of the polygon that lies in others in front of them. The part
+// that sticks out stays in place, if it is large enough for a piece of its own.
 void AppendPieces(Polygon polygon,
                   const std::vector<OverlapPiece>& others,
                   Vec3 normal,
@@ -139,8 +141,8 @@ bool OverlapPieces::IsSame(const OverlapPair& pair) const {
          pair.area_m2 >= (1 - kSmallShare) * PatchArea(behind);
 }
 
-// Copies of all pieces behind, once more as polygons, and about as many of what
-// they leave, while they are cut.
+// Charges copies of all pieces behind, the same pieces as polygons, and about
+// as many pieces of the remainder while they are cut.
 void OverlapPieces::ChargeSettling(std::span<const OverlapPair> pairs) {
   constexpr uint64_t kCopies = 4;
   constexpr uint64_t kUntouchedBytes =
@@ -154,7 +156,7 @@ void OverlapPieces::ChargeSettling(std::span<const OverlapPair> pairs) {
 }
 
 void OverlapPieces::Keep(uint32_t patch, std::vector<OverlapPiece> pieces) {
-  constexpr uint64_t kBytesPerPatch = 96;  // of the map
+  constexpr uint64_t kBytesPerPatch = 96;  // entry of the map
   std::vector<OverlapPiece>& kept = pieces_[patch];
   piece_bytes_ -= kept.empty() ? 0 : BytesOf(kept);
   piece_bytes_ += BytesOf(pieces) + kBytesPerPatch;
@@ -172,8 +174,9 @@ uint64_t OverlapPieces::MostPatches() const {
   return most;
 }
 
-// Of patches in one place, few have anything left: the others are passed over
-// before they are compared, lest time grow with the square of all.
+// Where many patches lie in one place, few of them have anything left. Skips
+// the others before they are compared, so that time does not grow with the
+// square of the number of patches.
 std::vector<OverlapPair> OverlapPieces::PairsOfFront(uint32_t front) const {
   std::vector<OverlapPair> pairs;
   const Box3 box = Grown(BoundsOf(PolygonOf(patches_[front])), kCoincidentM);
@@ -224,7 +227,7 @@ void OverlapPieces::SettleBy(std::span<const OverlapPair> pairs) {
   for (Polygon& left : WithoutThose(before, same, normal)) {
     if (patches_[own].is_enclosed) {
       const uint8_t layer = LayerOver(left, others, normal);
-      after.push_back({std::move(left), layer});  // dark wherever it lies
+      after.push_back({std::move(left), layer});  // dark in any layer
     } else {
       AppendPieces(std::move(left), others, normal, &after);
     }

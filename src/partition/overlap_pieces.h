@@ -1,5 +1,5 @@
-// What is left of patches that lie in others, and how far it is put before
-// them.
+// Computes what is left of patches that lie in others, and how far each piece
+// is put in front of them.
 
 #pragma once
 
@@ -18,15 +18,17 @@
 
 namespace enfilade {
 
-// A part of a patch, and how many times kApartM it is put before the patch.
+// A part of a patch. The part is put `layer` times kApartM in front of the
+// patch.
 struct OverlapPiece {
   Polygon polygon;  // in the plane of the patch
   uint8_t layer = 0;
 };
 
-// The pieces of the patches of one cell. Borrows patches, tree (TreeOf), ranks
-// (RanksFromBack) and the budget, to which the pieces are charged: of patches
-// that lie in one place there are many.
+// The pieces of the patches of one cell. Borrows the patches, the tree
+// (TreeOf), the ranks (RanksFromBack) and the budget. The pieces are charged to
+// the budget, because there are many pieces where many patches lie in one
+// place.
 class OverlapPieces {
  public:
   OverlapPieces(std::span<const Patch> patches,
@@ -38,44 +40,47 @@ class OverlapPieces {
         ranks_(ranks),
         charge_(budget, "surfaces that lie in one another") {}
 
-  // Decides on one patch by all that it lies in. Requires that those of lower
-  // rank are decided.
+  // Cuts and raises one patch according to all patches of lower rank that it
+  // lies in. Requires that all patches of lower rank are settled.
   void Settle(uint32_t front);
 
-  // A carpet a millimetre above a floor with layers in it: they must not come
-  // through. What lies that little before a patch that was put before others is
-  // put before it again. Requires that all patches are decided.
+  // Raises every patch that lies just in front of a patch that was itself put
+  // in front of others, so that the layers of a floor do not come through a
+  // carpet a millimetre above the floor. Requires that all patches are settled.
   void RaiseAll();
 
-  // What is left of a patch, maybe nothing; nullptr if it is untouched.
+  // The pieces that are left of a patch, possibly none; nullptr if the patch is
+  // untouched.
   [[nodiscard]] const std::vector<OverlapPiece>* Find(uint32_t patch) const;
 
   [[nodiscard]] bool IsEmpty() const { return pieces_.empty(); }
 
-  // How many patches the pieces make, at most.
+  // The most patches that the pieces can make.
   [[nodiscard]] uint64_t MostPatches() const;
 
   [[nodiscard]] const OverlapCounts& Counts() const { return counts_; }
 
  private:
-  // The pairs that a patch is the front of, being of higher rank than the
-  // other, in the order of the ranks of those. Not those of all patches at
-  // once: of many in one place, every two are a pair.
+  // The pairs whose front is this patch and whose other patch has a lower rank,
+  // in the order of the other patch's rank. Finds the pairs of one patch at a
+  // time, because among many patches in one place every two are a pair.
   [[nodiscard]] std::vector<OverlapPair> PairsOfFront(uint32_t front) const;
   [[nodiscard]] bool IsSame(const OverlapPair& pair) const;
   [[nodiscard]] std::vector<OverlapPiece> PiecesOf(uint32_t patch) const;
 
   void SettleBy(std::span<const OverlapPair> pairs);
 
-  // Charges what settling a patch takes for a while.
+  // Charges the memory that settling a patch takes temporarily.
   void ChargeSettling(std::span<const OverlapPair> pairs);
   void Keep(uint32_t patch, std::vector<OverlapPiece> pieces);
 
-  // Puts before it what lies just above it. Adds to `raised` what was.
+  // Raises the patches that lie just above the patch `own` so that they stay in
+  // front of its pieces. Adds the raised patches to `raised`.
   void RaiseAbove(uint32_t own, std::set<uint32_t>* raised);
 
-  // Puts the pieces of a patch that lies `height` before others before those of
-  // them that were moved. False if all are.
+  // Takes a patch that lies `height` in front of the patch of `others`, and
+  // puts its pieces in front of those of `others` that were moved. Returns
+  // false if all pieces are in front already.
   bool Raise(uint32_t patch,
              const std::vector<OverlapPiece>& others,
              double height,
@@ -84,7 +89,7 @@ class OverlapPieces {
   std::span<const Patch> patches_;
   const BoxTree* tree_;
   std::span<const uint32_t> ranks_;
-  // Of the patches that were touched.
+  // The pieces of the patches that were touched.
   std::unordered_map<uint32_t, std::vector<OverlapPiece>> pieces_;
   uint64_t piece_bytes_ = 0;
   GrowingCharge charge_;

@@ -1,11 +1,11 @@
-// Partition: the building into cells and portals, its faces clipped to cells
-// and cut into patches.
+// Partition: splits the building into cells and portals, clips its faces to the
+// cells and cuts them into patches.
 //
 // A cell is a region of space, convex or not, bounded by opaque faces and
 // portals. Every point of the scene's bounding box (a little enlarged) that is
 // off every boundary lies in exactly one cell. The outdoors is one cell or
-// more of them; beyond the box is black void. Portals are the open part of the
-// boundary between two cells, and may be too large but never too small.
+// several; beyond the box is black void. The portals are the open part of the
+// boundary between two cells. A portal may be too large, but never too small.
 
 #pragma once
 
@@ -33,37 +33,40 @@ struct Portal {
 };
 
 struct PartitionOptions {
-  // A cell with more patches is cut by artificial walls that are all portal.
-  // Those count that its faces make; where they are long, and where others
-  // stand on them, they are cut further, up to twice as many.
-  // A setting of the store, never derived from the memory cap.
+  // A leaf whose faces make more patches than this is cut by artificial walls
+  // that are all portal. A cell may end up with up to twice as many patches,
+  // because long patches, and patches that others stand on, are cut further. A
+  // setting of the store, never derived from the memory cap.
   uint32_t max_cell_patches = 5000;
-  // Convex regions that look like one room are joined up to this area of their
-  // faces: a corridor through the whole building is several cells, whose trees
-  // need not be in memory together. Rooms that the input names stay whole.
+  // Convex regions that look like one room are joined while the area of their
+  // faces is at most this, m2. A corridor through the whole building thus
+  // becomes several cells, whose element trees need not be in memory together.
+  // Rooms that the input names stay whole.
   double max_room_m2 = 600;
   std::function<void(double fraction)> progress;  // may be empty
 };
 
-// What stays in memory of a partition: a few bytes per cell and portal.
+// The part of a partition that stays in memory: a few bytes per cell and
+// portal.
 struct CellInfo {
   Box3 bounds;
   uint32_t patches = 0;
   double area_m2 = 0;  // of its patches
-  // The Space it was made of (gbXML), if any.
+  // The Space that the cell was made of (gbXML), if any.
   std::optional<SpaceId> space;
 };
 
 struct Partition {
   std::vector<CellInfo> cells;  // indexed by CellId
   std::vector<Portal> portals;  // indexed by PortalId
-  // Of the faces' two sides, what lay there twice and is no patch (overlap.h).
+  // The area, over both sides of the faces, that was there twice and makes no
+  // patch (overlap.h).
   double overlap_m2 = 0;
   std::vector<std::string> notes;
 };
 
 // Reads the store's scene; writes kCellPatches blocks, kPortals chunks and a
-// meta entry. Deterministic: depends on scene and options only.
+// meta entry. Deterministic: the result depends on scene and options only.
 Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kMetaName = "partition";
 constexpr uint64_t kPortalsPerChunk = 4096;
-// Kinds of kPortals blocks, by their second number; 1 is the tree's.
+// Kinds of kPortals blocks, by the second number of their key; 1 is the tree's.
 constexpr uint32_t kPortalBlock = 0;
 constexpr uint32_t kRegionBlock = 2;
 constexpr uint32_t kOpeningBlock = 3;
@@ -34,7 +34,7 @@ class PortalWriter {
     }
   }
 
-  // Returns how many there were.
+  // Returns how many portals were added.
   uint64_t Finish() {
     if (chunk_.Size() > 0) {
       Flush();
@@ -55,12 +55,15 @@ class PortalWriter {
   uint64_t count_ = 0;
 };
 
-// Beside its corners, in an array that has grown to hold it.
+// The bytes of a portal without its corners, in an array that has grown to hold
+// it.
 constexpr uint64_t kPortalBytes = 2 * sizeof(Portal) + kAllocationHeaderBytes;
-// Beside its corners in the store, at most: three small numbers.
+// The most bytes of a portal without its corners in the store: three small
+// numbers.
 constexpr uint64_t kStoredPortalBytes = 16;
 
-// `read`, unless empty, is told of the size of each piece before its portals.
+// Unless empty, `read` is told the size of each chunk before the portals of
+// that chunk are visited.
 void VisitPortals(const BlockStorage& store,
                   uint32_t kind,
                   uint64_t count,
@@ -203,7 +206,7 @@ std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store) {
     return std::nullopt;
   }
   ByteReader head(*block);
-  head.GetVarint();  // openings
+  head.GetVarint();  // number of openings
   return head.GetArray<CellId>();
 }
 

@@ -14,47 +14,47 @@
 
 namespace enfilade {
 
-// Hands out portals, one after the other; the same each time it is called.
+// Visits portals one after the other, and the same portals on every call.
 using PortalSource =
     std::function<void(const std::function<void(const Portal&)>& visit)>;
 
 void SavePartition(const Partition& partition, BlockStorage& store);
 
 // Saves which cell each convex region belongs to, and the openings between
-// regions, whose `front` and `back` count regions.
+// regions. `front` and `back` of the openings are region numbers.
 void SaveRegions(const std::vector<CellId>& cell_of_region,
                  const PortalSource& openings,
                  BlockStorage& store);
 
-// A partition that BuildPartition has stored, without its portals; `portals`,
-// unless null, is told how many there are.
+// Loads a partition that BuildPartition has stored, without its portals. Unless
+// null, `portals` is set to their number.
 Partition LoadWithoutPortals(const BlockStorage& store,
                              uint64_t* portals = nullptr);
 
-// Its cells alone.
+// Loads the cells alone.
 std::vector<CellInfo> LoadCells(const BlockStorage& store);
 
-// Visits its portals in their order, of which few are in memory at a time.
+// Visits the stored portals in their order. Only one stored chunk of them is in
+// memory at a time.
 void ForEachPortal(const BlockStorage& store,
                    const std::function<void(const Portal&)>& visit);
 
-// What a portal takes among those that are loaded, as `reserve` below is told,
-// at most.
+// The most bytes that one portal adds to what LoadPartition tells `reserve`.
 uint64_t BytesOf(const Portal& portal);
 
-// All of it. Of portals there may be many: `reserve`, unless empty, is told how
-// many bytes they take in all before they are read. So with the openings of
-// regions.
+// Loads the partition with its portals, of which there may be many. Before each
+// chunk of portals is decoded, `reserve`, unless empty, is told the bytes of
+// all portals without their corners plus those of the corners up to that chunk.
 Partition LoadPartition(
     const BlockStorage& store,
     const std::function<void(uint64_t bytes)>& reserve = {});
 
-// The cell of each convex region that the cells are joined of, of a partition
-// that BuildPartition has stored; nullopt if the store has none.
+// The cell that each convex region was joined into, in a partition that
+// BuildPartition has stored; nullopt if the store has no regions.
 std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store);
 
-// Every opening between two of these regions, those inside a cell included:
-// `front` and `back` of a Portal here count regions.
+// Visits every opening between two convex regions, including those inside a
+// cell. `front` and `back` of these Portals are region numbers, not cells.
 void ForEachOpening(const BlockStorage& store,
                     const std::function<void(const Portal&)>& visit);
 

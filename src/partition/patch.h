@@ -1,6 +1,6 @@
-// Patches: the parallelograms and triangles, one-sided, that the solver works
-// on. Each belongs to exactly one cell, the one its normal points into, and is
-// the root of an element tree.
+// Patches: the one-sided parallelograms and triangles that the solver works on.
+// Each patch belongs to exactly one cell, the one its normal points into, and
+// is the root of an element tree.
 
 #pragma once
 
@@ -17,8 +17,9 @@ namespace enfilade {
 
 enum class PatchShape : uint8_t { kParallelogram = 0, kTriangle = 1 };
 
-// How far before another surface one is put that lay in it, m, and how many
-// times the last of a heap: deeper ones are one surface (overlap.h).
+// A surface that lay in another one is put this far in front of it, m, and at
+// most kMostLayers times as far in a stack of surfaces. All surfaces of a stack
+// beyond that share the last layer (overlap.h).
 inline constexpr double kApartM = 4e-4;
 inline constexpr uint8_t kMostLayers = 6;
 
@@ -32,18 +33,20 @@ struct Patch {
   FaceId face;
   // Emits the material's exitance: true on the front of an emitting face only.
   bool emits = false;
-  // Reflects. False: a black back, which only blocks rays (and may emit).
+  // Reflects light. False for a black back, which only blocks rays (and may
+  // emit).
   bool reflects = true;
-  // The other side of a patch of the same cell with a smaller id: the two are
-  // one blocker to rays.
+  // This patch is the other side of a patch of the same cell with a smaller id.
+  // The two are one blocker to rays.
   bool is_twin = false;
-  // On the back of its face.
+  // The patch lies on the back of its face.
   bool is_back = false;
-  // On the inside of a closed solid without a lamp, or behind what lies on it:
-  // it reflects, but no light ever reaches it.
+  // The patch lies on the inside of a closed solid without a lamp, or behind a
+  // patch that lies on it. It reflects, but no light ever reaches it.
   bool is_enclosed = false;
-  // How many times kApartM it was moved along its normal from where it lies in
-  // the scene. So it may stick out of its cell's region, even through a portal.
+  // The patch was moved `layer` times kApartM along its normal from where it
+  // lies in the scene. It may thus stick out of its cell's region, even through
+  // a portal.
   uint8_t layer = 0;
 };
 
@@ -52,8 +55,8 @@ inline double PatchArea(const Patch& p) {
          (p.shape == PatchShape::kTriangle ? 0.5 : 1.0);
 }
 
-// Whether a patch of these materials reflects any light, and so counts where
-// the error is a mean over the surfaces (docs/error-measure.md).
+// Whether the patch, with these materials, reflects any light and thus counts
+// in a mean of the error over the surfaces (docs/error-measure.md).
 inline bool Reflects(const Patch& p, const std::vector<Material>& materials) {
   return p.reflects &&
          MaxChannel(materials.at(p.material.Index()).reflectance) > 0;

@@ -21,7 +21,8 @@ bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
   return Length(gap) <= kParallelogramTolerance * size;
 }
 
-// Cutting cost: pieces first, then the sum of (longest edge)^2 / area.
+// The cost of a cut: the number of pieces first, then the sum of (longest
+// edge)^2 / (2 area), with the area of a triangle of the piece.
 struct Cost {
   uint32_t pieces = 0;
   double slimness = 0;
@@ -129,7 +130,7 @@ class Cutter {
   std::vector<PatchPiece> pieces_;
 };
 
-// Into how many parts a parallelogram of sides u and v is cut.
+// The number of parts that a parallelogram of sides u and v is cut into.
 size_t LongParts(Vec3 u, Vec3 v) {
   const double longer = std::max(Length(u), Length(v));
   const double shorter = std::min(Length(u), Length(v));

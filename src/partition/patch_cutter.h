@@ -17,22 +17,24 @@ struct PatchPiece {
   PatchShape shape{};
 };
 
-// The pieces cover the polygon without overlap, face the same way as it does,
-// and have its vertices as corners. Among the fewest pieces, the best shaped.
-// A quadrilateral counts as a parallelogram up to 1e-6 of its size. Empty for
-// a polygon without area.
+// The pieces cover the polygon without overlap, face the same way as the
+// polygon and have its vertices as corners. The cut has the fewest pieces
+// possible and, among such cuts, the best shaped ones; a polygon of more than
+// 20 vertices is cut into triangles only. A quadrilateral counts as a
+// parallelogram up to 1e-6 of its size. Empty for a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
-// Cuts long parallelograms across, as near to squares as lengths of at least a
-// metre allow. Elements have the proportions of their patch: that of a
-// corridor's ceiling would be split across in vain wherever light varies along.
+// Cuts long parallelograms across into parts of at least a metre in length that
+// are as near to squares as possible. Elements have the proportions of their
+// patch: the elements of a corridor's whole ceiling would be split across in
+// vain wherever light varies along the corridor.
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces);
 
 // The corners of a patch, counter-clockwise seen from its front.
 Polygon PolygonOf(const Patch& patch);
 
-// Appends the pieces of a part of a patch, moved by `offset`; all else is the
-// patch's.
+// Appends the pieces of a part of a patch, moved by `offset`. In all else the
+// pieces are copies of the patch.
 void AppendAsPatches(Patch patch,
                      const Polygon& part,
                      Vec3 offset,

@@ -65,23 +65,24 @@ class CellPatchSink {
   }
 
   BlockStorage* store_;
-  std::vector<std::vector<Patch>> held_;  // indexed by CellId, like the others
+  // Indexed by CellId, like chunks_ and counts_.
+  std::vector<std::vector<Patch>> held_;
   std::vector<uint32_t> chunks_;
   std::vector<uint32_t> counts_;
   size_t held_count_ = 0;
   MemoryCharge charge_;
 };
 
-// Where light begins: a little before the faces that emit. A lamp in the inner
-// side of a wall lights what the wall closes off, one on its outer side does
-// not.
+// The boxes where light begins: those of the emitting faces, moved a little in
+// front of them. A lamp in the inner side of a wall thus lights the space that
+// the wall closes off, and a lamp on the outer side does not.
 class Lamps {
  public:
   Lamps(const SceneInfo& info, const BlockStorage& store, MemoryBudget& budget)
       : charge_(budget, "the boxes of the faces that emit"),
         tree_(BoxesOf(info, store, charge_)) {}
 
-  // Light begins in the box.
+  // Whether light begins in the box.
   [[nodiscard]] bool AnyIn(const Box3& box) const {
     const Vec3 extent = box.Extent();
     const double margin =
@@ -116,7 +117,7 @@ class Lamps {
   BoxTree tree_;
 };
 
-// Cuts one face after the other.
+// Cuts one face after another.
 class FaceCutter {
  public:
   FaceCutter(const SceneInfo& info,
@@ -158,7 +159,7 @@ class FaceCutter {
     return CutLongOnes(CutIntoPatches(polygon));
   }
 
-  // Whether the other side of the piece is a piece of the same cell too.
+  // Whether the other side of the piece is a piece of the same cell.
   static bool SameIn(const std::vector<FacePiece>& others,
                      const FacePiece& piece) {
     return std::any_of(
@@ -219,7 +220,7 @@ class FaceCutter {
   const std::vector<CellId>* cell_of_leaf_;
   const Lamps* lamps_;
   CellPatchSink* sink_;
-  // Of the face that is being cut: its sides in a solid without a lamp.
+  // Whether the sides of the current face lie inside a solid without a lamp.
   bool front_is_enclosed_ = false;
   bool back_is_enclosed_ = false;
 };
@@ -240,7 +241,7 @@ TouchCounts WritePatches(const SceneInfo& info,
   TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {
     constexpr std::string_view kWhat = "surfaces of a cell that touch";
-    constexpr uint64_t kCopies = 3;  // encoded, in a vector that grows
+    constexpr uint64_t kCopies = 3;  // patches, encoded in a growing vector
     const size_t patches = sink.Count(CellId(i));
     MemoryCharge charge(budget, SeparateOverlapsBytes(patches), kWhat);
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};

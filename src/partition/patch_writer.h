@@ -16,15 +16,16 @@
 
 namespace enfilade {
 
-// What was done where surfaces lie in one another or touch.
+// Counts of what was done where surfaces lie in one another or touch.
 struct TouchCounts {
   OverlapCounts overlaps;
   ContactCounts contacts;
 };
 
-// Streams the store's faces and writes a kCellPatches block per cell; the cells
-// come with their bounds and get their patch counts and areas. Holds a few MiB
-// of patches at a time, or one cell's, and parks the others in kScratch blocks.
+// Streams the store's faces and writes a kCellPatches block per cell. The
+// caller fills in the bounds of the cells; WritePatches fills in their patch
+// counts and areas. Holds a few MiB of patches at a time, or the patches of one
+// cell, and parks the others in kScratch blocks.
 TouchCounts WritePatches(const SceneInfo& info,
                          const BspTree& tree,
                          const std::vector<CellId>& cell_of_leaf,

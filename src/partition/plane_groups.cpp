@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kGroupOffsetM = 1e-3;
 constexpr double kGroupNormalStep = 1e-4;
-// A node of each map, where each group has a normal of its own.
+// One node in each of the two maps, for a group with a normal of its own.
 constexpr uint64_t kBytesPerGroup = 192;
 
 }  // namespace
@@ -20,7 +20,7 @@ constexpr uint64_t kBytesPerGroup = 192;
 PlaneGroups::PlaneGroups(MemoryBudget& budget)
     : charge_(budget, "the planes of the walls") {}
 
-// Of both sides of a plane the same.
+// The key is the same for both sides of a plane.
 PlaneGroups::Key PlaneGroups::KeyOf(const Plane& plane) {
   Normal n{};
   for (size_t axis = 0; axis < 3; ++axis) {

@@ -1,4 +1,4 @@
-// Numbers for the planes of walls: those of one wall get one number.
+// Numbers the planes of walls so that all planes of one wall get one number.
 
 #pragma once
 
@@ -11,20 +11,23 @@
 
 namespace enfilade {
 
-// Planes of one group are parallel, and each lies less than a millimetre from
-// the next: the first and the last of many may be farther apart. Which way a
-// plane faces does not count. Takes memory by groups, however many planes.
+// The planes of a group are parallel up to rounding, and each lies less than a
+// millimetre from the next; the first and the last of many may be farther
+// apart. The side a plane faces does not count. The memory grows with the
+// number of groups, not of planes.
 class PlaneGroups {
  public:
   explicit PlaneGroups(MemoryBudget& budget);
 
-  // `share`: of all planes, with this one. Throws DoesNotFitError.
+  // `share` is the share of all planes that were added so far, this one
+  // included. Throws DoesNotFitError.
   void Add(const Plane& plane, double share);
 
-  // After all were added: in the order of normals, and then of places.
+  // Numbers the groups by normal, then by offset. To be called after all planes
+  // were added.
   void Number();
 
-  // Of a plane that was added, after Number().
+  // The group number of a plane that was added. To be called after Number().
   [[nodiscard]] uint32_t Of(const Plane& plane) const;
 
  private:

@@ -13,10 +13,11 @@
 namespace enfilade {
 namespace {
 
-// A corner this close to the line through its neighbours is no corner.
+// A vertex this close to the line through its neighbours is not a corner.
 constexpr double kStraightM = 1e-9;
 
-// Two axes that span the plane of a unit normal: (u, v, normal) right-handed.
+// Two axes that span the plane of a unit normal; (u, v, normal) is
+// right-handed.
 struct PlaneAxes {
   Vec3 u, v;
 };
@@ -159,7 +160,7 @@ SplitPolygons Split(const Polygon& polygon,
                     const Plane& plane,
                     double tolerance_m) {
   // A polygon nearly parallel to the plane may have whole edges within the
-  // tolerance: snapping them would let the parts overlap.
+  // tolerance. If these edges were snapped, the parts would overlap.
   const double tolerance =
       HasEdgeWithin(polygon, plane, tolerance_m) ? 0.0 : tolerance_m;
   SplitPolygons parts;
@@ -175,7 +176,8 @@ SplitPolygons Split(const Polygon& polygon,
       parts.back.push_back(a);
     }
     if (da * db < 0) {
-      // Always from front to back, so that a shared edge is cut alike.
+      // Always interpolates from front to back, so that two polygons cut a
+      // shared edge at the same point.
       const Point3 cut =
           da > 0 ? Lerp(a, b, da / (da - db)) : Lerp(b, a, db / (db - da));
       parts.front.push_back(cut);
@@ -216,7 +218,7 @@ std::vector<Polygon> Subtract(
     const Vec3& normal,
     const std::vector<const Polygon*>& covers,
     const std::function<void(uint64_t, double)>& grow) {
-  // The pieces before and after a cover, in vectors that grow.
+  // The pieces before and after a cover is removed, in growing vectors.
   constexpr uint64_t kBytesEach = 4 * sizeof(Polygon);
   constexpr size_t kFew = 256;
   size_t told = kFew;

@@ -1,4 +1,4 @@
-// Convex planar polygons and planes: the exact small geometry of the partition.
+// Convex planar polygons and planes: the basic geometry of the partition.
 //
 // Notation: a plane is { x : n . x = offset }, |n| = 1; its front is where
 // n . x > offset. Polygons are convex, planar, and counter-clockwise seen from
@@ -17,21 +17,21 @@ namespace enfilade {
 
 using Polygon = std::vector<Point3>;
 
-// Within this distance a face counts as lying in a plane: files that round to a
-// tenth of a millimetre bring two faces of one wall no farther apart. It is
-// also half the width of the cracks between faces that are taken for closed,
-// less than a ray can be trusted to find.
+// A face within this distance of a plane counts as lying in the plane: in files
+// that round to a tenth of a millimetre, two faces of one wall are at most this
+// far apart. The distance is also half the width of the cracks between faces
+// that count as closed, which is less than a ray can be trusted to find.
 inline constexpr double kOnPlaneM = 1e-4;
 inline constexpr double kCrackM = 2 * kOnPlaneM;
 
-// Within this distance a vertex that was computed (a corner of a region or an
-// opening) counts as lying in a plane.
+// A computed vertex (a corner of a region or an opening) within this distance
+// of a plane counts as lying in the plane.
 inline constexpr double kRoundingM = 1e-7;
 
-// The vertices of a polygon that is called planar lie this close to its plane.
+// A polygon is planar if its vertices lie this close to its plane.
 inline constexpr double kPlanarM = 2e-6;
 
-// Pieces of less area are nothing but rounding.
+// Pieces of less area are rounding errors.
 inline constexpr double kLeastAreaM2 = 1e-10;
 
 struct Plane {
@@ -50,24 +50,26 @@ inline constexpr bool kIsPacked<Plane> = kIsPacked<Vec3> &&
                                          sizeof(Plane) ==
                                              sizeof(Vec3) + sizeof(double);
 
-// The plane of a polygon of nonzero area, through its centroid, front to front.
-// A normal that is an axis up to rounding is made exactly that axis.
+// The plane of a polygon of nonzero area, through the mean of its vertices; the
+// plane's front is the polygon's front. A normal that is an axis up to rounding
+// becomes exactly that axis.
 Plane PlaneOf(const Polygon& polygon);
 
-// The polygon, if its vertices lie in one plane up to kPlanarM, else triangles.
+// The polygon itself if its vertices lie in one plane up to kPlanarM, otherwise
+// triangles.
 std::vector<Polygon> PlanarParts(const Polygon& polygon);
 
 double PolygonArea(const Polygon& polygon);
 
-// How far something reaches along an axis, from the origin.
+// The range that something covers along an axis, measured from the origin.
 struct AxisRange {
   double low = 0, high = 0;
 };
 
 AxisRange RangeAlong(const Polygon& polygon, const Vec3& axis);
 
-// Where a polygon lies with respect to a plane: `on` if all its vertices are
-// within the tolerance, else on one side, or cut.
+// Where a polygon lies with respect to a plane: kOn if all its vertices are
+// within the tolerance, otherwise kFront, kBack or kCut.
 enum class PlaneSide { kOn, kFront, kBack, kCut };
 PlaneSide Classify(const Polygon& polygon,
                    const Plane& plane,
@@ -78,9 +80,10 @@ struct SplitPolygons {
   Polygon back;
 };
 
-// Cuts a polygon that Classify calls kCut with the same tolerance: vertices
-// within it are shared by both parts, unless an edge lies within it. Cutting
-// two polygons that share an edge gives the same point of that edge.
+// Cuts a polygon that Classify calls kCut with the same tolerance. Both parts
+// share the vertices within the tolerance, unless a whole edge lies within it.
+// If two polygons share an edge, cutting each of them gives the same point of
+// that edge.
 SplitPolygons Split(const Polygon& polygon,
                     const Plane& plane,
                     double tolerance_m);
@@ -93,19 +96,19 @@ Polygon ClipToFront(const Polygon& polygon,
 // A rectangle in `plane` around the box.
 Polygon RectangleAround(const Box3& box, const Plane& plane);
 
-// Removes `covers` (convex polygons that lie in the plane of `polygon`, facing
-// either way) from the polygon: what is left, as convex polygons. Gaps of less
-// than kCrackM between covers close. Of many covers are many pieces: what those
-// take is told to `grow`, unless that is empty, as it grows, and what share of
-// the covers they are of.
+// Removes `covers` (convex polygons in the plane of `polygon`, facing either
+// way) from the polygon and returns the rest as convex polygons. Gaps of less
+// than kCrackM between covers close. Many covers make many pieces: as the
+// pieces grow, `grow`, unless empty, is told their bytes and the share of the
+// covers that were removed so far.
 std::vector<Polygon> Subtract(
     const Polygon& polygon,
     const Vec3& normal,
     const std::vector<const Polygon*>& covers,
     const std::function<void(uint64_t bytes, double share)>& grow = {});
 
-// Without the vertices that lie on the line through their neighbours or on top
-// of them; empty if nothing with an area is left.
+// The polygon without the vertices that lie on the line through their
+// neighbours or on top of them; empty if the rest has no area.
 Polygon WithoutStraightCorners(const Polygon& polygon);
 
 // The convex hull of points that lie in a plane of the given normal,

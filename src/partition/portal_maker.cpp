@@ -11,30 +11,32 @@
 namespace enfilade {
 namespace {
 
-// A hull may exceed its parts by this share.
+// The area of a hull may exceed that of its parts by this share.
 constexpr double kHullExcess = 0.01;
-// More openings than this in one plane between two cells are not compared all
-// with all.
+// Each opening is compared only with those less than this many places after it
+// in the same plane between the same two cells.
 constexpr size_t kMostOpeningsCompared = 64;
 
 struct Opening2 {
   Polygon polygon;
   double area_m2 = 0;
-  uint32_t place = 0;  // in the order of all: that of the first of its parts
-  uint32_t made = 0;   // after how many joins
-  // Of those behind it, up to this place, it was tried in vain with what was
-  // made after fewer joins than this.
+  // The place, in the original order, of the first opening in this one.
+  uint32_t place = 0;
+  // The number of joins after which this opening was made.
+  uint32_t made = 0;
+  // This opening was tried in vain with every later opening whose `place` is at
+  // most tried_place and whose `made` is less than tried_joins.
   uint32_t tried_place = 0;
   uint32_t tried_joins = 0;
 
-  // Whether the hull with one behind it is known to be too large.
+  // Whether the hull with a later opening is known to be too large.
   [[nodiscard]] bool HasTried(const Opening2& later) const {
     return later.made < tried_joins && later.place <= tried_place;
   }
 };
 
-// Joins openings of one plane two by two, always the first two that can be, and
-// makes no hull twice.
+// Joins openings of one plane two by two, always the first two that can be
+// joined. Computes no hull twice.
 class OpeningJoiner {
  public:
   OpeningJoiner(const Vec3& normal, std::vector<Opening2>* openings)
@@ -66,7 +68,8 @@ class OpeningJoiner {
     return false;
   }
 
-  // Puts both in the place of the first, if their hull is hardly larger.
+  // Replaces the first opening by the hull of both and removes the second, if
+  // the hull is hardly larger than both.
   bool Join(size_t i, size_t j) {
     const Opening2& first = openings_[i];
     const Opening2& second = openings_[j];
@@ -94,8 +97,8 @@ class OpeningJoiner {
 // The openings of one node, by the cells in front and behind.
 using NodeOpenings = std::map<std::pair<CellId, CellId>, std::vector<Opening2>>;
 
-// Takes openings in the order of their nodes, and makes portals of those of one
-// node after the other.
+// Takes openings in the order of their nodes, and makes the portals of one node
+// after another.
 class PortalMaker {
  public:
   PortalMaker(const BspTree& tree,
@@ -134,7 +137,7 @@ class PortalMaker {
   const std::vector<CellId>* cell_of_leaf_;
   const std::function<void(Portal)>* visit_;
   NodeId node_{0U};
-  NodeOpenings openings_;  // of that node
+  NodeOpenings openings_;  // of node_
 };
 
 }  // namespace

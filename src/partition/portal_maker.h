@@ -1,4 +1,4 @@
-// Makes the portals between cells of the open borders between their leaves.
+// Makes the portals between cells from the open borders between their leaves.
 
 #pragma once
 
@@ -11,12 +11,12 @@
 
 namespace enfilade {
 
-// Openings of one plane between the same two cells are joined where their
-// convex hull is hardly larger than they are, so that an opening that the tree
-// or its neighbours' outlines have cut up is one portal again. Covers every
-// open border between different cells. The portals come in the order of the
-// borders' nodes, then by their cells. Takes OpenBorders::MostBytesOfNode() a
-// few times over.
+// Visits the portals, which cover every open border between different cells.
+// Joins openings in one plane between the same two cells if their convex hull
+// is hardly larger than they are, so that an opening that the tree or the
+// outlines of its neighbours have cut up becomes one portal again. The portals
+// come in the order of the borders' nodes, then by their cells. Takes a few
+// times OpenBorders::MostBytesOfNode() of memory.
 void ForEachPortal(const BspTree& tree,
                    const OpenBorders& borders,
                    const std::vector<CellId>& cell_of_leaf,

@@ -8,10 +8,12 @@
 namespace enfilade {
 namespace {
 
-// Large for the store, small beside what a few dozen lists may take.
+// Large for a block of the store, but small for the memory of a few dozen
+// lists.
 constexpr uint64_t kChunkBytes = 64ULL << 10;
 constexpr uint64_t kLeastRoomBytes = 256;
-// Of what is free, for the lists: the tree grows beside them.
+// The lists get one in kParts of the free budget, because the tree grows beside
+// them.
 constexpr uint64_t kParts = 4;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Lists of records that are read in their order, and may be larger than memory.
+// Lists of records that are read in order and may be larger than memory.
 
 #pragma once
 
@@ -13,11 +13,12 @@
 
 namespace enfilade {
 
-// What some lists take in memory together. What is beyond a share of the budget
-// waits in scratch blocks of the store.
+// The memory that a group of lists shares. What exceeds a share of the budget
+// is written to scratch blocks of the store.
 class ScratchShelf {
  public:
-  // Borrows both. `what` the lists hold, for refusals.
+  // Borrows the store and the budget. `what` says in error messages what the
+  // lists hold.
   ScratchShelf(BlockStorage& store,
                MemoryBudget& budget,
                std::string_view what);
@@ -26,7 +27,8 @@ class ScratchShelf {
   ScratchShelf(const ScratchShelf&) = delete;
   ScratchShelf& operator=(const ScratchShelf&) = delete;
 
-  // Erases what lists have left in the store. Requires that there are none.
+  // Erases what lists have left in the store. Requires that no list holds any
+  // memory.
   void Clear();
 
  private:
@@ -36,14 +38,15 @@ class ScratchShelf {
   void LetGo(uint64_t bytes);
 
   BlockStorage* store_;
-  uint64_t most_bytes_;  // in memory, but for the ends of lists
+  // Most bytes in memory, not counting the ends of lists.
+  uint64_t most_bytes_;
   uint64_t held_bytes_ = 0;
-  uint32_t lists_ = 0;  // so far
+  uint32_t lists_ = 0;  // lists made so far
   GrowingCharge charge_;
 };
 
-// The shelf must outlive it. Not thread-safe. Throws DoesNotFitError where its
-// end does not fit.
+// A list on a shelf, which must outlive it. Not thread-safe. Throws
+// DoesNotFitError if the end of the list does not fit into the budget.
 class ScratchList {
  public:
   // Reads one record.
@@ -56,12 +59,13 @@ class ScratchList {
   ScratchList& operator=(const ScratchList&) = delete;
   ScratchList& operator=(ScratchList&&) = delete;
 
-  // Where the next record is to be written, of at most so many bytes.
+  // Returns the writer for the next record, which may have at most
+  // `most_bytes`.
   ByteWriter& Append(uint64_t most_bytes);
 
   void Visit(const Visitor& visit) const;
 
-  // Visits all, and lets go of each part of the list when it was visited.
+  // Visits all records and frees each part of the list once it was visited.
   void Consume(const Visitor& visit);
 
  private:
@@ -71,8 +75,10 @@ class ScratchList {
 
   ScratchShelf* shelf_;
   uint32_t number_;
-  std::vector<Bytes> chunks_;  // empty if it is in the store
-  ByteWriter end_;             // not yet a chunk
+  // An empty chunk is in the store.
+  std::vector<Bytes> chunks_;
+  // The records after the last chunk.
+  ByteWriter end_;
   uint64_t held_bytes_ = 0;
   uint64_t end_room_ = 0;
 };

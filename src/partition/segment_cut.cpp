@@ -29,7 +29,8 @@ bool IsNarrow(const Polygon& polygon) {
          PolygonArea(polygon) < kNarrowPartM * DiameterOf(polygon);
 }
 
-// The plane through a line of a plane with this normal, in front on its left.
+// The plane through a line that lies in a plane with this normal. The front is
+// on the left of the line.
 Plane PlaneThrough(Point3 a, Point3 b, Vec3 normal) {
   const Vec3 left = Normalize(Cross(normal, b - a));
   return {left, Dot(left, a - Point3{})};
@@ -69,7 +70,7 @@ struct Run {
 struct Part {
   Polygon polygon;
   std::vector<Run> runs;
-  std::vector<Spared> spared;  // in its inside
+  std::vector<Spared> spared;  // inside the part
 };
 
 bool IsInside(Point3 p, const Polygon& polygon, Vec3 normal) {
@@ -84,8 +85,8 @@ bool IsInside(Point3 p, const Polygon& polygon, Vec3 normal) {
   return true;
 }
 
-// A part of a whole. Keeps what is inside it alone, so that those which wait
-// for their turn hold no more together than the whole.
+// Makes a part of a whole. Each part keeps only the runs and feet inside it, so
+// that all parts that wait to be cut hold no more together than the whole.
 Part MakePart(Polygon polygon, const Part& whole, Vec3 normal) {
   Part part;
   for (const Run& run : whole.runs) {
@@ -104,7 +105,8 @@ Part MakePart(Polygon polygon, const Part& whole, Vec3 normal) {
   return part;
 }
 
-// How many a line of a foot goes through.
+// How many spared feet a line of the foot `foot` goes through, not counting
+// that foot itself.
 size_t Through(const std::vector<Spared>& spared,
                const Plane& line,
                uint32_t foot) {
@@ -114,13 +116,13 @@ size_t Through(const std::vector<Spared>& spared,
       }));
 }
 
-// A run of a part, and the sides of its line.
+// The run of a part to cut along, and the two sides of its line.
 struct Cut {
   size_t run = 0;
   SplitPolygons sides;
 };
 
-// Where a part is cut next; nothing if no segment cuts it.
+// The next cut of a part; nullopt if no segment cuts it.
 std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
   std::vector<size_t> longest_first(part.runs.size());
   std::iota(longest_first.begin(), longest_first.end(), size_t{0});

@@ -11,23 +11,25 @@
 
 namespace enfilade {
 
-// Parts narrower than this are not made, m.
+// No part narrower than this is made, m.
 inline constexpr double kNarrowPartM = 1e-3;
 inline constexpr double kShortRunM = 0.02;
 
 struct Segment {
   Point3 a, b;
-  // Parts that it runs no further through are not cut by it, m.
+  // The segment cuts a part only if it runs at least this far through it, m.
   double least_run = kShortRunM;
-  uint32_t foot = 0;  // of those to be spared, whose it is; 0: nobody's
+  // The number of the spared foot that the segment belongs to; 0 if none.
+  uint32_t foot = 0;
 };
 
-// What lines of others should not go through if they can go elsewhere: the foot
-// of a lamp, which they would leave in splinters that are not cut any more.
+// The foot of something beside a lamp. Lines of other feet should not run
+// through it if they can run elsewhere: they would leave it in splinters that
+// are not cut any further.
 struct Spared {
   Point3 middle;
   double radius = 0;
-  uint32_t foot = 0;  // that of its own lines
+  uint32_t foot = 0;  // number of this foot, on its own lines
 };
 
 // Where a polygon is to be cut.
@@ -36,11 +38,12 @@ struct CutLines {
   std::vector<Spared> spared;
 };
 
-// Cuts a polygon of this normal until no segment runs through the inside of a
-// part: along the line of the one that goes through the fewest of what is to be
-// spared, and of those runs furthest, then each part by itself (a binary space
-// partition of the plane). Stops at `most_parts`. The parts are convex, face as
-// the polygon does, and cover it without overlap.
+// Cuts a polygon with this normal until no segment runs through the inside of a
+// part, or until there are `most_parts` parts. Each part is cut by itself (a
+// binary space partition of the plane), along the line of the segment that runs
+// through the fewest spared feet and, among those, has the longest run. The
+// parts are convex, face the same way as the polygon, and cover it without
+// overlap.
 std::vector<Polygon> CutAlongSegments(const Polygon& polygon,
                                       Vec3 normal,
                                       const CutLines& lines,

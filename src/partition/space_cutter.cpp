@@ -16,7 +16,8 @@ namespace {
 constexpr double kMarginShare = 0.01;
 constexpr double kMarginM = 0.1;
 
-// The scene's bounds, enlarged so that nothing lies in the box's own walls.
+// The scene's bounds, enlarged so that nothing in the scene lies in a side of
+// the box.
 Box3 BoxAround(const Box3& bounds) {
   if (bounds.IsEmpty()) {
     return {{-1, -1, -1}, {1, 1, 1}};
@@ -112,7 +113,7 @@ void SpaceCutter::MakePortals(const OpenBorders& borders,
 }
 
 void SpaceCutter::SaveOpenings(const OpenBorders& borders) const {
-  std::vector<CellId> itself;  // each leaf a cell of its own
+  std::vector<CellId> itself;  // each leaf is a cell of its own
   itself.reserve(built_.leaves.size());
   for (uint32_t i = 0; i < built_.leaves.size(); ++i) {
     itself.emplace_back(i);

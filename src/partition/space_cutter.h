@@ -1,4 +1,4 @@
-// Cuts space by its walls into convex regions, and joins these into cells.
+// Cuts space along its walls into convex regions, and joins these into cells.
 
 #pragma once
 
@@ -25,8 +25,8 @@ class SpaceCutter {
   // Splits space into convex regions. Throws DoesNotFitError.
   void CutRegions();
 
-  // Joins them: adds cells and portals to the partition, and stores the tree
-  // and the openings between regions. Throws DoesNotFitError.
+  // Joins the regions: adds cells and portals to the partition, and stores the
+  // tree and the openings between regions. Throws DoesNotFitError.
   void JoinRegions(GrowingCharge& portals_charge, Partition* partition);
 
   [[nodiscard]] const BspTree& Tree() const { return built_.tree; }
@@ -49,7 +49,7 @@ class SpaceCutter {
                    Partition* partition) const;
   void SaveOpenings(const OpenBorders& borders) const;
 
-  // Gives back what of the tree only its borders need.
+  // Frees the part of the tree that only finding the borders needs.
   void DropOutlines();
   void DropLeaves();
 

@@ -29,7 +29,7 @@ class ShellCollector {
   ShellCollector(size_t spaces, MemoryBudget& budget)
       : shells_(spaces), charge_(budget, "the shells of the model's spaces") {}
 
-  // A polygon that Spaces, or a Space and the outside, share.
+  // Adds a polygon between two Spaces, or between a Space and the outside.
   void Add(const Polygon& polygon,
            const std::optional<SpaceId>& front,
            const std::optional<SpaceId>& back) {
@@ -51,7 +51,7 @@ class ShellCollector {
 
  private:
   void AddTriangle(SpaceId space, const ShellTriangle& t) {
-    constexpr uint64_t kGrowth = 3;  // old and new while a vector grows
+    constexpr uint64_t kGrowth = 3;  // old and new array while a vector grows
     bytes_ += kGrowth * sizeof t;
     charge_.GrowTo(bytes_);
     Shell& shell = shells_[space.Index()];

@@ -1,4 +1,4 @@
-// In which of the Spaces that the input names a point lies.
+// Finds in which of the Spaces that the input names a point lies.
 
 #pragma once
 
@@ -11,9 +11,10 @@
 
 namespace enfilade {
 
-// The Space of each leaf by the winding number of the Spaces' shells (faces
-// and openings) around the leaf's center: the greatest above 1/2, nullopt for
-// the outside. A shell with gaps gives the likeliest answer.
+// The Space of each leaf: the one whose shell (faces and openings) has the
+// greatest winding number around the leaf's center, or nullopt for the outside
+// if no winding number exceeds 1/2. A shell with gaps gives the likeliest
+// answer.
 std::vector<std::optional<SpaceId>> SpacesOfLeaves(const BlockStorage& store,
                                                    const SceneInfo& info,
                                                    const LeafShapes& leaves,

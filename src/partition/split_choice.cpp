@@ -12,57 +12,58 @@
 namespace enfilade {
 namespace {
 
-// A plane is a wall if its fragments cover this share of the cross-section,
-// and so much of it in all,
+// A plane is a wall if its fragments cover this share of the cross-section and
+// at least this area,
 constexpr double kCoverShare = 0.45;
 constexpr double kLeastCoverM2 = 0.09;
-// or stand this share of the region's height and add up to this area,
+// or if those as tall as this share of the region's height add up to this area,
 constexpr double kTallShare = 0.75;
 constexpr double kLeastTallM2 = 0.7;
-// or are a slab of this area and share, or of that area alone. Of what is level
-// only pieces of that area or of this share of the cross-section count: seats,
-// desks and tables are none.
+// or if they are a slab of this area and this share of the cross-section, or of
+// kLargeSlabM2 alone. In a level plane only connected pieces of kSlabM2 or of
+// kLeastSlabPieceShare of the cross-section count, so that seats, desks and
+// tables do not.
 constexpr double kSlabM2 = 8.0;
 constexpr double kSlabShare = 0.25;
 constexpr double kLargeSlabM2 = 30.0;
 constexpr double kLeastSlabPieceShare = 0.1;
 constexpr double kSlabGapM = 0.01;
-// Planes are examined in the order of their area, up to this many; as many of
-// the best as that are compared in full.
+// At most kMostPlanes planes are examined, those of the largest area. At most
+// kMostPlanesCompared of them, the best, are compared in full.
 constexpr size_t kMostPlanes = 128;
 constexpr size_t kMostPlanesCompared = 12;
 // A region is not split into parts thinner than this.
 constexpr double kLeastThicknessM = 2 * kOnPlaneM;
 
-// Slabs are looked at together while their polygons take no more than this.
+// Slabs are measured together while their polygons take no more than this.
 constexpr uint64_t kSlabsBytes = 8ULL << 20;
 
 // The fragments of one plane group within the region.
 struct Group {
   uint32_t number = 0;
   double area_m2 = 0;
-  double tall_m2 = 0;  // of the fragments that stand the region's height
+  double tall_m2 = 0;  // of fragments of the region's height
   uint64_t fragments = 0;
   uint64_t corners = 0;
-  // Of the largest fragment that can cut the region.
+  // The plane and area of the largest fragment whose plane can cut the region.
   std::optional<Plane> plane;
   double plane_m2 = 0;
-  double section_m2 = 0;  // of the region, by the plane
-  double wall_m2 = 0;     // 0 if it is no wall
+  double section_m2 = 0;  // of the region's cross-section
+  double wall_m2 = 0;     // 0 if the plane is not a wall
 };
 
-// In a map, and in a list.
+// A group takes memory in a map and in a list.
 constexpr uint64_t kBytesPerRegionGroup = 2 * sizeof(Group) + 64;
 
 struct Candidate {
   Plane plane;
-  double share = 0;  // of the cross-section, covered
-  double front = 0;  // fragments on either side
+  double share = 0;  // covered share of the cross-section
+  double front = 0;  // number of fragments in front
   double back = 0;
   double cut = 0;
 };
 
-// The polygons of a slab, and what is made of them to tell its pieces apart.
+// The memory of the polygons of a slab and of finding its connected pieces.
 uint64_t BytesOfSlab(const Group& group) {
   constexpr uint64_t kBytesPerPolygon =
       2 * sizeof(Polygon) + kAllocationHeaderBytes + 160;
@@ -93,7 +94,8 @@ class SplitChooser {
       return std::nullopt;
     }
     CountSides(candidates);
-    // The first of equals: the order is by share and then by group.
+    // The first among equals: candidates are in the order of share, then of
+    // group.
     const auto best =
         std::max_element(candidates.begin(),
                          candidates.end(),
@@ -104,7 +106,7 @@ class SplitChooser {
   }
 
  private:
-  // Those of most area.
+  // Finds the plane groups of the largest area.
   void FindGroups() {
     std::map<uint32_t, Group> by_plane;
     fragments_->Visit([&](const WallFragment& fragment) {
@@ -143,7 +145,7 @@ class SplitChooser {
     return found == place_of_.end() ? nullptr : &groups_[found->second];
   }
 
-  // The plane of each group's largest fragment that can cut the region.
+  // Finds the plane of each group's largest fragment that can cut the region.
   void FindPlanes() {
     fragments_->Visit([&](const WallFragment& fragment) {
       Group* group = Find(fragment.plane_group);
@@ -161,7 +163,7 @@ class SplitChooser {
     });
   }
 
-  // Which of the groups are walls.
+  // Finds which of the groups are walls.
   void FindWalls() {
     std::vector<Group*> slabs;
     for (Group& group : groups_) {
@@ -193,7 +195,7 @@ class SplitChooser {
     }
   }
 
-  // Of what is level only large pieces count.
+  // Measures level planes, in which only large connected pieces count.
   void MeasureSlabs(std::span<Group* const> slabs) {
     std::map<uint32_t, std::vector<Polygon>> polygons;
     for (const Group* slab : slabs) {
@@ -215,7 +217,8 @@ class SplitChooser {
     }
   }
 
-  // The walls that cover most of their cross-section, in that order.
+  // The walls that cover the largest share of their cross-section, in that
+  // order.
   [[nodiscard]] std::vector<Candidate> Candidates() const {
     std::vector<Candidate> candidates;
     for (const Group& group : groups_) {
@@ -234,7 +237,7 @@ class SplitChooser {
     return candidates;
   }
 
-  // The area of a wall that stands; 0 if it is none.
+  // The area of the group if it is an upright wall, otherwise 0.
   static double UprightArea(const Group& group) {
     return Covers(group.area_m2, group.section_m2) ||
                    group.tall_m2 >= kLeastTallM2
@@ -287,8 +290,8 @@ class SplitChooser {
   MemoryBudget* budget_;
   GrowingCharge charge_;
   double height_m_ = 0;
-  std::vector<Group> groups_;            // those of most area, in that order
-  std::map<uint32_t, size_t> place_of_;  // in that list, by number
+  std::vector<Group> groups_;            // of the largest area, in that order
+  std::map<uint32_t, size_t> place_of_;  // place in groups_, by number
 };
 
 }  // namespace

@@ -18,7 +18,8 @@ void Encode(const WallFragment& fragment, ByteWriter& out) {
   out.PutArray(std::span<const Point3>(fragment.polygon));
 }
 
-// Into one that there is, so that its polygon's memory is used again.
+// Decodes into an existing fragment, so that the memory of its polygon is
+// reused.
 void Decode(ByteReader& in, WallFragment& fragment) {
   fragment.plane_group = in.Get<uint32_t>();
   fragment.plane = in.Get<Plane>();
@@ -28,8 +29,8 @@ void Decode(ByteReader& in, WallFragment& fragment) {
   }
 }
 
-// Calls `visit` for fragments, each of which takes the memory of the one
-// before.
+// Returns a visitor that calls `visit` for each fragment. All fragments share
+// the memory of one.
 ScratchList::Visitor Decoded(const FragmentList::Visitor& visit) {
   return [&visit, fragment = WallFragment()](ByteReader& in) mutable {
     Decode(in, fragment);

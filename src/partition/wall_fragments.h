@@ -18,7 +18,7 @@ struct WallFragment {
   uint32_t plane_group = 0;  // see PlaneGroups
 };
 
-// Fragments in their order. The shelf must outlive it.
+// A list of fragments that keeps their order. The shelf must outlive it.
 class FragmentList {
  public:
   using Visitor = std::function<void(const WallFragment&)>;
@@ -29,10 +29,10 @@ class FragmentList {
 
   void Add(const WallFragment& fragment);
 
-  // What is visited lasts as long as the call.
+  // A visited fragment is valid only during the call of `visit`.
   void Visit(const Visitor& visit) const;
 
-  // Visits all, and lets go of each part of the list when it was visited.
+  // Visits all fragments and frees each part of the list once it was visited.
   void Consume(const Visitor& visit);
 
  private:

@@ -21,7 +21,7 @@ bool MaySplit(const Face& face, const SceneInfo& info) {
          Length(AreaVector(face.vertices)) >= kLeastSplitterM2;
 }
 
-// Sums the area that is square to each axis.
+// Sums, for each axis, the area that is perpendicular to it.
 struct AxisAreas {
   std::array<double, 3> m2{};
 
@@ -43,19 +43,21 @@ struct AxisAreas {
   }
 };
 
-// Walls, one after the other, as often as they are asked for.
+// Reads the walls one after another, as often as needed.
 class WallReader {
  public:
   WallReader(const BlockStorage& store, const SceneInfo& info)
       : store_(&store), info_(&info) {}
 
-  // A planar wall, and what share of the scene's faces was looked at then.
+  // Gets a planar wall and its plane. `share` is the share of the scene's faces
+  // that were read so far.
   using Visitor = std::function<void(
       const Polygon& wall, const Plane& plane, double share)>;
 
-  // Once, before the others: says which way is up, and what is a luminaire.
-  // Small emitting faces hang in rooms and bound none, unless much of the scene
-  // emits, as in a furnace.
+  // Finds which way is up, and whether small emitting faces count as
+  // luminaires. To be called once, before ForEach. A luminaire hangs in a room
+  // and bounds none. Small emitting faces are luminaires unless much of the
+  // scene emits, as in a furnace.
   [[nodiscard]] Vec3 FindUp() {
     AxisAreas areas;
     double all_m2 = 0;

@@ -9,9 +9,10 @@
 
 namespace enfilade {
 
-// What the choice of a plane asks of all walls.
+// What the choice of a plane needs to know of all walls together.
 struct WallRules {
-  // Every face bounds rooms: a building model without furniture (gbXML).
+  // Every face bounds rooms: true for a building model without furniture
+  // (gbXML).
   bool all_split = false;
   Vec3 up{0, 0, 1};
 };
@@ -21,10 +22,11 @@ struct Walls {
   WallRules rules;
 };
 
-// Reads the candidates for splitting: of a gbXML model every surface, and the
-// openings that it names; of a soup the faces of at least 0.05 m2 that are not
-// luminaires (emitting and small). The up axis is the one that most of the area
-// of the faces is square to.
+// Reads the candidates for splitting. In a gbXML model these are the surfaces
+// and the openings that the model names; in a model with Spaces, only surfaces
+// between different Spaces. In a soup these are the faces of at least 0.05 m2
+// that are not luminaires (emitting and small). The up axis is the one to which
+// the largest area of the faces is perpendicular.
 Walls GatherWalls(const BlockStorage& store,
                   const SceneInfo& info,
                   MemoryBudget& budget,

@@ -12,7 +12,8 @@ BoxTree::BoxTree(std::vector<Box3> boxes)
   Sort(0, order_.size());
 }
 
-// Halves at the median along the longest axis; ties go by number.
+// Halves the range at the median along the longest axis; the index of a box
+// breaks ties.
 void BoxTree::Sort(size_t begin, size_t end) {
   if (end - begin <= kLeafBoxes) {
     return;
@@ -27,7 +28,7 @@ void BoxTree::Sort(size_t begin, size_t end) {
   size_t axis = extent.y > extent.x ? 1 : 0;
   axis = extent.z > extent[axis] ? 2 : axis;
   const auto key = [&](uint32_t i) {
-    const Box3& box = boxes_[i];  // the ends of an empty one have no sum
+    const Box3& box = boxes_[i];  // the ends of an empty box add up to NaN
     return std::pair(box.IsEmpty() ? 0 : box.low[axis] + box.high[axis], i);
   };
   const auto at = [&](size_t i) {

@@ -1,4 +1,4 @@
-// Which of many boxes overlap a given one.
+// Finds which of many boxes overlap a given box.
 
 #pragma once
 
@@ -13,7 +13,7 @@ namespace enfilade {
 // Immutable.
 class BoxTree {
  public:
-  // What one of so many boxes takes.
+  // The bytes that a tree of so many boxes takes.
   static uint64_t BytesFor(size_t boxes) {
     return boxes * (2 * sizeof(Box3) + sizeof(uint32_t));
   }
@@ -21,8 +21,8 @@ class BoxTree {
   // Empty boxes overlap nothing.
   explicit BoxTree(std::vector<Box3> boxes);
 
-  // Calls visit(i) for every box that overlaps `box`, in no useful order that
-  // is nevertheless always the same.
+  // Calls visit(i) for every box that overlaps `box`, in an order that is
+  // arbitrary but always the same.
   template <typename Visit>
   void ForOverlaps(const Box3& box, const Visit& visit) const {
     ForOverlapsIn(0, order_.size(), box, visit);
@@ -56,11 +56,12 @@ class BoxTree {
 
   std::vector<Box3> boxes_;
   std::vector<uint32_t> order_;
-  // At the middle of each range of more than kLeafBoxes: the box around it.
+  // The box around each range of more than kLeafBoxes boxes, stored at the
+  // middle index of the range.
   std::vector<Box3> around_;
 };
 
-// The box enlarged by as much on every side.
+// The box enlarged by `by` on every side.
 inline Box3 Grown(const Box3& box, double by) {
   const Vec3 margin{by, by, by};
   return {box.low - margin, box.high + margin};

@@ -12,11 +12,12 @@
 namespace enfilade {
 namespace {
 
-// The winding numbers take the square of this.
+// The winding numbers of a solid take time quadratic in its polygons.
 constexpr size_t kMostPolygons = 512;
 constexpr double kRounding = 0.1;  // of a winding number
 
-// A polygon that passes an edge, up or down its vertices' numbers.
+// A polygon that passes an edge, `up` if from the lower vertex number to the
+// higher one.
 struct EdgeUse {
   size_t polygon = 0;
   bool up = false;
@@ -61,8 +62,9 @@ class SolidFinder {
     }
   }
 
-  // Solids may touch along an edge, which then has four polygons: they are
-  // told apart by what joins them elsewhere.
+  // The sets of polygons in which exactly two meet at every edge. Solids may
+  // touch along an edge, which then has four polygons: the solids are told
+  // apart by the edges with two polygons.
   [[nodiscard]] std::map<size_t, std::vector<size_t>> WatertightSets() {
     for (const auto& [ends, uses] : edges_) {
       if (uses.size() == 2) {
@@ -90,8 +92,8 @@ class SolidFinder {
     return members;
   }
 
-  // Finds on which side of each of the polygons the inside is, if it is found
-  // for all.
+  // Records on which side of each polygon the inside is, if the side can be
+  // found for all of them.
   void Describe(const std::vector<size_t>& members) {
     if (!Orient(members)) {
       return;
@@ -118,8 +120,8 @@ class SolidFinder {
     }
   }
 
-  // Finds which of the polygons must be turned so that all agree with the
-  // first: files wind them anyhow. False if they cannot agree.
+  // Finds which polygons must be turned to agree with the first, since files
+  // wind polygons arbitrarily. False if the polygons cannot all agree.
   bool Orient(const std::vector<size_t>& members) {
     std::vector<bool> known(polygons_.size());
     std::vector<size_t> open = {members.front()};
@@ -154,7 +156,7 @@ class SolidFinder {
       const uint32_t b = loop[(k + 1) % loop.size()];
       for (const EdgeUse& other : edges_.at(std::minmax(a, b))) {
         if (other.polygon != i && SetOf(other.polygon) == SetOf(i)) {
-          // Two that agree pass their edge in opposite directions.
+          // Polygons that agree pass their edge in opposite directions.
           neighbours.push_back(
               {other.polygon, turned_[i] != (other.up == (a < b))});
         }
@@ -163,7 +165,8 @@ class SolidFinder {
     return neighbours;
   }
 
-  // Nullopt if the solid is not on just one side.
+  // Whether the inside is at the front of polygon i; nullopt unless the inside
+  // is on exactly one side.
   [[nodiscard]] std::optional<bool> FrontIsInside(
       const std::vector<size_t>& members, size_t i) const {
     const auto [middle, normal] = MiddleOf(polygons_[i]);
@@ -178,8 +181,8 @@ class SolidFinder {
     return is(front, 1) && is(back, 0) ? std::optional(true) : std::nullopt;
   }
 
-  // A point in the polygon, that of its largest corner triangle, and the
-  // normal.
+  // A point in the polygon, the centroid of its largest corner triangle, and
+  // the polygon's normal.
   [[nodiscard]] std::pair<Point3, Vec3> MiddleOf(const VertexLoop& loop) const {
     std::vector<Point3> points;
     points.reserve(loop.size());

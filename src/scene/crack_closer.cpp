@@ -13,23 +13,24 @@
 namespace enfilade {
 namespace {
 
-using Loop = std::vector<uint32_t>;  // of vertex classes
+using Loop = std::vector<uint32_t>;  // indices of places
 
 // Vertices move by at most this many tolerances.
 constexpr double kMostMoves = 4;
-// Planes that are less than this sine off those that hold a vertex already say
-// nothing about where it is.
+// A plane is ignored if its normal is less than this sine away from the span of
+// the normals that hold a vertex already.
 constexpr double kLeastSine = 0.02;
 constexpr double kOnPlane = 1e-7;
-// A vertex so near an edge need not be a vertex of it.
+// A vertex this near an edge is exact already and not added to the edge.
 constexpr double kOnEdge = 1e-6;
 constexpr double kMovedMetres = 1e-6;
 constexpr size_t kFewPlanes = 4;
 
-// An edge that runs along a polygon for so many tolerances lies on it.
+// An edge that runs along a polygon for more than so many tolerances lies on
+// the polygon.
 constexpr double kAlongTolerances = 10;
 
-// One polygon, outline or opening, on its way.
+// One polygon, an outline or an opening, while it is repaired.
 struct Part {
   Loop loop;
   uint32_t plane = 0;
@@ -40,12 +41,12 @@ struct Part {
 // A place that one or more vertices share.
 struct Place {
   Point3 position;
-  std::vector<uint32_t> planes;  // that it should lie in
+  std::vector<uint32_t> planes;  // planes that it should lie in
   bool is_corner = false;        // of an outline, not of openings alone
 };
 
-// The point nearest to `start`, about, that lies in as many of the planes as
-// possible, those first in order first.
+// Approximately the nearest point to `start`, at most `most_move` away, that
+// lies in as many of the planes as possible; earlier planes take precedence.
 Point3 Solve(Point3 start,
              const std::vector<uint32_t>& planes,
              const std::vector<ScenePlane>& all,
@@ -152,8 +153,8 @@ class CrackCloser {
     return boxes;
   }
 
-  // Notes the planes of the polygons that each place comes near, and of those
-  // that an edge of it runs along.
+  // Notes for each place the planes of the polygons that it is near, and of
+  // the polygons that one of its edges runs along.
   void FindTouchedPlanes() {
     const std::vector<Box3> boxes = Boxes();
     const BoxTree tree(boxes);
@@ -179,8 +180,8 @@ class CrackCloser {
     planes->erase(std::unique(planes->begin(), planes->end()), planes->end());
   }
 
-  // Of many surfaces in one place each vertex is told the same plane by all
-  // others: what is there twice takes no room.
+  // Where many surfaces coincide, all of them note the same plane for a vertex;
+  // duplicates are dropped before the list may grow.
   void NotePlane(uint32_t place, uint32_t plane) {
     std::vector<uint32_t>& planes = places_[place].planes;
     if (planes.size() == planes.capacity()) {
@@ -234,7 +235,7 @@ class CrackCloser {
     }
   }
 
-  // Vertices that fell together, and there-and-back edges.
+  // Drops vertices that fell together, and edges that run there and back.
   static void DropDoubles(Loop& loop) {
     bool dropped = true;
     while (dropped && loop.size() > 1) {
@@ -277,8 +278,8 @@ class CrackCloser {
     }
   }
 
-  // The places near the inside of the part's edge and in its plane that are
-  // not on the edge already, in the order of the edge.
+  // The places in the part's plane that are near the interior of its edge from
+  // a to b but not on the edge already, in order from a to b.
   [[nodiscard]] Loop TouchingEdge(const Part& part,
                                   uint32_t a,
                                   uint32_t b,
@@ -318,13 +319,13 @@ class CrackCloser {
   std::vector<ScenePlane> planes_;
   std::vector<Part> parts_;
   std::vector<Place> places_;
-  // What the planes and the vertices of touching surfaces take.
+  // Charges the planes and the vertices of touching surfaces.
   GrowingCharge touches_;
   uint64_t touch_bytes_ = 0;
   uint64_t charged_bytes_ = 0;
 };
 
-// Two copies of each vertex, its place and what finds it.
+// The bytes of two copies of each vertex, of its place and of its index entry.
 uint64_t BytesFor(const std::vector<PolygonWithOpenings>& polygons) {
   constexpr uint64_t kBytesPerVertex = 400;
   constexpr uint64_t kBytesPerPolygon = 400;

@@ -1,6 +1,6 @@
 // Closes the cracks between the polygons of a model whose rooms are meant to
-// be closed: a file's rounding leaves walls that end a millimetre short of the
-// floor, and one wall in two planes a millimetre apart.
+// be closed. The rounding of a file leaves walls that end a millimetre short of
+// the floor, and puts one wall into two planes a millimetre apart.
 
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace enfilade {
 
-// A polygon with the openings in it, which stay in its plane.
+// A polygon and its openings, which stay in the polygon's plane.
 struct PolygonWithOpenings {
   std::vector<Point3> outline;
   std::vector<std::vector<Point3>> openings;
@@ -24,13 +24,14 @@ struct CrackSummary {
   double greatest_move_m = 0;
 };
 
-// Makes touching exact: polygons in one plane up to the tolerance get one
-// (plane_snap.h), and every vertex that comes within the tolerance of polygons
-// is moved to where their planes meet; a vertex on an edge of another polygon,
-// in one plane with it, becomes a vertex of that polygon too. No vertex moves
-// by more than four times the tolerance; one that would have to stays off some
-// of the planes. Polygons may lose vertices that fall together, even all of
-// them. Polygons without area are left alone.
+// Makes polygons that nearly touch touch exactly. Polygons that lie in one
+// plane up to the tolerance get a common plane (plane_snap.h). Every vertex
+// within the tolerance of polygons moves to where their planes meet. A vertex
+// on an edge of another polygon in the same plane becomes a vertex of that
+// polygon too. No vertex moves by more than four times the tolerance; one that
+// would have to move farther stays off some of the planes. Vertices of a
+// polygon that fall together are dropped, even all of them. Polygons without
+// area are left alone.
 CrackSummary CloseCracks(double tolerance,
                          MemoryBudget& budget,
                          std::vector<PolygonWithOpenings>& polygons);

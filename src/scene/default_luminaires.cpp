@@ -13,9 +13,9 @@ namespace enfilade {
 namespace {
 
 constexpr double kPanelMetres = 0.6;
-constexpr double kMarginMetres = 0.05;  // from a panel to a wall
-constexpr double kHangMetres = 0.03;    // from a ceiling to its panel
-constexpr double kBeamMetres = 0.4;  // walls that reach this near to a ceiling
+constexpr double kMarginMetres = 0.05;   // from a panel to a wall
+constexpr double kHangMetres = 0.03;     // from a ceiling to its panel
+constexpr double kBeamMetres = 0.4;      // how far below a lamp walls count
 constexpr double kSpacingMetres = 2.4;   // from panel to panel
 constexpr double kCoarseSteps = 8;       // fine steps in a spacing
 constexpr double kFineStepMetres = 0.3;  // rooms of 0.6 + 0.3 m are not missed
@@ -28,7 +28,7 @@ constexpr double kExitanceLmPerM2 = 8000.0;  // 500 x the same
 constexpr double kLevelCosine = 0.94;        // 20 degrees
 constexpr double kLevelCosineInSpaces = 0.5;
 
-// y or z: the one that more area is level to. 1 or 2.
+// The up axis, 1 for y or 2 for z: the one to which more area is level.
 size_t FindUp(const BlockStorage& store) {
   constexpr double kAlong = 0.99;
   double area_y = 0;
@@ -42,7 +42,7 @@ size_t FindUp(const BlockStorage& store) {
   return area_y > area_z ? 1 : 2;
 }
 
-// A panel that hangs, or might.
+// A panel that is laid, or a candidate.
 struct Lamp {
   Point2 center;
   double height = 0;
@@ -119,7 +119,7 @@ class LampLayer {
     lamps_.push_back(lamp);
   }
 
-  // A lamp of the same room is nearer than the spacing.
+  // Whether a lamp of the same room is nearer than the spacing.
   [[nodiscard]] bool IsServed(const Lamp& lamp) const {
     const auto [x, y] = CellOf(lamp.center);
     for (int64_t i = x - 1; i <= x + 1; ++i) {
@@ -151,7 +151,7 @@ class LampLayer {
                      other.center, lamp.center, lamp.height - kBeamMetres / 2);
   }
 
-  // A ceiling of the room is over p, not far above the lamp.
+  // Whether a ceiling of the room is over p, not far above the lamp.
   [[nodiscard]] bool IsUnderCeiling(const Lamp& lamp, Point2 p) const {
     bool under = false;
     plan_.ForLevelsAt(p, [&](const LevelFace& face) {
@@ -163,7 +163,7 @@ class LampLayer {
     return under;
   }
 
-  // Free height under the lamp at p, and a floor.
+  // Whether there is free height under the lamp at p, and a floor below.
   [[nodiscard]] bool IsRoomBelow(const Lamp& lamp, Point2 p) const {
     bool is_free = true;
     bool has_floor = false;

@@ -19,8 +19,8 @@ Material DefaultLuminaireMaterial(bool photometric);
 
 struct LuminaireInput {
   bool has_spaces = false;            // gbXML: ceilings know their room
-  bool z_is_up = false;               // otherwise y or z, by the faces
-  std::span<const Opening> openings;  // panels don't hang across them
+  bool z_is_up = false;               // if false, the faces decide: y or z
+  std::span<const Opening> openings;  // no panel hangs across an opening
   MaterialId material;
 };
 
@@ -29,13 +29,13 @@ struct LuminaireResult {
   char up_axis = 'z';
 };
 
-// Lays 0.6 x 0.6 m panels 3 cm below ceilings, 2.4 m apart and at least one in
-// every room where one fits. A ceiling is a nearly level face with 1.2 m of
-// free height under it and a floor 1.8 to 15 m below, whichever way it is
-// wound: the undersides of slabs, and not their insides. Two panels that walls
-// hide from each other may be closer. Deterministic: depends on the faces in
-// the store and their order only. Charges the budget about 100 bytes for each
-// large face.
+// Lays 0.6 x 0.6 m panels 3 cm below ceilings, 2.4 m apart, with at least one
+// in every room where one fits. A ceiling is a nearly level face, wound either
+// way, with 1.2 m of free height and a floor 1.8 to 15 m below: this takes the
+// undersides of slabs, but not their insides. Two panels that walls hide from
+// each other may be closer. The result depends only on the faces in the store
+// and their order. Charges the budget about 200 bytes for each large face, and
+// more for one that spans many cells of the plan.
 LuminaireResult LayDefaultLuminaires(const BlockStorage& store,
                                      const LuminaireInput& input,
                                      MemoryBudget& budget);

@@ -1,5 +1,5 @@
-// What every reader delivers and every later stage reads: materials and convex
-// planar faces, streamed.
+// Materials and convex planar faces, which every reader delivers and every
+// later stage reads, as a stream.
 
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace enfilade {
 
-// How light leaves a face. Reflects alike on all its `sides`; emits from the
-// front (right-hand rule) only.
+// How light leaves a face. A face reflects alike on all its `sides` and emits
+// from the front (right-hand rule) only.
 struct Material {
   std::string name;
   Rgb reflectance{};   // in [0, 1) per channel
@@ -29,7 +29,7 @@ inline bool Emits(const Material& m) {
   return MaxChannel(m.exitance) > 0;
 }
 
-// A solid that faces close off, and on which side of them it is.
+// A solid that faces close off, and on which side of a face the solid is.
 struct ClosedSolid {
   Box3 bounds;
   bool front_is_inside = false;
@@ -42,10 +42,11 @@ struct Face {
   MaterialId material;
   ObjectId object;  // its name is not kept
   std::vector<Point3> vertices;
-  // gbXML only: the Spaces in front of and behind the face; nullopt: outside.
+  // gbXML only: the Spaces in front of and behind the face, nullopt for the
+  // outside.
   std::optional<SpaceId> front_space;
   std::optional<SpaceId> back_space;
-  // That the face is part of, if it is surely part of one.
+  // The solid whose surface the face is part of, if that is certain.
   std::optional<ClosedSolid> solid;
 };
 

@@ -1,4 +1,4 @@
-// Planar figures in space, cut by polygon_cut.h in a frame of their own.
+// Cuts planar figures in space: polygon_cut.h applied in the figure's plane.
 
 #pragma once
 
@@ -17,13 +17,14 @@ struct Edge3 {
 
 using Polygon3 = std::vector<Point3>;
 
-// The direction that most of the edges' length follows, or crosses at a right
-// angle, in the plane of that normal.
+// The direction to which most of the edges' length is parallel or at a right
+// angle, in the plane with the given normal.
 Vec3 DominantDirection(std::span<const Edge3> edges, Vec3 normal);
 
-// CutRegion of the figure inside directed edges (interior on the left, seen
-// against the normal): convex pieces that face along the normal. Input
-// vertices keep their exact places. At least one edge; normal not zero.
+// Applies CutRegion to the figure inside directed edges, with the interior on
+// the left as seen against the normal. Returns convex pieces that face along
+// the normal; input vertices keep their exact places. Requires at least one
+// edge and a nonzero normal.
 std::vector<Polygon3> CutFigure(std::span<const Edge3> edges,
                                 Vec3 normal,
                                 double tolerance,
@@ -33,11 +34,11 @@ std::vector<Polygon3> CutFigure(std::span<const Edge3> edges,
 // order with at most eight corners.
 std::optional<Polygon3> AsConvex(std::span<const Edge3> edges, Vec3 normal);
 
-// Drops each vertex that lies, within the tolerance, on the line between the
-// one kept before it and the next.
+// Drops each vertex that lies, within the tolerance, on the segment between the
+// last vertex kept and the next vertex.
 Polygon3 WithoutStraightCorners(std::span<const Point3> loop, double tolerance);
 
-// The sides of a closed polygon, appended.
+// Appends the sides of a closed polygon.
 void AppendSides(std::span<const Point3> polygon,
                  bool reversed,
                  std::vector<Edge3>& edges);

@@ -6,7 +6,8 @@
 namespace enfilade {
 namespace {
 
-// Where the segment from a to b passes the edge from p to q, or its first end.
+// Adds the fractions at which the segment from a to b crosses the edge from p
+// to q and passes p.
 void AddBreaks(
     Point2 a, Point2 b, Point2 p, Point2 q, std::vector<double>& breaks) {
   const double dx = b.x - a.x;

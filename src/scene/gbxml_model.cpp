@@ -17,13 +17,13 @@ namespace enfilade {
 namespace {
 
 constexpr uint64_t kMostBytes = 4ULL << 30;
-// The document, its tree and what is made of it, by the file's bytes: measured,
-// see the test of the memory of import. Where tags are short the nodes of the
-// tree are more: one or two for two '<', and an attribute for '='.
+// Bytes of the document, its tree and the model, per byte of the file:
+// measured, see the test of the memory of import. Short tags make more nodes of
+// the tree: one or two for two '<', and an attribute for each '='.
 constexpr uint64_t kTreePerByte = 3;
 constexpr uint64_t kTreePerTag = 96;
 constexpr uint64_t kTreePerAttribute = 40;
-// Of a site with its buildings, and of what is none.
+// The longest site with its buildings, and the shortest building.
 constexpr double kLargestMetres = 5000;
 constexpr double kSmallestMetres = 0.1;
 // Coordinates of maps are millions of metres.
@@ -50,7 +50,7 @@ double MetresPerUnit(const std::string& unit, const std::string& file) {
       unit));
 }
 
-// A name without its namespace prefix.
+// Whether the node has this name, its namespace prefix aside.
 bool Is(const pugi::xml_node& node, std::string_view name) {
   std::string_view full = node.name();
   const size_t colon = full.find(':');
@@ -92,7 +92,7 @@ class ModelReader {
   }
 
  private:
-  // Most files have one Campus; the format takes several.
+  // Most files have one Campus; the format allows several.
   template <typename Visit>
   static void ForEachInCampus(const pugi::xml_node& root,
                               std::string_view name,
@@ -228,8 +228,8 @@ class ModelReader {
     return p;
   }
 
-  // A stray point, or a unit that is another one: what is close or thin would
-  // be taken for something else, and a plan of it all would not end.
+  // Rejects a model with a stray point or a wrong unit: tolerances in metres
+  // would not fit it, and indexing it in plan would take too long.
   void CheckSize() const {
     Box3 bounds;
     for (const GbxmlSurface& surface : model_.surfaces) {
@@ -333,7 +333,7 @@ GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
   const pugi::xml_parse_result result =
       document.load_buffer_inplace(text.data(), text.size());
   if (!result) {
-    text = ReadWholeFile(path, kMostBytes);  // parsing has changed it
+    text = ReadWholeFile(path, kMostBytes);  // parsing has changed the text
     const auto end =
         text.begin() +
         std::clamp<std::ptrdiff_t>(

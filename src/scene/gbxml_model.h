@@ -1,4 +1,4 @@
-// A gbXML file's Spaces and Surfaces as it gives them, in metres.
+// The Spaces and Surfaces of a gbXML file as the file gives them, in metres.
 
 #pragma once
 
@@ -31,22 +31,23 @@ struct GbxmlSpace {
   std::string id;
   std::string name;
   // ShellGeometry/ClosedShell, if the file gives one: the room as measured
-  // inside its walls, which is not where the Surfaces are.
+  // inside its walls. The Surfaces lie elsewhere.
   std::vector<std::vector<Point3>> shell;
 };
 
 struct GbxmlModel {
   std::vector<GbxmlSpace> spaces;  // indexed by SpaceId
   std::vector<GbxmlSurface> surfaces;
-  MemoryCharge charge;  // of these, as they are read
+  MemoryCharge charge;  // for the spaces and surfaces as read
 };
 
-// Bytes that the file takes in memory while it is read: it is held whole.
-// Throws InputError if it cannot be opened.
+// Bytes that the file takes in memory while it is read, which is done as a
+// whole. Throws InputError if the file cannot be opened.
 uint64_t BytesToReadGbxml(const std::filesystem::path& path);
 
-// Reads the file, in whatever encoding and unit of length it declares. Throws
-// InputError: bad XML with its line, bad content with the Surface's id.
+// Reads the file in the encoding and the unit of length that it declares.
+// Throws InputError, which names the line of bad XML or the Surface or Space
+// with bad content.
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                           MemoryBudget& budget);
 

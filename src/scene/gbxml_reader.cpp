@@ -15,8 +15,8 @@
 namespace enfilade {
 namespace {
 
-// Reflectances by surface type, as of common finishes (floors 0.2, walls 0.5,
-// ceilings 0.7); a face between two storeys is floor and ceiling in one.
+// Reflectances of common finishes by surface type (floors 0.2, walls 0.5,
+// ceilings 0.7). A face between two storeys is both floor and ceiling.
 double DefaultReflectance(std::string_view type) {
   const std::pair<std::string_view, double> known[] = {
       {"Roof", 0.7},
@@ -132,7 +132,7 @@ class GbxmlImport {
     }
   }
 
-  // Into faces with the sides that face_ has.
+  // Imports a Surface and its Openings, with the Spaces that face_ has.
   void Import(const GbxmlSurface& surface) {
     const Vec3 normal = AreaVector(surface.polygon);
     std::vector<Edge3> edges;
@@ -155,7 +155,7 @@ class GbxmlImport {
                  : CutFigure(edges, normal, kCutToleranceMetres));
   }
 
-  // The part of the opening that is in its surface.
+  // Imports the part of the opening that lies in its Surface.
   void ImportOpening(const GbxmlOpening& opening,
                      const GbxmlSurface& surface,
                      std::vector<Edge3> edges,
@@ -198,7 +198,7 @@ class GbxmlImport {
     }
   }
 
-  // Nothing opens between a Space and itself, or outside.
+  // Adds openings, unless both sides are the same Space or the outside.
   void AddOpening(const std::vector<Polygon3>& pieces) {
     if (face_.front_space == face_.back_space) {
       return;

@@ -1,5 +1,6 @@
-// gbXML: Surfaces to faces, their Openings and Air to openings, and the Spaces
-// on both sides of each. Walls have no thickness.
+// Reads gbXML: turns Surfaces into faces, doors, windows and Air surfaces into
+// openings, and finds the Spaces on both sides of each. Walls have no
+// thickness.
 
 #pragma once
 
@@ -17,9 +18,9 @@ struct GbxmlInput {
 };
 
 // Adds the faces to the writer, and spaces, openings, gbxml, input_polygons and
-// notes to the info. Which Space is in front of a Surface is found from the
-// Spaces' shells and not believed from the file. Throws InputError with file
-// and Surface id (or offset, where the XML itself is wrong).
+// notes to the info. The Spaces' shells, not the file's winding, decide which
+// Space is in front of a Surface. Throws InputError with the file and the
+// Surface's id, or the line if the XML itself is wrong.
 void ReadGbxml(const GbxmlInput& input,
                MaterialTable& materials,
                MemoryBudget& budget,

@@ -7,7 +7,7 @@
 namespace enfilade {
 namespace {
 
-// Surfaces that come so near each other are meant to touch.
+// Surfaces that come this near to each other are meant to touch.
 constexpr double kCrackMetres = 3e-3;
 constexpr double kLeastThicknessMetres = 1e-3;  // thinner polygons have no area
 

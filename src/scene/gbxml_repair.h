@@ -1,5 +1,5 @@
-// Repairs a gbXML model's polygons: cracks between them, and those without
-// area.
+// Repairs a gbXML model's polygons: closes the cracks between them, and drops
+// polygons without area.
 
 #pragma once
 

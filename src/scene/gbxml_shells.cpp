@@ -40,9 +40,9 @@ bool GbxmlShells::IsClosed(SpaceId space) const {
   return shells_[space.Index()].IsClosed(kShellToleranceMetres);
 }
 
-// Surfaces that name one Space twice are partitions inside it or, in some
-// files, walls and floors with nothing modelled behind them: the latter are
-// those that the shell needs to be closed, or less open.
+// Surfaces that name one Space twice are partitions inside the Space or, in
+// some files, walls and floors with nothing modelled behind them. A Surface is
+// taken as one of the latter if the shell needs it to be closed, or less open.
 void GbxmlShells::Complete(SpaceShell& shell,
                            const std::vector<size_t>& doubtful) {
   constexpr size_t kMostTried = 8;
@@ -87,8 +87,8 @@ GbxmlShells::SpacePair GbxmlShells::SidesOf(size_t index) {
                    : SpacePair{surface.second, surface.first};
 }
 
-// Positive if the first Space is in front, negative if it is behind, by
-// points just off the surface; 0 if the shells don't tell.
+// Tests points just off the Surface: positive if its first Space is in front,
+// negative if that Space is behind, 0 if the shells do not tell.
 int GbxmlShells::FirstInFront(const GbxmlSurface& surface) const {
   const Vec3 area = AreaVector(surface.polygon);
   const Vec3 normal = Normalize(area);

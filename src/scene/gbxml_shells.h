@@ -1,6 +1,6 @@
-// The shells of a gbXML model's Spaces, of the Surfaces that bound them, and
-// what they tell: which Space is in front of a Surface. A file's winding is not
-// believed.
+// The shells of a gbXML model's Spaces, made of the Surfaces that bound them.
+// The shells tell which Space is in front of a Surface, because the winding in
+// a file cannot be trusted.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace enfilade {
 
-// How fine Surfaces with several outlines are cut, in metres.
+// The tolerance, in metres, with which Surfaces are cut into convex pieces.
 inline constexpr double kCutToleranceMetres = 1e-5;
 
 class GbxmlShells {
@@ -30,14 +30,14 @@ class GbxmlShells {
 
   [[nodiscard]] bool IsClosed(SpaceId space) const;
 
-  // The Spaces in front of and behind the polygon of a Surface of the model, as
-  // it is wound.
+  // The Spaces in front of and behind a Surface of the model, where the winding
+  // of its polygon defines the front.
   using SpacePair = std::pair<std::optional<SpaceId>, std::optional<SpaceId>>;
   SpacePair SidesOf(size_t index);
 
-  // Of the Surfaces whose sides were asked for: those wound against the rule
-  // that their normal points out of their first Space, and those whose shells
-  // are too broken to tell.
+  // Counts over the calls of SidesOf: Surfaces wound against the rule that the
+  // normal points out of the first Space (Turned), and Surfaces in shells too
+  // broken to tell (Unclear).
   [[nodiscard]] uint64_t Turned() const { return turned_; }
 
   [[nodiscard]] uint64_t Unclear() const { return unclear_; }
@@ -51,13 +51,13 @@ class GbxmlShells {
 
   const GbxmlModel* model_;
   std::vector<SpaceShell> shells_;  // indexed by SpaceId
-  // Indexed as the surfaces: names one Space twice and is part of its shell.
+  // By surface: whether it names one Space twice and is part of its shell.
   std::vector<bool> in_shell_;
   uint64_t turned_ = 0;
   uint64_t unclear_ = 0;
 };
 
-// Names one Space, or two different ones.
+// Whether the Surface names one Space, or two different ones.
 bool Separates(const GbxmlSurface& surface);
 
 }  // namespace enfilade

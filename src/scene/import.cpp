@@ -26,7 +26,7 @@ namespace {
 
 enum class SceneFormat { kObj, kGbxml };
 
-// By extension, a trailing .gz aside.
+// The format by the name's extension, a trailing .gz aside.
 std::optional<SceneFormat> FormatByName(const std::filesystem::path& scene) {
   std::string name = scene.filename().string();
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
@@ -54,8 +54,8 @@ SceneFormat FormatOf(const std::filesystem::path& scene) {
       scene.string()));
 }
 
-// A hash of files that takes its input in pieces; the pieces' borders don't
-// matter, those of the files do.
+// A hash of files that takes its input in pieces. The borders of the files
+// change the hash; the borders of the pieces do not.
 class RunningHash {
  public:
   void Add(std::span<const char> text) {
@@ -157,8 +157,8 @@ void AddCounts(const std::filesystem::path& scene,
   }
 }
 
-// Where a building can't be of that size, its unit is another one, and what is
-// close or thin would be taken for something else.
+// Rejects sizes that no building has: the unit is then a wrong one, and the
+// tolerances in metres would not fit the scene.
 void CheckSize(const std::filesystem::path& scene,
                const Box3& bounds,
                bool is_told) {

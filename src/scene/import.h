@@ -1,10 +1,10 @@
-// Import: a scene file to cleaned faces in a store.
+// Import reads a scene file into a store, as cleaned faces.
 //
 //   .obj (+ .mtl), .obj.gz   polygons; Kd, Ke, d/Tr
 //   .xml, .gbxml, .xml.gz    gbXML; Spaces and Openings
 //
-// OBJ is streamed: memory is bounded by the budget and not by the file. A gbXML
-// file is held whole while it is read, or refused.
+// An OBJ file is streamed: the budget, not the file, bounds the memory. A gbXML
+// file is held whole while it is read; one that does not fit is refused.
 
 #pragma once
 
@@ -29,24 +29,23 @@ struct ImportOptions {
   std::function<void(double fraction)> progress;  // may be empty
 };
 
-// Whether the name is that of a scene file, by its extension.
+// Whether the extension of the name is that of a scene file.
 bool IsSceneName(const std::filesystem::path& path);
 
 // Reads `scene` into `store`, which must hold no scene. Throws InputError with
 // file and line for anything wrong: no light at all, reflectance >= 1 or < 0,
-// NaN, missing or unknown files, indices out of range, and for an OBJ whose
-// size is no building's in metres; with `unit` given, whose size cannot be
-// solved.
+// NaN, missing or unknown files, indices out of range, and an OBJ whose size in
+// metres is no building's or, with `unit` given, too extreme to be solved.
 SceneInfo ImportScene(const std::filesystem::path& scene,
                       const ImportOptions& options,
                       MemoryBudget& budget,
                       BlockStorage& store);
 
-// What of a scene must be in memory at once while it is read, whatever the
-// budget: nothing of an OBJ. Throws InputError as ImportScene does.
+// The bytes of a scene that must be in memory at once while it is read,
+// whatever the budget; 0 for an OBJ. Throws InputError as ImportScene does.
 uint64_t BytesToImport(const std::filesystem::path& scene);
 
-// The hash that SceneInfo::source_hash would have: to notice a changed scene.
+// The value that SceneInfo::source_hash would have, to notice a changed scene.
 uint64_t HashSceneFiles(const std::filesystem::path& scene,
                         const ImportOptions& options);
 

@@ -16,8 +16,8 @@ namespace {
 constexpr size_t kChunkBytes = size_t{1} << 16;
 constexpr unsigned kMostReadBytes = 1U << 30;
 
-// A face of 40,000 corners fits, its textures and normals named. Whoever parses
-// a line takes up to sixty times its bytes for a while, which nothing charges.
+// Fits a face of 40,000 corners with texture and normal indices. Parsing a line
+// takes up to sixty times its bytes for a while, which nobody charges.
 constexpr size_t kMostLineBytes = size_t{1} << 20;
 
 gzFile AsGz(void* file) {
@@ -33,7 +33,7 @@ bool IsBlank(char c) {
   return c == ' ' || c == '\t';
 }
 
-// Of what numbers follow. A name may hold a '#'.
+// Whether numbers follow the key. After other keys a name may hold a '#'.
 bool IsKeyOfNumbers(std::string_view key) {
   constexpr std::array<std::string_view, 15> kKeys = {"v",
                                                       "vn",
@@ -53,7 +53,7 @@ bool IsKeyOfNumbers(std::string_view key) {
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
 }
 
-// What a '#' after a blank begins in a line of numbers.
+// Cuts the comment that a '#' after a blank begins, in lines of numbers only.
 void CutComment(std::string& line) {
   const auto begin = std::find_if_not(line.begin(), line.end(), IsBlank);
   const auto end = std::find_if(begin, line.end(), IsBlank);
@@ -65,7 +65,8 @@ void CutComment(std::string& line) {
   line.erase(comment, line.end());
 }
 
-// A line that the next goes on. The paths in comments may end so by chance.
+// Whether the next line continues this one. A comment is never continued: a
+// path in it may end with a backslash.
 bool IsContinued(const std::string& line) {
   return line.ends_with('\\') && line[line.find_first_not_of(" \t")] != '#';
 }
@@ -94,7 +95,7 @@ InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
   gzbuffer(AsGz(file_), kChunkBytes);
   size_bytes_ = std::filesystem::file_size(path, code);
   if (code) {
-    size_bytes_ = 0;  // no progress
+    size_bytes_ = 0;  // Fraction() stays 0
   }
 }
 
@@ -161,7 +162,7 @@ std::string ReadWholeFile(const std::filesystem::path& path,
   VisitFile(path, most_bytes, [&](std::span<const char> chunk) {
     length += chunk.size();
   });
-  text.reserve(length);  // a text that grows takes up to three times as much
+  text.reserve(length);  // a growing string takes up to three times as much
   VisitFile(path, most_bytes, [&](std::span<const char> chunk) {
     text.append(chunk.data(), chunk.size());
   });

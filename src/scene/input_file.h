@@ -13,10 +13,10 @@
 
 namespace enfilade {
 
-// The bytes of a file, decompressed if it is a gzip file whatever its name.
+// The bytes of a file; a gzip file of any name is decompressed.
 class InputFile {
  public:
-  // Throws InputError if it cannot be opened.
+  // Throws InputError if the file cannot be opened.
   explicit InputFile(const std::filesystem::path& path);
   ~InputFile();
   InputFile(const InputFile&) = delete;
@@ -28,7 +28,7 @@ class InputFile {
   // end. Throws InputError for damaged compressed data.
   size_t Read(std::span<char> buffer);
 
-  // How far the file has been read, in [0, 1], compressed bytes counted.
+  // The fraction of the file's (compressed) bytes that were read, in [0, 1].
   [[nodiscard]] double Fraction() const;
 
   [[nodiscard]] const std::filesystem::path& Path() const { return path_; }
@@ -39,27 +39,28 @@ class InputFile {
   uint64_t size_bytes_ = 0;
 };
 
-// Whether something is at the path, or a file. Neither is where that cannot be
-// found out: a name may be too long for any file.
+// Whether anything exists at the path (Exists), or a regular file (IsFile).
+// Both are false if the system cannot tell, as for a name too long for any
+// file.
 bool Exists(const std::filesystem::path& path);
 bool IsFile(const std::filesystem::path& path);
 
-// The bytes of a file once decompressed, one piece after the other. Throws
-// InputError when it is longer than `most_bytes`.
+// Passes the decompressed bytes of a file to `visit`, piece by piece. Throws
+// InputError if there are more than `most_bytes`.
 void VisitFile(const std::filesystem::path& path,
                uint64_t most_bytes,
                const std::function<void(std::span<const char>)>& visit);
 
-// The whole file; throws likewise.
+// The whole decompressed file; throws as VisitFile does.
 std::string ReadWholeFile(const std::filesystem::path& path,
                           uint64_t most_bytes);
 
-// Hands a text to a std::istream one logical line at a time: lines end with
-// LF, CRLF or CR, a backslash at the end joins the next line unless the line is
-// a comment (#), trailing blanks are cut, and comments behind numbers. So
-// whoever parses the stream can ask which line it is at, and `check` sees each
-// line before the parser does. Reading throws InputError for a line of more
-// than 1 MiB, joined ones counted.
+// Hands a text to a std::istream one logical line at a time. Lines end with LF,
+// CRLF or CR; a backslash at the end joins the next line unless the line is a
+// comment (#); trailing blanks and comments after numbers are cut. The parser
+// of the stream can thus ask for the current line number, and `check` sees each
+// line before the parser does. Reading throws InputError if a line, joined
+// lines included, is longer than 1 MiB.
 class LineStream : public std::streambuf {
  public:
   using LineCheck = std::function<void(std::string_view line)>;

@@ -20,7 +20,7 @@ struct SinCos {
   double sin = 0, cos = 1;
 };
 
-// Exact for quarter turns.
+// Sine and cosine, exact for quarter turns.
 SinCos SinCosOfDegrees(double degrees) {
   const double turn = std::remainder(degrees, 360.0);
   if (turn == 0) {

@@ -1,4 +1,4 @@
-// Instances in OBJ files: a piece that is written once and placed often
+// Instances in OBJ files: a piece is written once and placed many times
 // (docs/instances.md). A placement is a line that other readers take for a
 // comment:
 //
@@ -31,7 +31,7 @@ class InstancePlacement {
 
  private:
   Point3 origin_;
-  double cos_;  // times the scale, likewise below
+  double cos_;  // cos_ and sin_ include the scale
   double sin_;
   double scale_;
 };
@@ -41,11 +41,11 @@ struct Instance {
   InstancePlacement placement;
 };
 
-// What follows the keyword; nullopt for any other line. Leading blanks are
-// passed over.
+// The text after the keyword '#instance'; nullopt for any other line. Leading
+// blanks are skipped.
 std::optional<std::string_view> WordsAfterInstance(std::string_view line);
 
-// The instance, or what is wrong with the words.
+// The instance, or nullopt and a message that says what is wrong.
 struct InstanceReading {
   std::optional<Instance> instance;
   std::string error;

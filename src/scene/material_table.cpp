@@ -11,10 +11,10 @@
 namespace enfilade {
 namespace {
 
-// The most that a mend suggests for a reflectance: of fresh white paint.
+// The highest reflectance that a message suggests: that of fresh white paint.
 constexpr double kSuggestedMost = 0.9;
-// Of what may emit, W/m2 or lm/m2: the sun has 6e7. Beyond, sums of squares of
-// single precision overflow, or vanish.
+// The range of a nonzero exitance, W/m2 or lm/m2; the sun has 6e7. Outside this
+// range sums of squares in single precision overflow or vanish.
 constexpr double kBrightest = 1e15;
 constexpr double kDarkest = 1e-15;
 
@@ -35,7 +35,7 @@ std::string Channels(const Rgb& c) {
   return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", c[0], c[1], c[2]);
 }
 
-// What is wrong with it, as a sentence.
+// A sentence that says what is wrong with the material.
 std::string Complaint(const Material& m, const std::string& place) {
   return AllIn(m.reflectance, 1)
              ? fmt::format(
@@ -52,7 +52,7 @@ std::string Complaint(const Material& m, const std::string& place) {
                    Channels(m.reflectance));
 }
 
-// A pattern of overrides that matches this name alone, as JSON.
+// The JSON string of a glob that matches this name alone.
 std::string KeyOf(const std::string& name) {
   std::string pattern;
   for (const char c : name) {
@@ -65,7 +65,7 @@ std::string KeyOf(const std::string& name) {
       -1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// An entry of the override file that mends it.
+// An entry of the override file that corrects the material.
 std::string Mend(const Material& m) {
   Rgb mended{};
   for (size_t c = 0; c < mended.size(); ++c) {

@@ -1,4 +1,4 @@
-// Materials as the faces see them: the input's own, changed by the override
+// Materials as the faces use them: those of the input, changed by the override
 // file and the command line, and checked when a face first uses them.
 
 #pragma once
@@ -19,24 +19,25 @@ namespace enfilade {
 // Not thread-safe.
 class MaterialTable {
  public:
-  // `sides`: for every material that no override speaks of.
+  // `sides` applies to every material whose sides no override sets.
   MaterialTable(Overrides overrides, std::optional<int> sides);
 
   // A material of the input; `place` (file and line) goes into errors about
   // it. Returns its index for Resolve.
   size_t AddInput(Material material, std::string place);
 
-  // The material of a face of this input material, object and surface type
-  // (empty where the format has none). nullopt: clear, the face is ignored.
+  // The material of a face with this input material, object and surface type
+  // (empty if the format has none). Nullopt if the material is clear: the face
+  // is then ignored.
   std::optional<MaterialId> Resolve(size_t input,
                                     std::string_view object,
                                     std::string_view surface_type);
 
   // Throws InputError if a material in use has a reflectance or exitance out
-  // of range: names the place of each and the mend.
+  // of range; the message names the place of each and a correction.
   void ThrowIfRefused() const;
 
-  // Of the override file's rules that held for no face: a sentence each.
+  // A sentence for each rule of the override file that matches no face.
   [[nodiscard]] std::vector<std::string> NotesOnUnusedRules() const;
 
   [[nodiscard]] const std::vector<Material>& Materials() const {
@@ -61,7 +62,7 @@ class MaterialTable {
   std::vector<InputMaterial> inputs_;
   std::vector<Material> materials_;
   std::vector<InputMaterial> refused_;
-  // By input material and the override rules that match.
+  // The materials made so far, by input material and matching override rules.
   std::map<std::pair<size_t, std::vector<size_t>>, std::optional<MaterialId>>
       resolved_;
 };

@@ -18,14 +18,15 @@ namespace {
 constexpr double kMostWeldMetres = 1e-4;
 constexpr double kRelativeWeld = 1e-5;
 constexpr double kPlaneWelds = 2;
-// A solid must be thicker than this.
+// A solid must be thicker than this many weld distances.
 constexpr double kBesideWelds = 4;
-// Memory of cleaning: measured about 400 bytes a polygon and 100 a corner, and
-// the search for solids on top.
+// Memory of cleaning: about 400 bytes per polygon and 100 per corner were
+// measured; the rest is for the search for solids.
 constexpr uint64_t kBytesPerPolygon = 600;
 constexpr uint64_t kBytesPerCorner = 220;
 
-// Height of a polygon over its longest side, roughly: twice its area by it.
+// Roughly the height of a polygon over its longest side: twice its area divided
+// by the length of that side.
 double Thickness(std::span<const Point3> vertices, const VertexLoop& loop) {
   double longest = 0;
   Vec3 twice_area;
@@ -60,19 +61,21 @@ bool IsPlanar(std::span<const Point3> vertices,
 // A corner of a loop that is cut into triangles.
 struct LoopCorner {
   uint32_t vertex = 0;
-  // Of its triangle: 1 / (2 sqrt 3) at most, below 0 where it is concave.
+  // Of the corner's triangle: 1 / (2 sqrt 3) at most, negative if concave.
   double roundness = 0;
-  uint32_t inside = 0;  // vertices of the loop in its triangle
+  uint32_t inside = 0;  // vertices of the loop in the triangle
 
-  // The roundness, lower by 1 for each vertex in the triangle.
+  // The roundness; if vertices lie in the triangle, at most 0 and lower by 1
+  // for each of them.
   [[nodiscard]] double Quality() const {
     return inside == 0 ? roundness : std::min(roundness, 0.0) - inside;
   }
 };
 
-// Cuts off one convex corner without another vertex in it, the roundest, until
-// three are left. A cut changes the triangles of the two corners beside it, and
-// what is in those of others: time grows with the square of the corners.
+// Ear clipping: cuts off the roundest convex corner whose triangle holds no
+// other vertex, until three corners are left. A cut changes the triangles of
+// the two corners beside it and the counts of vertices in all others, so the
+// time grows with the square of the number of corners.
 class LoopCutter {
  public:
   // `normal` tells convex from concave.
@@ -119,7 +122,7 @@ class LoopCutter {
     return Dot(Cross(to - from, p - from), normal_);
   }
 
-  // In the triangle of corner i, and none of its vertices.
+  // Whether p is in the triangle of corner i and none of its vertices.
   [[nodiscard]] bool IsInside(size_t i, Point3 p) const {
     const Point3 a = At(Before(i));
     const Point3 b = At(i);
@@ -171,7 +174,7 @@ class LoopCutter {
   std::vector<LoopCorner> corners_;
 };
 
-// One batch on its way through.
+// One batch while it is cleaned.
 class Batch {
  public:
   Batch(CleaningCounts& counts, const CleaningOptions& options, double weld)
@@ -202,8 +205,8 @@ class Batch {
   }
 
   void Deliver() {
-    // What is inside of a solid behind one of them is not behind a sheet that
-    // lies in its plane: they are not joined.
+    // The face of a solid and a sheet in the same plane are not joined, because
+    // only the former has the inside of a solid behind it.
     const PolygonSolids solids = FindClosedSolids(
         welder_.Vertices(), polygons_, kBesideWelds * tolerance_.weld);
     const auto regions = FindRegions(welder_.Vertices(),
@@ -238,8 +241,8 @@ class Batch {
            Thickness(welder_.Vertices(), loop) < tolerance_.weld;
   }
 
-  // The same vertices in the same cyclic order; the other way round too,
-  // unless the sides differ.
+  // Whether a loop with the same vertices in the same cyclic order came before;
+  // unless faces are oriented, also in the opposite order.
   bool IsDuplicate(const VertexLoop& loop) {
     VertexLoop key = Canonical(loop);
     if (!options_.oriented) {

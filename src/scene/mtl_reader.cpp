@@ -26,14 +26,14 @@ Rgb ColourOf(std::optional<double> grey, const tinyobj::real_t (&c)[3]) {
   return grey ? Rgb{*grey, *grey, *grey} : Rgb{c[0], c[1], c[2]};
 }
 
-// Reads material by material: a file of many would take kilobytes of memory
-// for each, of which light needs a few words.
+// Reads one material at a time: the library takes kilobytes of memory for each,
+// of which light needs a few words.
 class MtlReading {
  public:
   MtlReading(const InputFile& file, const MaterialTaker& take)
       : file_(&file), take_(&take) {}
 
-  // A line as it passes: checks whether what should be numbers are.
+  // Takes the next line of the file, and checks the numbers in it.
   void Read(std::string_view line, uint64_t number) {
     const std::vector<std::string_view> words = Words(line);
     if (words.empty()) {
@@ -51,7 +51,7 @@ class MtlReading {
     }
   }
 
-  // The end of a material. What stands before the first one is none's.
+  // Ends a material. Lines before the first newmtl belong to no material.
   void Finish() {
     if (name_.empty()) {
       return;
@@ -70,7 +70,7 @@ class MtlReading {
  private:
   [[nodiscard]] std::string Name() const { return file_->Path().string(); }
 
-  // The name is all that follows: it may hold blanks.
+  // The name is the rest of the line, since it may hold blanks.
   void StartMaterial(std::string_view line, uint64_t number) {
     constexpr std::string_view kKey = "newmtl";
     const size_t end = line.find(kKey) + kKey.size();
@@ -120,17 +120,17 @@ class MtlReading {
                                    words[0],
                                    name_));
     }
-    if (has_option || words[0] == "d") {  // a Tr leaves it: d wins
+    if (has_option || words[0] == "d") {  // d takes precedence over Tr
       halo_opacity_ = has_option ? ToNumber(words[first]) : std::nullopt;
     }
   }
 
-  // The last line of each key is the one that counts.
+  // Keeps the last line of each key, which is the one that counts.
   void Keep(std::string_view key, std::string_view line) {
     kept_[std::string(key)] = line;
   }
 
-  // What the library makes of the material's lines.
+  // Parses the material's kept lines with the library.
   [[nodiscard]] tinyobj::material_t Parse() const {
     std::string text = "newmtl m\n";
     for (const auto& [key, line] : kept_) {
@@ -178,7 +178,7 @@ class MtlReading {
   std::string name_;    // empty before the first material
   uint64_t place_ = 0;  // the line of its colour
   std::map<std::string, std::string> kept_;
-  // What the library reads otherwise than the format has it.
+  // Values that the library reads differently from what the format says.
   std::optional<double> grey_reflectance_;  // a colour of one value is grey
   std::optional<double> grey_exitance_;
   std::optional<double> halo_opacity_;  // of `d -halo`
@@ -195,7 +195,7 @@ void ReadMtl(const std::filesystem::path& path, const MaterialTaker& take) {
   });
   stream_at = &lines;
   std::istream stream(&lines);
-  stream.exceptions(std::ios::badbit);  // lets errors of the reading through
+  stream.exceptions(std::ios::badbit);  // lets exceptions of Read through
   stream.ignore(std::numeric_limits<std::streamsize>::max());
   reading.Finish();
 }

@@ -1,4 +1,4 @@
-// Wavefront MTL: what light needs of it.
+// Reads from a Wavefront MTL file what light needs.
 
 #pragma once
 
@@ -18,10 +18,10 @@ struct MtlMaterial {
 
 using MaterialTaker = std::function<void(MtlMaterial&&, double share)>;
 
-// Calls take(material, share) for one after the other, in the order of the
-// file, of which that share was read then. Throws InputError with file and line
-// for a number that is none. Colours out of range are let through: what no face
-// uses is no error.
+// Calls take(material, share) for each material in the order of the file;
+// `share` is the fraction of the file read by then. Throws InputError with file
+// and line for a malformed number. Colours out of range pass, because a
+// material that no face uses is no error.
 void ReadMtl(const std::filesystem::path& path, const MaterialTaker& take);
 
 }  // namespace enfilade

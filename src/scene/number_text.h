@@ -11,13 +11,13 @@ namespace enfilade {
 // The words between blanks.
 std::vector<std::string_view> Words(std::string_view line);
 
-// A decimal number, finite as a double, and nothing else.
+// Whether the word is a decimal number that is finite as a double.
 bool IsNumber(std::string_view word);
 
-// Its value; nullopt if it is none.
+// The value of the word; nullopt if IsNumber is false.
 std::optional<double> ToNumber(std::string_view word);
 
-// An integer that fits into 32 bits, and nothing else.
+// Whether the word is an integer that fits into 32 bits.
 bool IsInteger(std::string_view word);
 
 }  // namespace enfilade

@@ -12,8 +12,8 @@
 namespace enfilade {
 namespace {
 
-// A list of files without doubles. Names of none are not kept: a line that
-// names one costs nothing but the look for it.
+// A list of files without duplicates. Names of files that do not exist are not
+// kept, so that they take no memory.
 class FileList {
  public:
   bool Add(const std::filesystem::path& path) {

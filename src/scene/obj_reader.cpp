@@ -25,8 +25,8 @@ constexpr uint64_t kVertexShare = 4;  // vertices get a quarter of what is free
 constexpr uint32_t kVertexScratch = 0;
 constexpr uint32_t kPieceScratch = 1;
 constexpr uint64_t kProgressPolygons = 4096;
-// Farther away a coordinate says less than a millimetre in what computes with
-// it, and products of coordinates overflow at last.
+// Farther from the origin, results computed from coordinates are less precise
+// than a millimetre, and products of coordinates overflow in the end.
 constexpr double kFarthestM = 1e8;
 
 double LargestCoordinate(Point3 p) {
@@ -35,21 +35,21 @@ double LargestCoordinate(Point3 p) {
 
 using MaterialNames = std::map<std::string, size_t>;  // name to input material
 
-// What an OBJ and its pieces have in common.
+// What an OBJ and its pieces share.
 struct ObjContext {
   MaterialTable& materials;
   MemoryBudget& budget;
   BlockStorage& store;
   PolygonSink& sink;
-  // MTL files, once read.
+  // The materials of the MTL files read so far.
   std::map<std::filesystem::path, MaterialNames> files = {};
-  std::optional<size_t> grey = {};  // the material of what names none
+  std::optional<size_t> grey = {};  // material of polygons that name none
   GrowingCharge materials_charge{budget, "the materials of the scene"};
   uint64_t material_bytes = 0;
 
-  // Charges a material, which ends that share of its file, before it is kept:
-  // in the table, a vector that grows, and by name, of its file and of the OBJ
-  // that names that.
+  // Charges a material before it is kept in the table, a growing vector, and by
+  // name in the maps of its MTL file and of the OBJ that names that file.
+  // `share` of the MTL file has been read with this material.
   void ChargeMaterial(const MtlMaterial& m, double share) {
     constexpr uint64_t kGrowth = 3;
     constexpr uint64_t kNames = 2;
@@ -62,13 +62,13 @@ struct ObjContext {
   }
 };
 
-// The object whose polygons are read.
+// The object whose polygons are being read.
 struct CurrentObject {
   std::string name;
   ObjectId id;
 };
 
-// One OBJ file, or one instance of a piece, on its way through tinyobjloader's
+// Reads one OBJ file, or one instance of a piece, through tinyobjloader's
 // callbacks.
 class ObjReading {
  public:
@@ -82,7 +82,7 @@ class ObjReading {
   }
 
  private:
-  // An instance belongs to the object it is named in.
+  // An instance belongs to the object in which its line stands.
   ObjReading(const ObjInput& input,
              ObjContext& context,
              CurrentObject object,
@@ -118,7 +118,7 @@ class ObjReading {
       Self(self).StartObject(count > 0 ? names[0] : "");
     };
     std::istream stream(&lines_);
-    stream.exceptions(std::ios::badbit);  // lets errors of the check through
+    stream.exceptions(std::ios::badbit);  // lets CheckLine's errors through
     std::string warnings;
     std::string errors;
     tinyobj::LoadObjWithCallback(
@@ -133,7 +133,8 @@ class ObjReading {
     return *static_cast<ObjReading*>(self);
   }
 
-  // What the library would take for something else, or pass over in silence.
+  // Handles instances and material files, and rejects what the library would
+  // misread or pass over in silence.
   void CheckLine(std::string_view line) {
     const size_t first = line.find_first_not_of(" \t");
     if (first == std::string_view::npos) {
@@ -179,7 +180,7 @@ class ObjReading {
     }
   }
 
-  // Reads the piece of an instance. The parser is done with all lines before.
+  // Reads the piece of an instance. The parser has handled all earlier lines.
   void AddInstance(std::string_view words) {
     if (is_piece_) {
       Fail("a piece cannot hold instances of other pieces");
@@ -204,7 +205,7 @@ class ObjReading {
     counts_.polygons += piece.counts_.polygons;
     counts_.clear += piece.counts_.clear;
     counts_.lines += piece.counts_.lines;
-    material_chosen_ = false;  // the sink has the piece's now
+    material_chosen_ = false;  // the sink now has the piece's material
     if (input_.progress) {
       input_.progress(file_.Fraction());
     }
@@ -286,7 +287,7 @@ class ObjReading {
     material_chosen_ = false;
   }
 
-  // The material of the polygons to come; none if it is clear.
+  // Sets the material of the polygons to come; nullopt if it is clear.
   void ChooseMaterial() {
     MaterialTable& materials = context_.materials;
     material_ = materials.Resolve(

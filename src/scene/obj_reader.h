@@ -1,10 +1,10 @@
-// Wavefront OBJ and MTL, streamed: only the vertices are kept, in pages that
-// spill (spill_vector.h).
+// Reads Wavefront OBJ and MTL as a stream: only the vertices are kept, in pages
+// that spill to the store (spill_vector.h).
 //
 // Read: v, f (any number of vertices, negative indices, texture and normal
 // indices ignored), o, g, usemtl, mtllib; of materials Kd (reflectance), Ke
 // (exitance), d and Tr (opacity below 0.5: clear). Everything else is skipped.
-// Polygons before any usemtl are grey, 0.5.
+// Polygons before any usemtl are grey, with a reflectance of 0.5.
 
 #pragma once
 
@@ -25,18 +25,19 @@ struct ObjInput {
   std::function<void(double fraction)> progress;  // may be empty
   // Moves every vertex as it is read; may be empty.
   std::function<Point3(Point3)> place;
-  // The material of a name that no material file has. Without it such a name,
-  // and a material file that does not exist, are errors.
+  // Makes the material of a name that no material file has. If this function is
+  // empty, such a name and a missing material file are errors.
   std::function<Material(const std::string& name)> unknown_material;
 };
 
 struct ObjCounts {
   uint64_t polygons = 0;
-  uint64_t clear = 0;  // of them: ignored, their material is clear
+  uint64_t clear = 0;  // of the polygons: ignored, for a clear material
   uint64_t lines = 0;  // faces of fewer than three vertices: dropped
 };
 
-// Throws InputError with file and line. Borrows everything.
+// Reads the polygons of the file into the sink. Throws InputError with file and
+// line.
 ObjCounts ReadObj(const ObjInput& input,
                   MaterialTable& materials,
                   MemoryBudget& budget,

@@ -18,8 +18,8 @@
 
 namespace enfilade {
 
-// Walks the JSON of one override file. A key is placed by the next occurrence
-// of its quoted text, which is right because the walk is in the file's order.
+// Walks the JSON of one override file. The line of a key is that of the next
+// occurrence of its quoted text, because the walk follows the file's order.
 class OverrideParser {
  public:
   OverrideParser(const std::string& text, const std::string& name)
@@ -54,7 +54,7 @@ class OverrideParser {
       });
     } catch (const nlohmann::json::parse_error& error) {
       at_ = std::min(error.byte - std::min<size_t>(error.byte, 1),
-                     text_.size());  // of the last byte that was read
+                     text_.size());  // at the last byte that was read
       Fail(fmt::format(
           "not valid JSON at column {}: {}", Column(), PlainWords(error)));
     } catch (const nlohmann::json::out_of_range& error) {
@@ -64,14 +64,14 @@ class OverrideParser {
     }
   }
 
-  // What the library says is wrong, less its tag, the position and what it has
-  // read last, which may be all of the file.
+  // The library's message without its tag, the position, and the text read
+  // last, which may be the whole file.
   static std::string_view PlainWords(const std::exception& error) {
     constexpr std::string_view kBefore = " - ";
     std::string_view words = error.what();
     const size_t begin = words.find(kBefore);
     words.remove_prefix(begin == std::string_view::npos
-                            ? words.find(' ') + 1  // of the tag, or nothing
+                            ? words.find(' ') + 1  // after the tag, if any
                             : begin + kBefore.size());
     return words.substr(0, words.find("; last read"));
   }
@@ -81,8 +81,8 @@ class OverrideParser {
     return text.substr(begin, text.find('\'', begin) - begin);
   }
 
-  // The library would keep the last of equal keys of an object, and say
-  // nothing.
+  // Rejects equal keys in one object, of which the library would silently keep
+  // the last, and objects that are nested too deeply.
   bool Take(int depth, Json::parse_event_t event, const Json& parsed) {
     constexpr int kDeepest = 8;
     if (depth > kDeepest) {
@@ -215,7 +215,7 @@ class OverrideParser {
   const std::string& text_;
   const std::string& name_;
   size_t at_ = 0;
-  std::vector<std::set<std::string>> keys_;  // of the objects that are open
+  std::vector<std::set<std::string>> keys_;  // by depth, of the open objects
   Overrides overrides_;
 };
 

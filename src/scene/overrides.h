@@ -1,5 +1,5 @@
-// The override file: properties of materials by glob on the material's, the
-// object's or the surface type's name. Format: docs/overrides.md.
+// The override file sets properties of materials by globs that match the name
+// of a material, an object or a surface type. Format: docs/overrides.md.
 
 #pragma once
 
@@ -25,9 +25,9 @@ class Overrides {
   // Reads the text of an override file; `name` is for error messages.
   static Overrides Parse(const std::string& text, const std::string& name);
 
-  // The rules that hold for a face, in the order they apply: sections
-  // materials, surfaces, objects, and within a section as in the file, so that
-  // the last one wins. An empty name matches no rule.
+  // The rules that match a face, in the order in which they apply: the sections
+  // materials, surfaces, objects, and within a section the order of the file.
+  // The last rule wins. An empty name matches no rule.
   [[nodiscard]] std::vector<size_t> Matching(
       std::string_view material,
       std::string_view object,

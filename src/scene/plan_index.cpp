@@ -14,9 +14,9 @@ constexpr double kLeastLevelAreaM2 = 0.25;
 constexpr double kLeastWallHeightMetres = 0.3;
 constexpr double kLeastWallLengthMetres = 0.05;
 constexpr double kUpright = 0.2;
-constexpr uint64_t kBytesPerFace = 200;  // with its places in the index
+constexpr uint64_t kBytesPerFace = 200;  // includes its places in the index
 constexpr uint64_t kFacesPerCharge = 4096;
-// A face of more places in the index, such as a site, is charged by itself.
+// A face with more places in the index, such as a site, gets its own charge.
 constexpr double kManyPlaces = 64;
 constexpr double kMostPlaces = 1e12;  // more than any memory holds
 constexpr double kBytesPerPlace = 80;
@@ -31,7 +31,7 @@ bool SegmentsCross(Point2 a, Point2 b, Point2 c, Point2 d) {
          Side(c, d, a) * Side(c, d, b) <= 0;
 }
 
-// The segment has a point in the box: clip it (Liang and Barsky).
+// Whether the segment meets the box, by clipping (Liang and Barsky).
 bool SegmentMeetsBox(Point2 a, Point2 b, Point2 low, Point2 high) {
   double t0 = 0;
   double t1 = 1;
@@ -135,8 +135,8 @@ void PlanIndex::AddWall(std::span<const Point3> polygon) {
   const auto apart = [](Point2 a, Point2 b) {
     return std::hypot(b.x - a.x, b.y - a.y);
   };
-  // The two corners farthest apart in plan: from any corner to the farthest,
-  // and from there to the farthest.
+  // About the two corners farthest apart in plan: the corner farthest from the
+  // first one, and then the corner farthest from that corner.
   WallLine wall{
       plan(polygon[0]), plan(polygon[0]), polygon[0][up_], polygon[0][up_]};
   for (const Point3 p : polygon) {

@@ -1,5 +1,5 @@
-// The building in plan: level faces and upright ones of some size, found by
-// where they are.
+// The building in plan: an index of large level and upright faces by their
+// place.
 //
 // Notation: a plan point has coordinates (x, y) along two world axes such that
 // x, y, up is right-handed; z is the height.
@@ -20,7 +20,7 @@
 
 namespace enfilade {
 
-// A face that one can hang from or stand on.
+// A face that lamps can hang from or people can stand on.
 struct LevelFace {
   std::vector<Point2> outline;  // counter-clockwise, convex
   Point2 slope;                 // height = base + slope . point
@@ -34,7 +34,7 @@ struct LevelFace {
   [[nodiscard]] bool Covers(Point2 p) const;
 };
 
-// An upright face from above.
+// An upright face as seen from above.
 struct WallLine {
   Point2 from, to;
   double low = 0, high = 0;
@@ -42,12 +42,12 @@ struct WallLine {
 
 class PlanIndex {
  public:
-  // up: 1 for y, 2 for z. Level faces have an area of at least 0.25 m2 and a
-  // normal whose part along up is at least `least_level`.
+  // `up` is 1 for y, 2 for z. Level faces have an area of at least 0.25 m2 and
+  // a unit normal whose up component is at least `least_level` in magnitude.
   PlanIndex(size_t up, double least_level, MemoryBudget& budget)
       : up_(up), least_level_(least_level), budget_(&budget) {}
 
-  // Files the polygon if it is large, and level or upright.
+  // Adds the polygon to the index if it is large, and level or upright.
   void Add(std::span<const Point3> polygon,
            std::optional<SpaceId> front,
            std::optional<SpaceId> back);
@@ -68,13 +68,13 @@ class PlanIndex {
     }
   }
 
-  // Some wall at this height comes into the box (from low to high corner).
+  // Whether a wall at these heights meets the box from `low` to `high`.
   [[nodiscard]] bool WallInBox(Point2 low,
                                Point2 high,
                                double z_low,
                                double z_high) const;
 
-  // Some wall at this height stands between the two points.
+  // Whether a wall at this height stands between the two points.
   [[nodiscard]] bool WallBetween(Point2 a, Point2 b, double z) const;
 
   [[nodiscard]] Point3 ToWorld(Point2 p, double z) const;

@@ -8,7 +8,8 @@
 namespace enfilade {
 namespace {
 
-// Polygons turned by more than this from a plane are not compared with it.
+// A polygon is compared with a plane only if the cosine between their normals
+// is at least this.
 constexpr double kNearlyParallel = 0.9;
 
 double GreatestDistance(const std::vector<Point3>& polygon,
@@ -20,7 +21,7 @@ double GreatestDistance(const std::vector<Point3>& polygon,
   return greatest;
 }
 
-// The plane of that normal in the middle of the polygon's vertices' range.
+// The plane with that normal, midway between the outermost vertices.
 ScenePlane MiddlePlane(const std::vector<Point3>& polygon, Vec3 normal) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;

@@ -1,6 +1,6 @@
-// Few planes for many polygons: polygons that lie in one plane up to the
-// rounding of their file are given exactly one, and planes that are nearly
-// parallel or square to others are made so.
+// Few planes for many polygons. Polygons that lie in one plane up to the
+// rounding of their file get exactly one plane, and planes that are nearly
+// parallel or perpendicular to others are made exactly so.
 
 #pragma once
 
@@ -27,12 +27,12 @@ struct SnappedPlanes {
   std::vector<uint32_t> plane_of;  // by polygon: index into planes
 };
 
-// Each polygon (at least three vertices, of some area, roughly planar) gets a
-// plane that no vertex of it is farther from than the tolerance, the plane of
-// a larger polygon where one is that near; its own otherwise, turned to an
-// axis, upright, or parallel or square to a larger polygon where that moves no
-// vertex by more than half the tolerance. A polygon that is not planar within
-// the tolerance gets its own plane regardless.
+// Gives each polygon (at least three vertices, nonzero area, roughly planar) a
+// plane. If all vertices are within the tolerance of a larger polygon's plane,
+// the polygon gets that plane. Otherwise it gets its own, which is turned to an
+// axis, upright, or parallel or perpendicular to a larger polygon if that moves
+// no vertex by more than half the tolerance. A polygon that is not planar
+// within the tolerance gets its own plane too.
 SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
                          double tolerance);
 

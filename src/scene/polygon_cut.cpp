@@ -24,8 +24,8 @@ Vec3 SnapToAxis(Vec3 unit) {
   return unit;
 }
 
-// An edge of the sweep, from bottom to top. `winding` is what crossing it from
-// left to right adds.
+// An edge of the sweep, from bottom to top. `winding` is what crossing the edge
+// from left to right adds to the winding number.
 struct Leg {
   Point2 bottom, top;
   int winding = 0;
@@ -53,8 +53,8 @@ double Slope(double x0, double x1, double y0, double y1) {
   return (x1 - x0) / (y1 - y0);
 }
 
-// Equal coordinates within the tolerance become the same number: the least of
-// each run of close ones.
+// Maps coordinates that are equal within the tolerance to the same number, the
+// least of them.
 class Snapper {
  public:
   Snapper(std::vector<double> values, double tolerance) {
@@ -134,8 +134,8 @@ class Sweep {
     Spans(active, y0, y1);
   }
 
-  // The height at which two neighbours of the order in the middle change
-  // places, or y0 if none do by more than the tolerance.
+  // The height at which two legs that are neighbours at the middle of the slab
+  // cross, or y0 if none cross by more than the tolerance.
   [[nodiscard]] double FirstCrossing(const std::vector<const Leg*>& active,
                                      double y0,
                                      double y1) const {
@@ -171,7 +171,8 @@ class Sweep {
     Grow(spans);
   }
 
-  // Spans of one slab that share a whole leg (two edges that cancel).
+  // Joins spans of one slab that share a whole leg (two edges that cancel), and
+  // drops thin spans.
   void JoinTouching(std::vector<Trapezoid>& spans) const {
     std::vector<Trapezoid> joined;
     for (const Trapezoid& span : spans) {
@@ -205,7 +206,7 @@ class Sweep {
            same_line(below.right0, below.right1, above.right0, above.right1);
   }
 
-  // Open pieces below that a span continues grow; the others are finished.
+  // Extends each open piece that a span continues; closes the other pieces.
   void Grow(std::vector<Trapezoid>& spans) {
     size_t at = 0;
     for (Trapezoid& span : spans) {
@@ -272,7 +273,8 @@ std::vector<Edge2> SnapEdges(std::span<const Edge2> edges, double tolerance) {
   return snapped;
 }
 
-// Patches, then total edge length: fewer pieces first, rounder ones second.
+// The number of patches, then the total edge length, to prefer few patches
+// first and round pieces second.
 std::pair<size_t, double> Cost(const std::vector<Polygon2>& pieces,
                                double tolerance) {
   std::pair<size_t, double> cost{0, 0};

@@ -1,12 +1,12 @@
-// Cutting a planar region, holes and all, into few convex pieces: exact cover,
-// no overlap.
+// Cuts a planar region, which may have holes, into few convex pieces that cover
+// it exactly and do not overlap.
 //
 // A region is given by its directed boundary edges, interior on the left, in
-// any order; loops need not be linked, and edges may touch, coincide and
-// cross: a point is inside where its winding number is at least `threshold`.
-// Both axis directions of the frame are swept into trapezoids (de Berg et al.,
-// Computational Geometry, chapter 6, without the search structure), stacked
-// trapezoids with the same legs are one, and the cheaper direction is kept.
+// any order. Loops need not be linked, and edges may touch, coincide and cross:
+// a point is inside if its winding number is at least `threshold`. A sweep
+// along each axis of the frame makes trapezoids (de Berg et al., Computational
+// Geometry, chapter 6, without the search structure) and merges stacked
+// trapezoids with the same legs; the cheaper of the two results is kept.
 // Rectilinear regions come out as rectangles.
 
 #pragma once
@@ -31,8 +31,8 @@ struct Edge2 {
 
 using Polygon2 = std::vector<Point2>;
 
-// A plane with two orthonormal axes in it. Axes that lie along world axes are
-// exact, so that points of an axis-parallel plane go there and back unchanged.
+// A plane with two orthonormal axes in it. Axes along world axes are exact, so
+// that To3(To2(p)) leaves points of an axis-parallel plane unchanged.
 struct PlaneFrame {
   Point3 origin;
   Vec3 u, v, normal;
@@ -46,12 +46,12 @@ struct PlaneFrame {
   }
 };
 
-// The plane through `point` with that normal (any nonzero length), its first
-// axis along `direction` as projected into the plane.
+// The frame of the plane through `point` with that normal, of any nonzero
+// length. The first axis is `direction` projected into the plane.
 PlaneFrame MakePlaneFrame(Point3 point, Vec3 normal, Vec3 direction);
 
-// Convex pieces, counter-clockwise. Coordinates closer than `tolerance` count
-// as equal; pieces thinner than that are dropped.
+// The convex pieces of the region, counter-clockwise. Coordinates closer than
+// `tolerance` count as equal; pieces thinner than `tolerance` are dropped.
 std::vector<Polygon2> CutRegion(std::span<const Edge2> edges,
                                 double tolerance,
                                 int threshold = 1);
@@ -59,14 +59,14 @@ std::vector<Polygon2> CutRegion(std::span<const Edge2> edges,
 // Signed area, positive counter-clockwise.
 double SignedArea(std::span<const Point2> polygon);
 
-// Patches that the piece makes: 1 for a triangle or a parallelogram, n - 2 for
-// any other convex polygon of n vertices.
+// The number of patches that the piece makes: 1 for a triangle or a
+// parallelogram, n - 2 for any other convex polygon of n vertices.
 size_t PatchCost(std::span<const Point2> piece, double tolerance);
 
-// Counter-clockwise, convex, and not self-overlapping.
+// Whether the polygon is counter-clockwise, convex, and not self-overlapping.
 bool IsConvex(std::span<const Point2> polygon, double tolerance);
 
-// The edges of a closed polygon, appended.
+// Appends the edges of a closed polygon.
 void AppendEdges(std::span<const Point2> polygon,
                  bool reversed,
                  std::vector<Edge2>& edges);

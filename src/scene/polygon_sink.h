@@ -1,5 +1,5 @@
-// Where readers put the polygons they read: cleaned in batches of one material
-// and object, and written to the store.
+// Takes the polygons that readers read, cleans them in batches of one material
+// and object, and writes them to the store.
 
 #pragma once
 
@@ -12,16 +12,17 @@
 
 namespace enfilade {
 
-// Not thread-safe. Borrows the writer, which outlives it.
+// Not thread-safe. The writer must outlive the sink.
 class PolygonSink {
  public:
   PolygonSink(MemoryBudget& budget, SceneWriter& writer)
       : cleaner_(budget), writer_(&writer) {}
 
-  // What the next polygons are. `material` stays with the caller.
+  // Sets the material and the object of the next polygons. `material` is not
+  // kept.
   void Begin(MaterialId id, const Material& material, ObjectId object);
 
-  // A polygon of the last Begin.
+  // Adds a polygon with the material and the object of the last Begin.
   void Add(std::span<const Point3> polygon);
 
   // Cleans and writes what is pending.

@@ -14,7 +14,8 @@
 namespace enfilade {
 namespace {
 
-// Neighbours whose normals differ by more are never joined, however flat.
+// Neighbours whose normals differ by more are never joined, however near their
+// vertices are to one plane.
 constexpr double kLeastNormalDot = 0.99996;  // half a degree
 
 Vec3 AreaVectorOf(std::span<const Point3> vertices, const VertexLoop& loop) {
@@ -52,7 +53,7 @@ std::vector<PolygonSide> SortedSides(const std::vector<VertexLoop>& polygons) {
   return sides;
 }
 
-// Grows regions from the largest polygons on.
+// Grows regions, starting from the largest polygons.
 class RegionFinder {
  public:
   RegionFinder(std::span<const Point3> vertices,
@@ -96,7 +97,7 @@ class RegionFinder {
   void FindNeighbours() {
     neighbours_.resize(polygons_.size());
     const std::vector<PolygonSide> sides = SortedSides(polygons_);
-    constexpr size_t kMostAtEdge = 8;  // more is a soup: don't pair them all
+    constexpr size_t kMostAtEdge = 8;  // more polygons are not all paired
     for (size_t first = 0; first < sides.size();) {
       size_t last = first;
       while (last < sides.size() && sides[last].low == sides[first].low &&
@@ -143,7 +144,8 @@ class RegionFinder {
     return region;
   }
 
-  // Unfolded, not folded back: the neighbour must face the way its edge says.
+  // Whether the polygon lies in the plane and is not folded back: it must face
+  // the way that the sense of the shared edge demands.
   [[nodiscard]] bool InPlane(uint32_t f,
                              Point3 origin,
                              Vec3 normal,
@@ -177,13 +179,14 @@ class RegionFinder {
   std::vector<bool> taken_;
 };
 
-// Comes back to a vertex: an outline with its holes bridged, for example.
+// Whether the loop visits a vertex twice, as an outline with bridged holes
+// does.
 bool TouchesItself(VertexLoop loop) {
   std::sort(loop.begin(), loop.end());
   return std::adjacent_find(loop.begin(), loop.end()) != loop.end();
 }
 
-// Refusals are expected and counted here: the library need not print them.
+// Keeps the library from printing refusals, which are expected and counted.
 class QuietOpenMesh {
  public:
   QuietOpenMesh() { omerr().disable(); }
@@ -196,7 +199,7 @@ class QuietOpenMesh {
   QuietOpenMesh& operator=(QuietOpenMesh&&) = delete;
 };
 
-// The joined outline of a region: the half-edges that border on nothing.
+// The joined outline of a region: its boundary half-edges.
 class Outline {
  public:
   Outline(std::span<const Point3> vertices,
@@ -229,7 +232,7 @@ class Outline {
     return refused_;
   }
 
-  // Border edges, interior on the left; straight runs of them as one.
+  // The boundary edges, interior on the left; each straight run is one edge.
   [[nodiscard]] std::vector<Edge3> Edges(double tolerance) const {
     std::vector<bool> seen(mesh_.n_halfedges(), false);
     std::vector<Edge3> edges;
@@ -263,7 +266,8 @@ class Outline {
     return {p[0], p[1], p[2]};
   }
 
-  // The border half-edges run with the outside on the left: turn them.
+  // Reverses the loop, because boundary half-edges have the outside on the
+  // left.
   static void AppendStraightened(std::vector<Point3> loop,
                                  double tolerance,
                                  std::vector<Edge3>& edges) {
@@ -295,7 +299,7 @@ double TotalArea(const std::vector<std::vector<Point3>>& pieces) {
   return area;
 }
 
-// The convex pieces of a figure; none if it has too few sides.
+// The convex pieces of a figure; empty if the figure has too few sides.
 std::vector<std::vector<Point3>> CutOne(std::vector<Edge3> edges,
                                         Vec3 area,
                                         double tolerance) {
@@ -342,7 +346,7 @@ std::vector<std::vector<uint32_t>> FindRegions(
 RegionPieces CutRegionOf(std::span<const Point3> vertices,
                          std::span<const VertexLoop> polygons,
                          const RegionTolerance& tolerance) {
-  // The covers to choose from: each polygon by itself, or joined.
+  // There are two covers to choose from: each polygon by itself, or all joined.
   RegionPieces result;
   std::vector<std::vector<Point3>> apart;
   for (const VertexLoop& loop : polygons) {

@@ -1,5 +1,5 @@
-// Regions: coplanar polygons of one batch that share edges, as one planar
-// figure with holes, cut into few convex pieces.
+// A region consists of coplanar polygons of one batch that share edges. They
+// are joined to one planar figure with holes and cut into few convex pieces.
 
 #pragma once
 
@@ -14,14 +14,14 @@ namespace enfilade {
 using VertexLoop = std::vector<uint32_t>;  // a polygon by vertex numbers
 
 struct RegionTolerance {
-  double weld = 1e-5;   // metres between vertices that are the same
-  double plane = 1e-4;  // metres off the plane that still count as in it
+  double weld = 1e-5;   // vertices closer than this are the same, m
+  double plane = 1e-4;  // vertices this near a plane lie in the plane, m
 };
 
-// Groups the polygons of the same kind (a number for each) that are joined
-// through shared edges and lie in one plane; every polygon is in exactly one
-// group. Unless `oriented`, polygons may be turned round (in place) to agree
-// with the first of their group, which is not.
+// Groups polygons that are connected through shared edges, lie in one plane and
+// have the same number in `kinds`. Every polygon is in exactly one group.
+// Unless `oriented`, polygons may be reversed (in place) to agree with the
+// first of their group, which is never reversed.
 std::vector<std::vector<uint32_t>> FindRegions(
     std::span<const Point3> vertices,
     std::vector<VertexLoop>& polygons,
@@ -31,11 +31,11 @@ std::vector<std::vector<uint32_t>> FindRegions(
 
 // What CutRegionOf made.
 struct RegionPieces {
-  std::vector<std::vector<Point3>> pieces;  // convex, of the region's side
-  size_t refused = 0;  // polygons that a manifold could not take: kept apart
+  std::vector<std::vector<Point3>> pieces;  // convex, facing as the region
+  size_t refused = 0;  // polygons that no manifold mesh takes: kept apart
 };
 
-// Covers the union of the polygons of one region.
+// Covers the union of the polygons of one region with convex pieces.
 RegionPieces CutRegionOf(std::span<const Point3> vertices,
                          std::span<const VertexLoop> polygons,
                          const RegionTolerance& tolerance);

@@ -15,7 +15,7 @@
 
 namespace enfilade {
 
-// What a gbXML file holds, by the file's own words.
+// What a gbXML file holds according to its own declarations.
 struct GbxmlCounts {
   uint32_t spaces = 0;
   uint32_t surfaces = 0;         // of every type, shades included
@@ -35,14 +35,14 @@ struct SceneInfo {
   std::vector<Material> materials;   // indexed by MaterialId
   std::vector<Space> spaces;         // indexed by SpaceId; empty unless gbXML
   std::vector<Opening> openings;     // likewise
-  std::optional<GbxmlCounts> gbxml;  // of a gbXML file, spaces stripped or not
+  std::optional<GbxmlCounts> gbxml;  // for gbXML, spaces stripped or not
   Box3 bounds;
   uint64_t input_polygons = 0;     // as read, before cleaning
   uint64_t faces = 0;              // after cleaning
   std::vector<std::string> notes;  // what cleaning changed, in sentences
 };
 
-// Appends faces to a store in chunks of about 4,096; call Finish() once.
+// Appends faces to a store in chunks of at most 4,096; call Finish() once.
 class SceneWriter {
  public:
   explicit SceneWriter(BlockStorage& store);
@@ -53,7 +53,7 @@ class SceneWriter {
   // Writes what is pending, so that ForEachFace sees every face added so far.
   void Flush();
 
-  // Of all faces so far.
+  // The bounds of all faces added so far.
   [[nodiscard]] const Box3& Bounds() const { return bounds_; }
 
   // Flushes the last chunk, completes info.bounds and info.faces, saves it, and

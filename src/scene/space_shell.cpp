@@ -32,7 +32,7 @@ Vec3 RandomDirection(Random& random) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// Where p projects onto the line a b, as a fraction.
+// The projection of p onto the line a b, as a fraction of the way from a to b.
 double FractionOnLine(Point3 p, Point3 a, Point3 b) {
   const Vec3 d = b - a;
   return Dot(p - a, d) / Dot(d, d);
@@ -100,7 +100,7 @@ double SpaceShell::OpenLengthOf(const Edge& edge, double tolerance) const {
     if (high <= 0 || low >= 1) {
       continue;
     }
-    // How far off the edge the other is where the two run side by side.
+    // The distance from the edge to the other edge at a fraction of the edge.
     const auto off_at = [&](double at) {
       const double t = b == a ? 0 : (at - a) / (b - a);
       const Point3 p = Lerp(other.from, other.to, t);

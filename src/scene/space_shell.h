@@ -1,8 +1,9 @@
-// The shell of a Space: the polygons that have it on one side only.
+// The shell of a Space: the polygons that have the Space on one side only.
 //
-// Their orientation is not known beforehand. Inside is found by the parity of
-// crossings along rays, so a shell needs no orientation, and a majority of
-// rays in different directions bears with small gaps.
+// The orientation of the polygons is not known beforehand. The parity of
+// crossings along a ray tells whether a point is inside without any
+// orientation, and a majority vote of rays in different directions tolerates
+// small gaps.
 
 #pragma once
 
@@ -17,19 +18,20 @@ namespace enfilade {
 
 class SpaceShell {
  public:
-  // `polygon`: planar, simple, not degenerate.
+  // Requires a polygon that is planar, simple and not degenerate.
   void Add(std::span<const Point3> polygon);
 
-  // Most of `kRays` rays from p cross the shell an odd number of times.
+  // Whether most of `kRays` rays from p cross the shell an odd number of times.
   [[nodiscard]] bool Contains(Point3 p) const;
 
-  // The polygons' edges cancel: along every edge, an even number of them lie
-  // on each other within the tolerance (in metres). T-junctions are no gaps.
+  // Whether the polygons' edges cancel: along every edge, an even number of
+  // edges coincide within the tolerance (in metres). T-junctions are no gaps.
   [[nodiscard]] bool IsClosed(double tolerance) const {
     return !edges_.empty() && OpenLength(tolerance) == 0;
   }
 
-  // Metres of edges, each polygon's counted, along which the number is odd.
+  // The length in metres, summed over the edges of all polygons, along which an
+  // odd number of edges coincide.
   [[nodiscard]] double OpenLength(double tolerance) const;
 
   [[nodiscard]] const Box3& Bounds() const { return bounds_; }

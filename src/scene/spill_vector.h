@@ -1,5 +1,5 @@
-// A growing array of points under the memory budget: pages that do not fit
-// into its share wait as scratch blocks in the store.
+// A growing array of points under the memory budget. Pages that do not fit into
+// the array's share are evicted to scratch blocks in the store.
 
 #pragma once
 
@@ -12,8 +12,9 @@
 
 namespace enfilade {
 
-// Appended to and read at random; never changed. Not thread-safe. Borrows the
-// store and the budget. Least recently used pages leave first.
+// Points are appended and read in any order, but never changed. The least
+// recently used pages are evicted first. Not thread-safe. Borrows the store and
+// the budget.
 class SpillVector {
  public:
   // Keeps at most `resident_bytes` (at least two pages) in memory. Its scratch
@@ -40,7 +41,7 @@ class SpillVector {
 
  private:
   struct Page {
-    std::vector<Point3> points;  // empty when it is not in memory
+    std::vector<Point3> points;  // empty if the page is not in memory
     uint64_t last_used = 0;
     bool stored = false;
   };

@@ -10,7 +10,7 @@ namespace enfilade {
 namespace {
 
 // Grid cells are this many tolerances wide, so that few points are near the
-// border of theirs.
+// border of their cell.
 constexpr double kCellTolerances = 64;
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 

@@ -16,7 +16,7 @@ class Welder {
  public:
   explicit Welder(double tolerance) : tolerance_(tolerance) {}
 
-  // The vertex at p: the first one given within the tolerance, or a new one.
+  // The index of the first vertex within the tolerance of p, or of a new one.
   uint32_t Vertex(Point3 p);
 
   [[nodiscard]] const std::vector<Point3>& Vertices() const {
@@ -25,7 +25,7 @@ class Welder {
 
  private:
   [[nodiscard]] uint64_t Key(int64_t x, int64_t y, int64_t z) const;
-  // The first vertex within the tolerance of p in this cell of the grid.
+  // The first vertex within the tolerance of p in the grid cell with this key.
   [[nodiscard]] std::optional<uint32_t> FirstNear(uint64_t key, Point3 p) const;
 
   double tolerance_;

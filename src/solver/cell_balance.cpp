@@ -12,12 +12,14 @@
 namespace enfilade {
 namespace {
 
-// The semi-iteration takes transport for symmetric. Sampled links are not
-// quite: where unsent light grows, a smaller radius may do, down to one that
-// hardly minds; growth beyond that is of the links' gains.
+// The semi-iteration assumes that transport is symmetric, which sampled links
+// are only roughly. Where unsent light grows, a smaller radius may help, down
+// to kTolerantRadius, which hardly depends on the symmetry. Growth beyond that
+// comes from the links' gains.
 constexpr double kTolerantRadius = 0.5;
 constexpr double kCautious = 0.8;
-// Then steps end: what has grown leaves its rounding errors behind.
+// A cycle ends if unsent light has grown by this factor: light that has grown
+// leaves its rounding errors behind.
 constexpr double kMostGrowth = 3;
 constexpr int kCycleSteps = 8;
 constexpr const char* kPurpose = "the working arrays of a cell";
@@ -131,8 +133,8 @@ bool CellBalance::RunCycle(double tolerance) {
   return false;
 }
 
-// The delta becomes what the other cells have been told of, all of `sent` but
-// the delta; that stays as it is while `sent` changes.
+// The delta becomes what other cells have already been told of: all of `sent`
+// except the delta. That difference does not change while `sent` does.
 void CellBalance::PutDeltaAside() {
   const CoefficientArray& sent = cell_.tree->Sent();
   cell_.delta->Blend(1, sent, -1);

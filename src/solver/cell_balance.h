@@ -1,14 +1,14 @@
 // The light within a cell, iterated until little of it is unsent.
 //
-// Steps are of Chebyshev's semi-iteration (semi_iteration.h) and come in
-// cycles, between which the store may be committed. Where unsent light grows,
-// the semi-iteration's radius yields first and then the gains are held
-// (held_gain.h): both are remembered in the cell's row.
+// Each step is one of Chebyshev's semi-iteration (semi_iteration.h). Steps come
+// in cycles, between which the store may be committed. Where unsent light
+// grows, CellBalance first lowers the radius of the semi-iteration and then
+// holds the gains (held_gain.h). The cell's row remembers both.
 //
-// Memory: beside the cell's tree and what it has received, one more array of
-// coefficients, the step, for the time of a cycle. Meanwhile the delta is not
-// needed: if the budget has no room for both, it waits in the store. The bits
-// do not depend on it.
+// Memory: a cycle needs one more array of coefficients, the step, beside the
+// cell's tree and its received light. A cycle does not need the delta. If the
+// budget has no room for both arrays, the delta waits in the store. The
+// resulting bits are the same either way.
 
 #pragma once
 
@@ -39,49 +39,52 @@ struct BalancedCell {
 
 class CellBalance {
  public:
-  // All are borrowed. The links that the cell has with itself must not change
-  // while it is balanced. The delta is of all elements from then on.
+  // All arguments are borrowed. The links from the cell to itself must not
+  // change while CellBalance works on it. The constructor makes the delta cover
+  // all elements.
   CellBalance(const BalancedCell& cell,
               const SurfaceTable& surfaces,
               CellPager& pager,
               BlockStorage& store,
               SolveTimes* times);
 
-  // Some steps. True if no more than `tolerance`, W, is unsent; false if there
-  // should be another cycle.
+  // Runs some steps. Returns true if at most `tolerance`, W, is unsent, false
+  // if another cycle should follow.
   bool RunCycle(double tolerance);
 
   struct Light {
-    double leaving = 0;  // the cell's surfaces, E + rho H, W
-    double unsent = 0;   // what of it links have not been told of, absolute, W
+    double leaving = 0;  // flux of the cell's surfaces, E + rho H, W
+    double unsent = 0;   // part not yet sent along links, absolute, W
   };
 
-  // Of what the cell has gathered.
+  // Sums the light over the leaves, from what the cell has gathered.
   [[nodiscard]] Light Sum() const;
 
  private:
-  // How the unsent light fared in some steps.
+  // How the unsent light changed during a cycle.
   enum class CycleEnd : uint8_t { kSettled, kShrank, kGrew };
 
-  // With the radiosity of an element and what of it is unsent.
+  // Receives the radiosity of an element and the unsent part of that radiosity.
   using UnsentVisitor = std::function<void(size_t block,
                                            ElementId e,
                                            std::span<const float> radiosity,
                                            std::span<const float> unsent)>;
 
   [[nodiscard]] ReflectingCell Reflecting() const;
-  // As VisitRadiosity.
+  // Visits elements as VisitRadiosity does.
   void VisitUnsent(const UnsentVisitor& visit) const;
   void AddIfLeaf(ElementId id,
                  std::span<const float> values,
                  LeafSums* sums) const;
   void HoldGains();
-  // In between, `sent` changes and the delta is not asked for.
+  // Between PutDeltaAside and TakeDeltaBack, `sent` changes and nobody may ask
+  // for the delta. StartDelta grows the delta to all elements.
   void StartDelta();
   void PutDeltaAside();
   void TakeDeltaBack();
   CycleEnd Iterate(double tolerance, SemiIteration* iteration);
-  // Makes the step before into the next one. Returns how much was unsent, W.
+  // Turns `step` from the previous step into the next one. Returns the unsent
+  // light, W.
   double NextStep(float weight, CoefficientArray* step) const;
 
   BalancedCell cell_;

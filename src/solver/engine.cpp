@@ -16,10 +16,10 @@ namespace {
 
 constexpr uint32_t kMostSweeps = 60;
 constexpr double kTellSeconds = 0.5;  // between two reports of progress
-// The light before the first round is guessed with at most this reflectance.
+// The first guess of the light assumes at most this mean reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
-// The area of the sides that the error is a mean over, m2: those that reflect.
+// The area that the error is a mean over, m2: that of all reflecting patches.
 double ReflectingArea(const BlockStorage& store,
                       const SceneInfo& scene,
                       size_t cells) {
@@ -40,7 +40,7 @@ double AreaOfCells(const SolveState& state) {
   return area;
 }
 
-// What is being done, and how far the rounds before have come.
+// Names the current phase and the error that earlier rounds have reached.
 std::string PhaseText(const SolveState& state) {
   std::string text =
       fmt::format("round {} {}",
@@ -139,7 +139,8 @@ void Engine::Start() {
   }
   const double all_area = std::max(AreaOfCells(state_), 1e-12);
   const double area = is_black_ ? all_area : area_;
-  // A guess until the first round has measured it: as if nothing were lost.
+  // The mean reflected radiosity is a guess until the first round has measured
+  // it. The guess assumes that no light is lost.
   const double reflectance =
       is_black_ ? double{kLeastWeightReflectance}
                 : std::min(reflecting / all_area, kMostGuessedReflectance);
@@ -155,7 +156,7 @@ void Engine::StartRound(double tau) {
   state_.converged = false;
   state_.published_in_sweep = false;
   state_.sweeps_in_round = 0;
-  pager_.ForgetLinks();  // they are made anew
+  pager_.ForgetLinks();  // the round makes all links anew
   pager_.Order().StartSweep(SweepKind::kRefine);
 }
 
@@ -175,7 +176,7 @@ void Engine::FinishSweep() {
       !state_.published_in_sweep || state_.sweeps_in_round + 1 >= kMostSweeps;
   if (ends_round) {
     TakeReads();
-    Commit();  // rays may take long now, and a stop ends them
+    Commit();  // the rays may take long, and a stop ends them
   }
   ++state_.sweeps;
   ++state_.sweeps_in_round;
@@ -190,8 +191,8 @@ void Engine::FinishSweep() {
   CheckPoint();
 }
 
-// Adds what was read since the last call, beside what the best cache would
-// have.
+// Adds the bytes read since the last call, and the bytes that an optimal cache
+// would have read.
 void Engine::TakeReads() {
   const TracedReads reads = pager_.Trace().TakeReads();
   state_.times.bytes_read += reads.read;
@@ -213,7 +214,8 @@ void Engine::Commit() {
   commits_.End();
 }
 
-// The end of a step: commits now and then, and stops here when asked to.
+// Called at the end of a step: commits if a commit is due, and throws
+// InterruptedError if a stop was requested.
 void Engine::CheckPoint() {
   const bool stop = options_.stop != nullptr && options_.stop->load();
   if (stop) {

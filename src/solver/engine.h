@@ -2,14 +2,15 @@
 //
 //   round:  [ refine all pairs of all receivers ] [ propagate until quiet ]
 //
-// A round forms all links anew at a smaller tau, from the radiosity of the
-// round before; so links need no history, and what was sampled away gets a new
-// chance. Propagation then sends changes (residuals) until every cell's unsent
-// radiosity is below a tolerance. Receivers go in the order of their ids;
-// within a receiver its sources do, and its own equilibrium comes last.
+// A round makes all links anew at a smaller tau, from the radiosity of the
+// round before. Links therefore need no history, and transfers that sampling
+// has dropped get a new chance. Propagation then sends changes (residuals)
+// until every cell's unsent radiosity is below a tolerance. Receivers come in
+// the order of their ids. Within a receiver, its sources come in the order of
+// their ids, and the balance within the cell itself comes last.
 //
-// Steps end at fixed places of this order, and a commit may fall between any
-// two of them: the result does not depend on where.
+// Steps end at fixed places of this order. A commit may fall between any two
+// steps: the result does not depend on where commits fall.
 
 #pragma once
 
@@ -51,14 +52,14 @@ class Engine {
   // A receiver cell while it is processed.
   struct Receiver {
     CellId id;
-    std::vector<VisibleCell> sources;  // itself last
+    std::vector<VisibleCell> sources;  // the cell itself comes last
     MemoryCharge sources_charge;
     std::shared_ptr<const CellGeometry> geometry;
     std::shared_ptr<CellTree> tree;
     std::shared_ptr<ReceivedLight> received;
-    // While it is refined: the elements at which refinement begins.
+    // During refinement: the elements at which refinement begins.
     std::unique_ptr<ClusterTree> receivers;
-    std::vector<float> weights;  // their ReceiverWeights
+    std::vector<float> weights;  // ReceiverWeights of the receivers
     MemoryCharge receivers_charge;
   };
 
@@ -85,7 +86,7 @@ class Engine {
   auto ReadOnce(const Read& read);
   Receiver Load(CellId cell);
   VisibleSet SourcesOf(CellId cell, MemoryCharge* charge);
-  // The rays that it took.
+  // Returns the number of rays traced.
   uint64_t FindReceivers(Receiver* r);
   void Unlink(const Receiver& r, CellId source);
   void RefinePair(const Receiver& r, const VisibleCell& source);
@@ -109,8 +110,8 @@ class Engine {
   void Commit();
   // Commits if it is time to; throws InterruptedError if asked to stop.
   void CheckPoint();
-  // How much of the sweep is done, as far as cells and pairs alike take as
-  // long.
+  // The share of the sweep that is done, as if all cells and all pairs took
+  // equally long.
   [[nodiscard]] double ShareOfSweep() const;
   [[nodiscard]] double ShareOfCell(const Receiver& r, size_t items) const;
   [[nodiscard]] bool IsTimeToTell() const;
@@ -133,14 +134,14 @@ class Engine {
   ChunkWriter chunks_;
   MemoryCharge workspace_;
   SolveState state_;
-  double area_ = 0;  // of all patches that reflect, m2; of all, if none does
-  // Nothing reflects: the irradiance is solved for, and its error is measured
-  // as if all surfaces had kLeastWeightReflectance.
+  double area_ = 0;  // of reflecting patches, or of all if none reflects, m2
+  // True if nothing reflects: Engine then solves for the irradiance and
+  // measures its error as if all surfaces had kLeastWeightReflectance.
   bool is_black_ = false;
-  CellCare care_;             // of the cell whose links are made; else empty
-  double share_of_cell_ = 0;  // of the cell at work that is done
+  CellCare care_;             // of the cell being refined; else empty
+  double share_of_cell_ = 0;  // done share of the current cell
   CommitClock commits_;
-  std::chrono::steady_clock::time_point last_told_;  // of progress
+  std::chrono::steady_clock::time_point last_told_;  // last report of progress
 };
 
 }  // namespace enfilade

@@ -15,20 +15,21 @@
 namespace enfilade {
 namespace {
 
-// Covers may leave edges of this many tau: docs/decisions/0011-oracle.md.
+// The error at a cover's edge may be this many tau:
+// docs/decisions/0011-oracle.md.
 constexpr double kCoverShare = 6;
-// A cell counts as lit from this share of the mean radiosity on.
+// A cell counts as lit above this share of the mean reflected radiosity.
 constexpr double kDarkShare = 1e-6;
-// Cycles of the balance within a cell, at most.
+// The most cycles of the balance within a cell.
 constexpr uint32_t kMostCycles = 40;
 
-// Nothing of a cell's turn has been done.
+// Whether no part of a cell's turn has been done.
 bool IsAtStart(const PairCursor& cursor) {
   return cursor.source == 0 && cursor.chunk == 0 && cursor.cycle == 0 &&
          cursor.work == WorkPart{};
 }
 
-// Surfaces that all reflect so much and emit nothing.
+// Surfaces that all have this reflectance and emit nothing.
 SurfaceTable AllGrey(const SurfaceTable& like, float reflectance) {
   SurfaceTable grey = like;
   std::fill(grey.reflectance.begin(), grey.reflectance.end(), reflectance);
@@ -38,7 +39,8 @@ SurfaceTable AllGrey(const SurfaceTable& like, float reflectance) {
 
 }  // namespace
 
-// What a cell's turn reads once.
+// Runs `read`, and records its bytes as data that a cell's turn reads only
+// once.
 template <typename Read>
 auto Engine::ReadOnce(const Read& read) {
   const uint64_t before = store_->Stats().bytes_read;
@@ -66,7 +68,7 @@ Engine::Receiver Engine::Load(CellId cell) {
   return r;
 }
 
-// What a cell sees, and what stands between where that is needed.
+// What a cell sees, with the cells in between during refinement.
 VisibleSet Engine::SourcesOf(CellId cell, MemoryCharge* charge) {
   const auto reserve = [&](uint64_t bytes) {
     *charge = pager_.Reserve(bytes, "what a cell sees");
@@ -109,8 +111,8 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
   return covers.rays;
 }
 
-// A commit in the midst of a cell's refinement leaves readers the light that
-// the cell had before.
+// If a commit falls within a cell's refinement, readers of the store get the
+// light that the cell had before the refinement.
 void Engine::KeepForReaders() {
   if (state_.phase != SolvePhase::kRefine || state_.round == 0 ||
       IsAtStart(state_.cursor)) {
@@ -145,7 +147,7 @@ void Engine::RefineCell(CellId cell) {
   MemoryCharge workspace =
       pager_.Reserve(kRefineWorkspaceBytes, "the links of a cell");
   const uint64_t rays = FindReceivers(&r);
-  state_.rays += begins ? rays : 0;  // not again where a cell is gone on with
+  state_.rays += begins ? rays : 0;  // not again if resumed
   while (state_.cursor.source < r.sources.size()) {
     RefinePair(r, r.sources[state_.cursor.source]);
     state_.cursor = {state_.cursor.source + 1, {}, 0, 0};
@@ -191,9 +193,9 @@ void Engine::PropagateCell(CellId cell) {
   NextCell();
 }
 
-// Balances the light within a receiver and takes stock: its turn is over.
-// Commits come between cycles, whose state is in the store: the bits are the
-// same after one.
+// Balances the light within a receiver and updates its row: the receiver's turn
+// is over. Commits fall between cycles. All state of a cycle is in the store,
+// so a run that resumes after a commit yields the same bits.
 void Engine::Settle(const Receiver& r) {
   pager_.Order().MoveTo(r.id, r.id);
   pager_.ForgetWeights(r.id);

@@ -21,7 +21,7 @@ GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
 
 }  // namespace
 
-// The receiver has no links from the source.
+// Removes all links of the receiver from the source.
 void Engine::Unlink(const Receiver& r, CellId source) {
   store_->EraseAll(BlockKind::kLinks, r.id.value, source.value);
   pager_.Order().SetLinked(r.id, source, false);
@@ -81,8 +81,8 @@ PairWork Engine::WorkOf(const Receiver& r,
            .sent = &weights}};
 }
 
-// Refines what is left of the pair's work, and applies and writes its links in
-// the order of that. A commit may come after each chunk of them.
+// Refines what is left of the pair's work, then applies and writes the links in
+// the order of the work. A commit may follow each chunk of links.
 void Engine::WriteLinks(const Receiver& r,
                         const Sender& s,
                         const Refiner& refiner,
@@ -118,10 +118,10 @@ double Engine::ShareOfCell(const Receiver& r, size_t items) const {
   return (static_cast<double>(state_.cursor.source) +
           static_cast<double>(state_.cursor.work.item) /
               static_cast<double>(items)) /
-         static_cast<double>(r.sources.size() + 1);  // and the balance
+         static_cast<double>(r.sources.size() + 1);  // + 1: the balance
 }
 
-// Gathers by links that are on their way to the store.
+// Gathers over new links before they are written to the store.
 void Engine::GatherNew(const Receiver& r,
                        const Sender& s,
                        const LinkBlock& links) {
@@ -134,7 +134,8 @@ void Engine::GatherNew(const Receiver& r,
   state_.cells[r.id.Index()].links += links.links.size();
 }
 
-// Appends its links to the block, makes the elements they name and takes stock.
+// Appends the part's links to the block, makes the elements that they name, and
+// adds to the error, ray and link counts.
 void Engine::ApplyPart(const RawLinks& part,
                        const Receiver& r,
                        const Sender& s,
@@ -158,8 +159,8 @@ void Engine::ApplyPart(const RawLinks& part,
 }
 
 void Engine::GatherPair(const Receiver& r, CellId source) {
-  // A half of all visible pairs has no links, and a tree is much to read for
-  // nothing: docs/decisions/schedules.md.
+  // Half of all visible pairs have no links, and reading a tree for nothing is
+  // expensive: docs/decisions/schedules.md.
   if (!pager_.Order().IsLinked(r.id, source)) {
     return;
   }

@@ -1,4 +1,5 @@
-// The part of the engine that ends a round: what its error is, and where.
+// The part of the engine that ends a round: it estimates the round's error and
+// finds the patches that have most of it.
 
 #include "base/check.h"
 #include "base/memory.h"
@@ -18,11 +19,13 @@
 namespace enfilade {
 namespace {
 
-// To say that it is small: one ray per this many links, but at least these.
+// Rays to confirm that the error is small: one per this many links, but at
+// least kLeastDecidingRays.
 constexpr uint64_t kLinksPerAcceptingRay = 4;
 constexpr uint64_t kLeastDecidingRays = 2 << 20;
-// To say where it is, if it is large: one ray per this many links, but at least
-// as many; and fewer of a round that costs less than they do.
+// Rays to locate the error if it is large: one per this many links, but at
+// least kLeastDecidingRays. A round with fewer than kFewToLocate links costs
+// less than that many rays and gets kLocatingRaysOfFewLinks.
 constexpr uint64_t kLinksPerLocatingRay = 2;
 constexpr uint64_t kFewToLocate = 20'000;
 constexpr uint64_t kLocatingRaysOfFewLinks = 1 << 19;
@@ -52,7 +55,7 @@ void Engine::FinishRound() {
   ENFILADE_CHECK(std::isfinite(state_.mean_reflected),
                  "the light of round {} is not finite",
                  state_.rounds.size());
-  commits_.MakeDue();  // the end of a round is worth it
+  commits_.MakeDue();  // each round's end is worth a commit
   if (!is_black_ && IsWorthChecking(state_)) {
     CheckResidual();
   }
@@ -82,8 +85,8 @@ void Engine::TellOfRound() const {
   options_.round_ended(summary);
 }
 
-// Rays look at what a round has reached, which FinishSweep has committed: no
-// cell is in memory then, and a stop leaves the store as it is.
+// Measures the error of a round by rays. FinishSweep has committed the round,
+// so no cell needs to be in memory, and a stop leaves the store as it is.
 void Engine::CheckResidual() {
   pager_.EvictAll();
   workspace_.Reset();
@@ -107,14 +110,14 @@ void Engine::CheckResidual() {
       MeasureResidual(*store_, options, *budget_, &by_patch);
   ReleaseFreedMemory();  // for the next round
   TakeResidual({residual.least, residual.most, residual.high}, &state_);
-  if (state_.rounds.size() > 1) {  // the first one is a guess everywhere
+  if (state_.rounds.size() > 1) {  // the first round is a guess
     CareFor(by_patch);
   }
   workspace_ = ReserveWorkspace();
 }
 
-// Where the error is, patches are refined more carefully than others from now
-// on: so much that with the next tau it comes down to what is wanted.
+// Raises the care of the patches that have most of the error, so that the next
+// round, at its tau, brings their error down to the wanted level.
 void Engine::CareFor(const PatchErrors& errors) {
   RoundRecord& round = state_.rounds.back();
   const MemoryCharge charge(*budget_,

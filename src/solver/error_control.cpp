@@ -13,82 +13,89 @@ namespace {
 // The first round aims at this error, with about this many links per patch.
 constexpr double kFirstError = 0.4;
 constexpr double kFirstLinksPerPatch = 3;
-// Estimated over predicted error, and the power of the number of links by which
-// error falls, both measured.
+// The estimated over the predicted error, and the power of the number of links
+// with which the error falls. Both are measured.
 constexpr double kPredictionFactor = 1.35;
 constexpr double kErrorPerLinks = 0.4;
-// Links of the first round are made before most of the light has come: its
-// error is 1.0 to 2.1 times what they predict, this on average
+// The first round makes its links before most of the light has arrived. Its
+// error is 1.0 to 2.1 times the predicted one; this is the average
 // (docs/decisions/0012-error-estimate.md).
 constexpr double kFirstPrediction = 1.5;
-// Predictions up to this multiple of the requested error are checked: where
-// light is smooth, they are several times too large.
+// Rays check predictions up to this multiple of the requested error, because
+// predictions are several times too large where light is smooth.
 constexpr double kCheckedFrom = 5;
-// Where rays saw two rounds, the power of the error that tau is (kTauPerError
-// otherwise) is theirs, within these.
+// tau falls as a power of the error. If rays have measured the last two rounds,
+// NextTau uses their power, clamped to these bounds; otherwise it uses
+// kTauPerError.
 constexpr double kLeastTauPerError = 2.2;
 constexpr double kMostTauPerError = 3.2;
-// A round aims at this share of the requested error, lest it misses by chance.
+// A round aims at this share of the requested error so that it does not miss
+// the request by chance.
 constexpr double kErrorMargin = 0.92;
-// A round that misses by no more than this had aimed at the error and was not
-// lucky: with other random numbers, and care, the next one errs less by itself.
+// A round that misses the requested error by at most this factor was aimed
+// correctly but unlucky. With other random numbers, and care, the next round
+// leaves kLeftByChance of its error at the same tau.
 constexpr double kNearMiss = 1.25;
 constexpr double kLeftByChance = 0.94;
-// Nor does one of more links than this owe its error to chance, and another
-// round too many would be dear.
+// A round with more links than this does not owe its error to chance, and an
+// unnecessary further round would be expensive.
 constexpr uint64_t kTooManyForLuck = 16'000'000;
-// A round aims to keep at least this share of the squared error; tau is not
-// lowered beyond that.
+// A round aims to leave at least this share of the squared error; tau is not
+// lowered further.
 constexpr double kLeastLeft = 0.15;
-// The most that tau may be after it, over what it was; and after others.
+// The largest ratio of the next tau to the last one: after a near miss, and
+// after any other round.
 constexpr double kMostStepOfNearMiss = 0.85;
 constexpr double kMostStep = 0.7;
-// After the first, whose tau was a guess and may have been too small.
+// After the first round, whose tau was a guess and may have been too small.
 constexpr double kMostStepOfGuess = 3;
-// The least that it may be.
+// The smallest ratio of the next tau to the last one.
 constexpr double kLeastStep = 1.0 / 12;
 constexpr double kLeastStepOfRatherFew = 1.0 / 4;
 constexpr double kLeastStepOfFew = 1.0 / 2;
-// From this share of the squared error on, what care alone mends is worth a
-// round.
+// If care removes more than this share of the squared error, a round at the
+// same tau is worthwhile.
 constexpr double kMuchCaredFor = 0.3;
-// A round of few links costs less than the rays that look at it, and one link
-// more or less is felt: tau is lowered by short steps, so that the error does
-// not come out far smaller than requested.
+// A round with few links costs less than the rays that measure it, and each
+// additional link is felt. tau then falls in short steps, so that the error
+// does not end far below the request.
 constexpr uint64_t kFewLinks = 1'000;
 constexpr uint64_t kRatherFewLinks = 20'000;
-// So many times the links, by some rounds that rays have seen, should halve the
-// error; where they leave nearly all of it, more will not help.
+// This factor more links, at least kRoundsInVain rounds later, should halve the
+// error. If they leave more than kLeftInVain of the error, more links will not
+// help.
 constexpr uint64_t kGrowthInVain = 8;
 constexpr size_t kRoundsInVain = 3;
 constexpr double kLeftInVain = 0.9;
-// A round that leaves more than this of what the one before had has not helped.
+// A round that leaves more than this share of the previous error has not
+// helped.
 constexpr double kNoBetter = 0.97;
-// What cells reflect that were lit too late for others may be this share of the
-// error of all reflected light: in soups, light goes on to seep into walls.
+// The light reflected by cells that were lit too late for other cells may be
+// this share of the requested error, relative to all reflected light. In
+// polygon soups, light keeps seeping into walls.
 constexpr double kLateShare = 0.01;
-// Rounds of one request.
+// The most rounds of one request.
 constexpr size_t kMostRounds = 16;
-// Unsent radiosity that may stay, as a share of the error of the round: of the
-// requested one, or of this much of the last round's if that is larger.
+// Unsent radiosity may stay up to kResidualShare of an error: the requested
+// error, or kOfLastRound of the last round's estimated error if that is larger.
 constexpr double kResidualShare = 0.01;
 constexpr double kOfLastRound = 0.5;
 
-// Cells were lit too late in a round, and so brightly that it matters.
+// Whether cells were lit too late in a round, and so brightly that it matters.
 bool IsRelit(const RoundRecord& round, const SolveState& state) {
   return round.late > kLateShare * state.error;
 }
 
-// What the last round changed is the light of cells that were lit too late for
-// the round before.
+// Whether the change of the last round comes from cells that were lit too late
+// for the round before.
 bool ChangedByLight(const SolveState& state) {
   const size_t rounds = state.rounds.size();
   return rounds > 1 && IsRelit(state.rounds[rounds - 2], state);
 }
 
-// The error of a round by what it changed: that is about the error of the one
-// before, and error falls with the number of links, or faster where rays say
-// so.
+// Estimates the error of a round from its change. The change is about the error
+// of the round before, and the error falls with the number of links, or faster
+// if rays say so.
 double ErrorByChange(const RoundRecord& before, const RoundRecord& now) {
   const double growth =
       static_cast<double>(now.links) /
@@ -100,7 +107,7 @@ double ErrorByChange(const RoundRecord& before, const RoundRecord& now) {
   return now.observed_change * left;
 }
 
-// Likewise of the last one; 0 where that says nothing.
+// The same for the last round; 0 if its change says nothing.
 double ErrorByChange(const SolveState& state) {
   const size_t rounds = state.rounds.size();
   return rounds < 2 || ChangedByLight(state)
@@ -108,14 +115,15 @@ double ErrorByChange(const SolveState& state) {
              : ErrorByChange(state.rounds[rounds - 2], state.rounds.back());
 }
 
-// The error of a round that the care taken after it leaves, as a share.
+// The share of a round's error that remains after the care taken at its end.
 double LeftByCare(const RoundRecord& round) {
   return std::sqrt(1 - round.cared_for);
 }
 
-// The error that the last round's links predict. To take the first round's at
-// its word makes the second one coarse, and cheap; but where it is said to be
-// good enough the second makes as many links as the last, and should do.
+// The error that the last round's links predict. Using the first round's
+// prediction as it is makes the second round coarse and cheap. But if the
+// prediction already meets the requested error, the second round should be the
+// last one, so kFirstPrediction raises the prediction.
 double Predicted(const SolveState& state) {
   const double predicted =
       kPredictionFactor * state.rounds.back().predicted_error;
@@ -124,15 +132,16 @@ double Predicted(const SolveState& state) {
   return predicted * (claims_enough ? kFirstPrediction : 1);
 }
 
-// Of a round with few links, one more is felt: it may have to fall far to make
-// a difference.
+// Whether the last round has missed the requested error by so little that
+// chance explains it. A round with few links does not count: each additional
+// link is felt, and tau may have to fall far to make a difference.
 bool IsNearMiss(const RoundRecord& last, const SolveState& state) {
   return state.rounds.size() > 1 && last.links >= kFewLinks &&
          last.residual_error > 0 &&
          last.residual_error <= kNearMiss * state.error;
 }
 
-// The least that the next tau may be, over that of the last round.
+// The smallest ratio of the next tau to that of the last round.
 double LeastStep(const RoundRecord& last, const SolveState& state) {
   if (last.links < kFewLinks) {
     return kLeastStepOfFew;
@@ -142,10 +151,10 @@ double LeastStep(const RoundRecord& last, const SolveState& state) {
              : kLeastStep;
 }
 
-// The most, likewise.
+// The largest ratio of the next tau to that of the last round.
 double MostStep(const RoundRecord& last, const SolveState& state) {
   if (state.rounds.size() == 1) {
-    // Where cells were lit late there were too few links to tell.
+    // If cells were lit late, the round had too few links to judge by.
     return IsRelit(last, state) ? 1 : kMostStepOfGuess;
   }
   if (last.cared_for > kMuchCaredFor) {
@@ -154,15 +163,16 @@ double MostStep(const RoundRecord& last, const SolveState& state) {
   return IsNearMiss(last, state) ? kMostStepOfNearMiss : kMostStep;
 }
 
-// The share of the error that is left to the next round at the same tau.
+// The share of the error that the next round would leave at the same tau.
 double LeftAtSameTau(const RoundRecord& last, const SolveState& state) {
   const bool was_unlucky =
       IsNearMiss(last, state) && last.links <= kTooManyForLuck;
   return LeftByCare(last) * (was_unlucky ? kLeftByChance : 1);
 }
 
-// Which power of the error tau is, by the last two rounds if rays saw both. The
-// first does not count: links that are made in the dark err more than by tau.
+// The power of the error with which tau falls, from the last two rounds if rays
+// measured both. The first round does not count: its links are made in the dark
+// and err more than tau says.
 double TauPerError(const SolveState& state) {
   const size_t rounds = state.rounds.size();
   if (rounds < 3) {
@@ -181,7 +191,8 @@ double TauPerError(const SolveState& state) {
              : kTauPerError;
 }
 
-// The last round has many times the links of an earlier one, and is no better.
+// Whether the last round has many times the links of an earlier round and is no
+// better.
 bool HasGrownInVain(const SolveState& state) {
   const RoundRecord& last = state.rounds.back();
   if (!(last.residual_error > 0)) {
@@ -274,8 +285,8 @@ bool IsExhausted(const SolveState& state) {
   if (n < 3) {
     return false;
   }
-  // What a round changed says little of rough ones: the prediction must not
-  // have fallen either.
+  // The change of a rough round says little, so the prediction must not have
+  // fallen either.
   const auto in_vain = [&](size_t i) {
     const RoundRecord& last = state.rounds[i - 1];
     const RoundRecord& now = state.rounds[i];
@@ -312,21 +323,22 @@ RequestStep TakeRequest(double error, SolveState* state) {
 }
 
 double NextTau(const SolveState& state) {
-  // What the second round changes shows how rough the first one was, and after
-  // cells were lit late it shows light that had not come yet: neither is worth
-  // a long step.
+  // The change of the second round shows how rough the first round was. The
+  // change after cells were lit late shows light that had not arrived before.
+  // Neither justifies a long step.
   const RoundRecord& last = state.rounds.back();
   const size_t rounds = state.rounds.size();
   const bool by_prediction =
       !(last.residual_error > 0) &&
       (rounds <= 2 || IsRelit(last, state) || ChangedByLight(state));
-  // Where rays have looked they know what is wrong now; what the round changed
-  // tells of the one before, and may be far more.
+  // Rays measure the present error. The change of a round tells of the round
+  // before and may be far larger.
   const double seen =
       last.residual_error > 0 ? last.residual_error : last.estimated_error;
   const double estimated = by_prediction ? Predicted(state) : seen;
-  // The share of the error that the next round should leave, over what it
-  // leaves by itself: the rest is for tau.
+  // The share of the error that the next round should leave, divided by the
+  // share that it leaves at the same tau. Lowering tau has to achieve the
+  // quotient.
   const double wanted =
       std::max(kErrorMargin * state.error / std::max(estimated, 1e-30),
                std::sqrt(kLeastLeft)) /

@@ -27,34 +27,35 @@
 namespace enfilade {
 namespace {
 
-// Elements per patch at the end of a solve, in cells with lamps and in others:
-// so many at this error by M2, with this power of its inverse, and so many
-// times more with constants (docs/decisions/least-memory.md).
+// Elements per patch at the end of a solve with basis M2 at error
+// kErrorOfGrowth, in cells with lamps and in other cells. The number grows with
+// the power kGrowthPerError of the inverse error; constant bases have
+// kHaarGrowth times as many (docs/decisions/least-memory.md).
 constexpr double kWithLamps = 40;
 constexpr double kWithoutLamps = 25;
 constexpr double kErrorOfGrowth = 0.1;
 constexpr double kGrowthPerError = 1.7;
 constexpr double kHaarGrowth = 3;
 
-// Receivers of a cell, seen at 0.1 and 0.05: up to 5.7 a patch in small cells
-// of floors, 1.5 in large ones, 3.4 among 36 chairs.
+// Receivers of a cell. Measured at errors 0.1 and 0.05: up to 5.7 per patch in
+// small cells of floors, 1.5 in large ones, 3.4 among 36 chairs.
 constexpr size_t kReceivers = 1000;
 constexpr size_t kReceiversPerPatch = 3;
 
-// Cells between two others that should stay in memory.
+// The number of cells between two others whose blockers should stay in memory.
 constexpr size_t kKeptBetween = 8;
 
 // Bytes of one cell.
 struct CellNeed {
   uint64_t geometry = 0;
   uint64_t tree = 0;
-  uint64_t received = 0;  // needed in its own turn
-  uint64_t balance = 0;   // working arrays of its equilibrium
+  uint64_t received = 0;  // needed only in the cell's own turn
+  uint64_t balance = 0;   // working arrays of its balance
   uint64_t clusters = 0;  // of its receiving elements
-  uint64_t weights = 0;   // what it sends at most
+  uint64_t weights = 0;   // bounds of what it sends
   uint64_t care = 0;      // of its patches
   uint64_t blockers = 0;  // for shafts and rays
-  uint64_t build = 0;     // on top of the blockers, while they are built
+  uint64_t build = 0;     // in addition, while the blockers are built
 };
 
 class NeedFinder {
@@ -80,7 +81,7 @@ class NeedFinder {
         needs_.size() * kSolveBytesPerCell +
         NextUse::BytesFor(needs_.size(),
                           LoadVisibilitySummary(*store_).visible_pairs);
-    // The record of what is read has a share of it all, itself included.
+    // The access trace takes a share of the whole budget, the trace included.
     const uint64_t share = AccessTrace::OwnBytesUnder(least_.budget_bytes);
     least_.budget_bytes += share + AccessTrace::OwnBytesUnder(2 * share);
     least_.cap_bytes = MemoryBudget::CapForBudget(least_.budget_bytes);
@@ -107,7 +108,7 @@ class NeedFinder {
     const size_t patches = stored.patches.size();
     const size_t blockers = BlockerCount(stored);
     const size_t grown = patches == 0 ? 0 : GrownSize(stored.patches);
-    // A tree that is there already may have grown further.
+    // A tree that the store already has may be larger.
     const size_t elements =
         std::max(grown, has_trees_ ? CellTree::StoredSize(*store_, cell) : 0);
     patches_ += patches;
@@ -121,7 +122,7 @@ class NeedFinder {
     need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
     need.tree = CellTree::BytesFor(elements, shape_);
     need.received = ReceivedLight::BytesFor(elements, shape_);
-    // The delta, or the step in its place (cell_balance.h).
+    // The delta, or the step that replaces it during a cycle (cell_balance.h).
     need.balance = CoefficientArray::BytesFor(elements, shape_.Stride()) +
                    HeldSharesBytesFor(elements, shape_);
     need.clusters =
@@ -158,9 +159,10 @@ class NeedFinder {
     }
   }
 
-  // On top of what the receiver needs. Of the cells between, both ends are held
-  // and the others paged in one after the other; but some of these must stay,
-  // or every ray would build them anew.
+  // Bytes needed in addition to those of the receiver. Of the cells between,
+  // the blockers of both ends are held, and those of the others are paged in
+  // one after the other. The kKeptBetween largest of the others must stay, or
+  // every ray would build them anew.
   [[nodiscard]] uint64_t PairNeed(CellId receiver, const VisibleCell& v) const {
     uint64_t bytes = needs_[v.source.Index()].weights;
     uint64_t build = 0;
@@ -188,7 +190,7 @@ class NeedFinder {
                            bytes + build);
   }
 
-  // After each round: of the cells, one at a time.
+  // The rays after each round need one cell in memory at a time.
   void ConsiderRays() {
     constexpr double kLinksPerElement = 6;  // seen: 5.5 (floors), 8 (chairs)
     const double links = kLinksPerElement * growth_.without_lamps *
@@ -226,9 +228,9 @@ class NeedFinder {
   uint64_t portal_bytes_ = 0;
   bool has_trees_;
   std::vector<CellNeed> needs_;  // by CellId
-  // Of all cells.
+  // Sums over all cells.
   size_t patches_ = 0;
-  size_t lamps_ = 0;  // patches that emit
+  size_t lamps_ = 0;  // emitting patches
   LeastMemory least_;
 };
 

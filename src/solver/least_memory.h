@@ -1,5 +1,6 @@
-// The least memory that a solve can do with, known before it begins: what its
-// largest subproblem must have in memory at once, whatever else is evicted.
+// The least memory that a solve needs, computed before the solve begins: what
+// its largest subproblem must hold in memory at once, with everything else
+// evicted.
 //
 //   subproblem                     in memory at once
 //   covers of a receiver           its geometry, tree, blockers
@@ -9,11 +10,12 @@
 //   balance within a cell          its geometry, tree, working arrays
 //   any of them                    what the receiver sees
 //
-// Trees grow while elements are refined, by a factor that nobody knows
-// beforehand. So there are two caps: one under which the first rounds fit,
-// below which a solve does not begin, and one for trees as large as those of
-// other solves have become at the same error, under which it should end.
-// Between the two a solve may have to stop, and then names a larger cap.
+// Trees grow during refinement by a factor that cannot be known beforehand.
+// There are therefore two caps. Under the first cap, the first rounds fit; a
+// solve does not begin below it. Under the second cap, the solve should reach
+// its end: it assumes trees as large as other solves have needed at the same
+// error. Between the two caps a solve may have to stop and then names a larger
+// cap.
 
 #pragma once
 
@@ -26,51 +28,55 @@
 
 namespace enfilade {
 
-// Links on their way from refinement to the store: the results of a group, what
-// is pending, a chunk sorted, encoded and compressed. Charged while a cell is
-// refined.
+// Memory for links between refinement and the store: the results of a group,
+// the pending links, and a chunk that is sorted, encoded and compressed.
+// Charged while a cell is refined.
 inline constexpr uint64_t kRefineWorkspaceBytes = 8ULL << 20;
-// A chunk on its way from the store. Charged as long as a solve runs.
+// Memory for a chunk that is being read from the store. Charged as long as a
+// solve runs.
 inline constexpr uint64_t kSolveWorkspaceBytes = 2ULL << 20;
 
-// Of each cell as long as a solve runs: what is known of it without paging it
-// in, twice more while that is committed.
+// Charged per cell as long as a solve runs: what is known of the cell without
+// paging it in, and two more copies during a commit.
 inline constexpr uint64_t kSolveBytesPerCell = 400;
 
-// What the tree of a cell may grow to: so many elements per patch, and some for
-// the large surfaces, however few (docs/decisions/least-memory.md).
+// The size that the tree of a cell may grow to: a number of elements per patch,
+// plus `extra` elements for large surfaces, which even a cell with few patches
+// may have (docs/decisions/least-memory.md).
 struct TreeGrowth {
-  double with_lamps = 0;     // per patch of a cell with lamps
-  double without_lamps = 0;  // per patch of another
+  double with_lamps = 0;     // elements per patch, cell with lamps
+  double without_lamps = 0;  // elements per patch, other cell
   double extra = 0;
 };
 
-// In the first rounds.
+// The growth during the first rounds.
 inline constexpr TreeGrowth kFirstGrowth{1.25, 1.25, 8000};
 
-// By the end of a solve with this error and basis: no less.
+// The growth by the end of a solve with this error and basis; at least
+// kFirstGrowth.
 TreeGrowth LastGrowth(const SolveOptions& options);
 
 struct LeastMemory {
   uint64_t budget_bytes = 0;  // work space included
   uint64_t cap_bytes = 0;     // of the process, whole MiB
-  // The subproblem that needs it; equal where one cell is alone.
+  // The two cells of the subproblem that needs the most; equal if the
+  // subproblem has one cell.
   CellId receiver;
   CellId source;
-  uint64_t cells_between = 0;  // both ends included
-  // No subproblem needs as much as the rays that measure the error.
+  uint64_t cells_between = 0;  // including both ends
+  // True if the rays that measure the error need more than any subproblem.
   bool is_of_rays = false;
 };
 
 // Reads each cell's patches once and each visible set once; holds a few words
-// per cell. Trees that are there already count as they are, if they are larger.
-// The store must have visible sets.
+// per cell. A tree that the store already has counts with its actual size if
+// that is larger. The store must have visible sets.
 LeastMemory FindLeastMemory(const BlockStorage& store,
                             const SolveOptions& options,
                             const TreeGrowth& growth);
 
-// Throws DoesNotFitError, which names a cap under which the solve should end,
-// if the budget is too small for it to begin.
+// Throws DoesNotFitError if the budget is too small for the solve to begin. The
+// error names a cap under which the solve should reach its end.
 void RequireLeastMemory(const BlockStorage& store,
                         const SolveOptions& options,
                         const MemoryBudget& budget);

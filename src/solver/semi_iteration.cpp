@@ -32,8 +32,9 @@ double SemiIteration::LearntRadius() const {
     return radius_;
   }
   const double seen = std::pow(last_ / early_, 1.0 / (steps_ - 2));
-  // Per step, eigenvalues up to the radius fall by `expected`, and one of
-  // radius (z + 1/z) / 2 by z times as much.
+  // Per step, components with eigenvalues up to the radius fall by `expected`.
+  // A component whose eigenvalue is radius (z + 1/z) / 2 falls by z times
+  // `expected`.
   const double expected = radius_ / (1 + std::sqrt(1 - radius_ * radius_));
   const double z = seen / expected;
   return z > 1 ? std::min(kLargestRadius, 0.5 * radius_ * (z + 1 / z))

@@ -27,7 +27,8 @@ bool IsOneOf(const std::string& word, std::initializer_list<const char*> all) {
   return std::find(all.begin(), all.end(), word) != all.end();
 }
 
-// Which form factors go with which method and which linear solver.
+// Throws UsageError if the form factors do not fit the method or its linear
+// solver.
 void ValidateFormFactors(const MethodOptions& method) {
   const FormFactorOptions form_factors = FormFactorOptionsOf(method);
   if ((method.name == "wavelet" || method.name == "hierarchical") &&
@@ -56,7 +57,8 @@ void ValidateFormFactors(const MethodOptions& method) {
   }
 }
 
-// What only the hierarchical method takes, and what it does not take.
+// Throws UsageError if the options that only the hierarchical method takes are
+// given to another method, or the other way round.
 void ValidateHierarchical(const MethodOptions& method,
                           const std::string& basis) {
   if (method.name == "hierarchical") {
@@ -113,8 +115,8 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
 
 namespace {
 
-// Whether the store has what is asked for, or what cannot be bettered; if so,
-// it knows of the request.
+// Whether the stored solution meets the request or cannot be improved. If so,
+// saves the request in the store.
 bool HasNothingToDo(const SolveOptions& options, BlockStorage& store) {
   SolveState state;
   if (!LoadSolveState(store, &state)) {

@@ -9,11 +9,11 @@
 
 namespace enfilade {
 
-// Continues from the last commit in the store, or starts. The store must hold
-// scene, partition, visible sets and trace chunks. The error may be another
-// than that of the run before: a stored solution that does not meet it is
-// refined further, one that does is left as it is. Throws DoesNotFitError
-// before anything is done when the budget is less than the solve needs at least
+// Continues from the last commit in the store, or starts a solve. The store
+// must hold scene, partition, visible sets and trace chunks. The error may
+// differ from that of the run before: Solve refines a stored solution that does
+// not meet the error and leaves one that does as it is. Throws DoesNotFitError
+// before doing any work if the budget is less than the solve needs at least
 // (least_memory.h).
 SolveSummary Solve(BlockStorage& store,
                    const SolveOptions& options,

@@ -7,9 +7,9 @@
 namespace enfilade {
 namespace {
 
-// Next uses that are not in sight rank behind all that are, and among
-// themselves by their last one: in work that goes round and round what was used
-// last comes again last.
+// A thing without a next use in sight ranks behind all things that have one.
+// Among themselves such things rank by their last use: in cyclic work, what was
+// used last is used again last.
 constexpr uint32_t kOutOfSight = 1U << 31;
 
 bool IsUse(CacheAction action) {
@@ -112,7 +112,7 @@ void BeladyCache::Apply(const CacheStep& step, uint32_t next) {
   Shrink();
 }
 
-// Reads it unless it is there; whether it had to.
+// Reads the thing unless it is in memory; returns whether a read was needed.
 bool BeladyCache::Bring(uint32_t index, bool is_free) {
   Thing& thing = things_[index];
   if (!std::exchange(thing.was_here, true) && !is_free) {
@@ -128,7 +128,7 @@ bool BeladyCache::Bring(uint32_t index, bool is_free) {
 }
 
 void BeladyCache::Keep(uint32_t index, uint32_t next) {
-  // Room is not made for what is larger than all of it.
+  // No room is made for a thing that is larger than the whole cache.
   if (things_[index].bytes.held > capacity_bytes_) {
     Lose(index);
     return;

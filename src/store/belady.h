@@ -1,10 +1,10 @@
 // What the best possible cache would have read: the yardstick for paging.
 //
-// Belady's MIN evicts what is used again last, which is optimal when all things
-// have one size. For things of different sizes the optimum is NP-hard (Chrobak
-// et al., "Caching is hard", 2012) and the same greedy rule is taken: a
-// strong policy that knows the future, though no strict lower bound. The
-// compulsory bytes are one.
+// Belady's MIN evicts the thing whose next use is farthest away, which is
+// optimal when all things have one size. For things of different sizes the
+// optimum is NP-hard (Chrobak et al., "Caching is hard", 2012), and the same
+// greedy rule is used: a strong policy that knows the future, but no strict
+// lower bound. The compulsory bytes are a strict lower bound.
 
 #pragma once
 
@@ -19,20 +19,20 @@ namespace enfilade {
 enum class CacheAction : uint8_t {
   kNone,        // nothing happens
   kBegin,       // a use begins: the thing must be in memory until it ends
-  kBeginAlong,  // one that one read brings in together with the step before:
-                // it costs nothing if that was a kBegin that had to read
+  kBeginAlong,  // a use begins of a thing that one read brings in together with
+                // the step before: free if that was a kBegin that had to read
   kEnd,         // the use ends
-  kTouch,       // a use that is over at once, beside what the cache may hold
-  kMade,        // the thing is there from now on without being read, or not, as
-                // the cache likes; what was kept of it is worth nothing
+  kTouch,       // a use that ends at once and need not fit into the capacity
+  kMade,        // the thing was made anew: the cache may keep it without a
+                // read; an older copy in the cache is worthless
   kResize,      // the thing has other sizes from now on
   kCapacity,    // the cache has another capacity from now on
 };
 
-// Things in one trace, at most.
+// The most things that one trace may have.
 inline constexpr uint32_t kMostCacheThings = 1U << 28;
 
-// One step of what a cache is asked for.
+// One step of the trace of requests to a cache.
 struct CacheStep {
   CacheStep(CacheAction what, uint32_t with)
       : action(what), thing(with & (kMostCacheThings - 1)) {}
@@ -43,7 +43,7 @@ struct CacheStep {
 
 static_assert(sizeof(CacheStep) == sizeof(uint32_t));
 
-// What a thing takes in memory, and what reading it takes.
+// The bytes that a thing takes in memory, and the bytes read to load it.
 struct CachedBytes {
   uint64_t held = 0;
   uint64_t stored = 0;
@@ -53,35 +53,35 @@ struct CachedBytes {
 
 struct BeladyReads {
   uint64_t optimal_bytes = 0;     // read by MIN
-  uint64_t compulsory_bytes = 0;  // every thing once, unless it was made
+  uint64_t compulsory_bytes = 0;  // every thing read once, unless made
 };
 
-// A cache that knows what comes: reads what is used and not in memory, and to
-// make room drops what is used again last of what is not in use. It may look
-// ahead no further than the steps it is given at a time: what does not occur in
-// them goes first.
+// A cache that knows the future. The cache reads a thing that is used and not
+// in memory; to make room, the cache drops among the things not in use the one
+// whose next use is farthest away. The cache looks ahead no further than the
+// steps of one call of Play: things that do not occur in these steps go first.
 class BeladyCache {
  public:
-  // Takes its memory for so many things at once, and more if there are more.
+  // Allocates memory for so many things now, and more if more things come.
   explicit BeladyCache(size_t things = 0);
 
-  // Plays the first `count` of the steps and looks at the others. The n-th
-  // kResize or kCapacity among them takes the n-th of `sizes`; a capacity is
+  // Plays the first `count` steps and uses the others to look ahead only. The
+  // n-th kResize or kCapacity takes the n-th of `sizes`; a capacity is its
   // `held`. Memory on top of the cache's own: 4 bytes per step.
   void Play(std::span<const CacheStep> steps,
             size_t count,
             std::span<const CachedBytes> sizes);
 
-  // What was read since this was asked for last.
+  // What was read since the last call.
   BeladyReads TakeReads() { return std::exchange(reads_, {}); }
 
-  // Bytes of the cache's own memory per thing, if it was told how many.
+  // Bytes of the cache's own memory per thing announced to the constructor.
   static constexpr uint64_t kBytesPerThing = 56;
 
  private:
   struct Thing {
     CachedBytes bytes;
-    uint32_t next = 0;  // its next use, where it is not in use
+    uint32_t next = 0;  // the next use; valid while not in use
     bool is_here = false;
     bool in_use = false;
     bool was_here = false;
@@ -95,7 +95,7 @@ class BeladyCache {
   void Shrink();
 
   std::vector<Thing> things_;
-  // What may go by its next use, and what could before: a heap.
+  // A heap, by next use, of things that may go; some entries are stale.
   std::vector<std::pair<uint32_t, uint32_t>> may_go_;
   uint64_t capacity_bytes_ = 0;
   uint64_t here_bytes_ = 0;

@@ -1,4 +1,4 @@
-// The tables of a store and what is asked of them, as prepared statements.
+// The tables of a store and its queries, as prepared statements.
 // Small rows (the catalogue) and large ones (the frames) lie in tables of
 // their own, so that counting and walking keys reads no frames.
 //
@@ -33,7 +33,7 @@ struct BlockEntry {
 // A hash of a row; the sum over all rows is the catalogue's own checksum.
 uint64_t EntryHash(const BlockEntry& entry);
 
-// The first components of a key: which blocks an operation is about.
+// The first components of a key, which select the blocks of an operation.
 struct KeyPrefix {
   BlockKind kind{};
   std::optional<uint32_t> a;
@@ -63,7 +63,7 @@ class BlockCatalogue {
 
   [[nodiscard]] BlockTotals Totals(const KeyPrefix& prefix);
 
-  // Replaces or adds; entry.frame is ignored.
+  // Adds a block or replaces it; entry.frame is ignored.
   void Put(const BlockEntry& entry, std::span<const std::byte> frame);
 
   void Erase(const BlockEntry& entry);

@@ -82,7 +82,7 @@ RawBuffer FrameCodec::Compress(std::span<const std::byte> content) {
                                         content.size(),
                                         kLevel);
   if (ZSTD_isError(size) != 0) {
-    throw std::bad_alloc();  // the only failure with room for the bound
+    throw std::bad_alloc();  // the only failure if the frame has room
   }
   frame.Shrink(size);
   const std::lock_guard lock(mutex_);

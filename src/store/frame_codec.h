@@ -1,6 +1,6 @@
-// Blocks as they lie in the store: a zstd frame, and an XXH3 checksum of the
-// content that is bound to the block's key, so that neither changed bytes nor
-// a block under a wrong key pass.
+// Blocks as the store holds them: a zstd frame, and an XXH3 checksum of the
+// content that is seeded by the block's key, so that changed bytes and blocks
+// under a wrong key are both detected.
 
 #pragma once
 
@@ -23,7 +23,7 @@ inline constexpr uint64_t kMaxContentBytes = 64ULL << 20;
 
 uint64_t BlockChecksum(const BlockKey& key, std::span<const std::byte> content);
 
-// A buffer whose bytes are not touched before they are written.
+// A buffer whose bytes are not initialized.
 class RawBuffer {
  public:
   explicit RawBuffer(size_t size)
@@ -43,8 +43,8 @@ class RawBuffer {
   size_t size_;
 };
 
-// Compresses and decompresses; keeps the library's work space between calls,
-// one per thread that is inside at the same time. Thread-safe.
+// Compresses and decompresses. Between calls the codec keeps the library's
+// contexts, one per thread that calls at the same time. Thread-safe.
 class FrameCodec {
  public:
   FrameCodec();
@@ -54,8 +54,8 @@ class FrameCodec {
 
   [[nodiscard]] RawBuffer Compress(std::span<const std::byte> content);
 
-  // The content of the frame, which must have `content_bytes` and the checksum
-  // given; otherwise a DamagedStoreError that names the key.
+  // The content of the frame. Throws DamagedStoreError naming the key if the
+  // content does not have `content_bytes` and `checksum`.
   [[nodiscard]] Bytes Decompress(const BlockKey& key,
                                  std::span<const std::byte> frame,
                                  uint64_t content_bytes,

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kUnknownFormat = "unsupported file format";
 
-// How long to wait for a reader or writer in its moment of locking the file.
+// How long to wait while a reader or writer briefly locks the file.
 constexpr int kBusyMilliseconds = 5000;
 
 int OpenFlags(OpenMode mode) {
@@ -34,7 +34,7 @@ int OpenFlags(OpenMode mode) {
   return kCommon;
 }
 
-// file:///path?immutable=1 with the characters escaped that URIs reserve.
+// file:///path?immutable=1, with the reserved characters of URIs escaped.
 std::string FrozenUri(const std::filesystem::path& path) {
   std::string uri = "file://";
   for (const char c : std::filesystem::absolute(path).string()) {
@@ -112,8 +112,8 @@ void Database::Throw(int code, std::string_view doing) const {
                  name_,
                  doing,
                  reason);
-  // Of a header with a schema that SQLite does not know, it says no more than
-  // that it is an error.
+  // For a header with an unknown schema format SQLite reports only the general
+  // SQLITE_ERROR.
   const bool is_unknown = primary == SQLITE_ERROR &&
                           reason.find(kUnknownFormat) != std::string::npos;
   if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB ||

@@ -1,8 +1,10 @@
 // A thin, typed layer over SQLite's C interface: a connection and prepared
-// statements that close themselves and report failures as our errors.
+// statements that close themselves and throw the errors of base/error.h.
 //
-//   SQLITE_CORRUPT, _NOTADB, short read   DamagedStoreError
+//   SQLITE_CORRUPT, _NOTADB, short read,
+//   unknown schema format                 DamagedStoreError
 //   SQLITE_NOMEM                          std::bad_alloc
+//   SQLITE_MISUSE, _RANGE                 a failed check
 //   everything else                       DiskError
 //
 // Not thread-safe: one thread at a time per connection and its statements.
@@ -22,14 +24,14 @@ namespace enfilade::internal {
 
 enum class OpenMode {
   kReadWrite,       // an existing file
-  kReadOnlyFrozen,  // a file that nobody can be writing, on any medium
+  kReadOnlyFrozen,  // a file that nobody can write: opened without locks
   kReadOnly,
   kMemory,
 };
 
 class Database {
  public:
-  // Does not touch the file yet; errors of its content come with first use.
+  // Does not read the file yet; errors in its content show at the first use.
   Database(const std::filesystem::path& path, OpenMode mode);
   ~Database();
   Database(const Database&) = delete;
@@ -68,7 +70,7 @@ class Statement {
   Statement& Bind(int index, std::string_view text);
   Statement& Bind(int index, std::span<const std::byte> bytes);
 
-  // True: a row is there to be read. False: done, and the statement is reset.
+  // Returns true if there is a row to read; otherwise resets the statement.
   bool Step();
 
   // Steps to the end and resets.
@@ -85,7 +87,7 @@ class Statement {
   sqlite3_stmt* handle_ = nullptr;
 };
 
-// Resets a statement that is stepped by hand when the scope is left.
+// Resets a statement at the end of the scope in which Step is called.
 class ResetAtEnd {
  public:
   explicit ResetAtEnd(Statement& statement) : statement_(&statement) {}

@@ -26,18 +26,18 @@ using internal::FrameCodec;
 using internal::KeyPrefix;
 using internal::WriteLock;
 
-// How many keys are listed or erased at a time: bounds the memory of a walk.
+// How many keys are listed or erased at a time, to bound the memory.
 constexpr size_t kKeysAtATime = 1024;
 
 struct Parts {
-  std::filesystem::path path;  // empty: in memory
+  std::filesystem::path path;  // empty for a store in memory
   StoreAccess access = StoreAccess::kRead;
   std::unique_ptr<WriteLock> lock;
   std::unique_ptr<Database> database;
 };
 
-// mutex_ guards database_ and catalogue_; frames are made and unpacked
-// outside it.
+// mutex_ guards database_ and catalogue_; compression and decompression run
+// outside the lock.
 class SqliteStore final : public BlockStorage {
  public:
   explicit SqliteStore(Parts parts)
@@ -86,7 +86,8 @@ class SqliteStore final : public BlockStorage {
   void Commit() override;
   void VerifyAll() const override;
 
-  // That no block was lost; reads none.
+  // Checks that no block was lost, without reading any; throws
+  // DamagedStoreError.
   void VerifyCatalogue() const;
 
   StoreStats Stats() const override {
@@ -96,21 +97,22 @@ class SqliteStore final : public BlockStorage {
   uint64_t FileBytes() const override;
 
  private:
-  // Runs `change` inside the open transaction, beginning one if needed. If it
-  // fails, everything since the last commit is dropped and the store only
-  // reads from then on, so that no half of a transaction is ever committed.
+  // Runs `change` inside the open transaction; begins one if needed. If
+  // `change` fails, the store drops everything since the last commit and
+  // refuses to write from then on, so that no part of a transaction is ever
+  // committed.
   template <typename Change>
   void Write(const Change& change);
 
   void EraseAll(const KeyPrefix& prefix);
   [[nodiscard]] internal::BlockTotals Totals(const KeyPrefix& prefix) const;
 
-  // Calls visit(entry) for all entries of a kind in order, unlocked.
+  // Calls visit(entry) for all entries of a kind in order, without the lock.
   template <typename Visit>
   void ForEachEntry(BlockKind kind, const Visit& visit) const;
 
-  // The content of an entry. Gives the lock (of mutex_) back once the frame is
-  // read; requires that nothing was written since the entry was found.
+  // The content of an entry. Releases the lock of mutex_ once the frame is
+  // read. Requires that nothing was written since the entry was found.
   [[nodiscard]] Bytes Fetch(const BlockEntry& entry,
                             std::unique_lock<std::mutex> lock) const;
 
@@ -250,7 +252,7 @@ void SqliteStore::ForEachEntry(BlockKind kind, const Visit& visit) const {
   const BlockKey last = KeyPrefix{kind, {}, {}}.Last();
   while (true) {
     std::unique_lock lock(mutex_);
-    // One more than is visited: the first of the next round.
+    // One entry more than is visited: the first one of the next round.
     auto entries = catalogue_->Range(first, last, kKeysAtATime + 1);
     lock.unlock();
     const bool more = entries.size() > kKeysAtATime;
@@ -333,7 +335,8 @@ std::unique_ptr<BlockStorage> CreateStore(const std::filesystem::path& path) {
 std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
                                         StoreAccess access) {
   internal::RequireFile(path);
-  // SQLite writes beside the file that a link points to; so must the lock be.
+  // SQLite puts its files beside the target of a link; the lock must be there
+  // too.
   const auto file = std::filesystem::is_symlink(path)
                         ? std::filesystem::canonical(path)
                         : path;

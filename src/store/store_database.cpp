@@ -25,7 +25,7 @@ void Configure(Database& database) {
       "PRAGMA secure_delete = OFF;"
       "PRAGMA cell_size_check = ON;"
       "PRAGMA trusted_schema = OFF;"
-      // Every commit reaches the disk: they are seconds apart.
+      // Every commit waits for the disk; commits are seconds apart.
       "PRAGMA synchronous = FULL;"
       "PRAGMA wal_autocheckpoint = 512;"         // pages: 16 MiB
       "PRAGMA journal_size_limit = 67108864;");  // bytes kept for reuse
@@ -85,8 +85,9 @@ void CheckFormat(Database& database, const std::filesystem::path& path) {
   }
 }
 
-// Readers take part in the journal's locking where they may write beside the
-// store; on a read-only medium nobody writes, unless a journal was left.
+// A reader that may write beside the store takes part in the journal's locking.
+// On a read-only medium nobody writes, so the file is taken as frozen, unless a
+// journal was left beside it.
 OpenMode ReadMode(const std::filesystem::path& path) {
   const auto folder = std::filesystem::absolute(path).parent_path();
   if (access(path.c_str(), W_OK) == 0 && access(folder.c_str(), W_OK) == 0) {
@@ -140,7 +141,7 @@ std::unique_ptr<Database> OpenDatabase(const std::filesystem::path& path,
   CheckFormat(*database, path);
   Configure(*database);
   if (access == StoreAccess::kRead) {
-    // One snapshot for the whole life of the reader.
+    // One read transaction: the reader sees one snapshot as long as it lives.
     database->Execute("PRAGMA query_only = ON; BEGIN");
     static_cast<void>(database->QueryInteger("SELECT count(*) FROM digest"));
   }

@@ -10,21 +10,21 @@
 
 namespace enfilade::internal {
 
-// A new store in an empty file of its own. DiskError if the path is taken, or
-// cannot be written.
+// Makes a new file with an empty store. Throws DiskError if the path is taken
+// or cannot be written.
 std::unique_ptr<Database> CreateDatabase(const std::filesystem::path& path);
 
-// DiskError if there is no such file; InputError if it cannot be a store. To be
-// called before a lock is made beside it.
+// Throws DiskError if there is no such file, InputError if the file cannot be a
+// store. Call before a lock is made beside the file.
 void RequireFile(const std::filesystem::path& path);
 
-// That of a store that is there. InputError if it is no store, or of another
-// format. A reader sees what is there now for as long as
-// it lives.
+// Opens the database of an existing store. Throws InputError if it is another
+// program's or of another format, DamagedStoreError if it is no database. A
+// reader sees the present state for as long as it lives.
 std::unique_ptr<Database> OpenDatabase(const std::filesystem::path& path,
                                        StoreAccess access);
 
-// A new store without a file.
+// Makes a new store in memory, without a file.
 std::unique_ptr<Database> CreateDatabaseInMemory();
 
 }  // namespace enfilade::internal

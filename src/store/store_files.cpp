@@ -17,14 +17,14 @@ namespace {
 
 using internal::Beside;
 
-// Without the remedy, which is for stores that hold work.
+// The message without its remedy, which is meant for stores that hold work.
 std::string Cause(const DiskError& error) {
   const std::string what = error.what();
   return what.substr(0, what.find(';'));
 }
 
-// Puts all that is committed into the main file. Closing does so too, but does
-// not say if it could not.
+// Moves all commits from the journal into the main file. Closing does so too,
+// but does not report a failure.
 void FoldJournal(const std::filesystem::path& path) {
   const auto database = internal::OpenDatabase(path, StoreAccess::kWrite);
   const bool is_busy =
@@ -34,7 +34,7 @@ void FoldJournal(const std::filesystem::path& path) {
   }
 }
 
-// Renames a store that is closed, and all in its main file.
+// Renames a store that is closed and whose journal is empty.
 void RenameOrThrow(const std::filesystem::path& from,
                    const std::filesystem::path& to) {
   std::error_code absent;
@@ -60,7 +60,7 @@ std::unique_ptr<BlockStorage> MakeStore(
     const std::function<void(BlockStorage&)>& fill) {
   {
     const internal::WriteLock lock(path);
-    // A link to nothing is there too: the store would be put in its place.
+    // A dangling link counts as existing: the rename would replace it.
     if (std::filesystem::exists(std::filesystem::symlink_status(path))) {
       throw DiskError(fmt::format(
           "'{}' exists; remove it, or give another name", path.string()));

@@ -1,5 +1,5 @@
-// The files of a store: how a new one comes to be under its name, and how one
-// goes with all that lies beside it (docs/store-format.md).
+// Makes a new store under its name, and removes a store with all files beside
+// it (docs/store-format.md).
 
 #pragma once
 
@@ -11,21 +11,22 @@
 
 namespace enfilade {
 
-// Makes a store under a name that nothing has, with what `fill` puts into it,
-// and opens it to be written: from the first instant that it is there, all of
-// that is in it. Made as PATH.part and renamed; what a store of this name that
-// was killed and removed has left behind goes first, lest it be taken for the
-// new one's. Throws DiskError, and where another program is at it.
+// Makes a store at a path that does not exist yet, with what `fill` puts into
+// it, and opens it for writing. The store is made as PATH.part and renamed, so
+// that from the first instant under its own name it holds all of that. Journals
+// that a killed and removed store of this name left behind are deleted first,
+// lest SQLite take them for the new store's. Throws DiskError, also if the path
+// exists or another program is writing there.
 std::unique_ptr<BlockStorage> MakeStore(
     const std::filesystem::path& path,
     const std::function<void(BlockStorage&)>& fill);
 
-// Removes a store and what may lie beside it; none need be there.
+// Removes a store and the files beside it, as far as they exist.
 void RemoveStoreFiles(const std::filesystem::path& path);
 
 namespace internal {
 
-// Removes the journals beside a store that is not there. Throws DiskError.
+// Removes the journals that a removed store left behind. Throws DiskError.
 void RemoveJournals(const std::filesystem::path& path);
 
 }  // namespace internal

@@ -18,8 +18,8 @@ std::string SystemMessage(int error) {
   return std::generic_category().message(error);
 }
 
-// Whether the open file is still the one that the path names: its last owner
-// may have removed it between our open and our lock.
+// Whether the path still names the open file: the last owner of the lock may
+// have removed the file between open() and flock().
 bool IsStillAt(int file, const std::filesystem::path& path) {
   struct stat opened {};
 

@@ -1,7 +1,7 @@
-// The right to write a store: held by one process (and one store object) at a
-// time through a lock on a small file beside it, which the system drops when
-// the process ends in whatever way. The file is removed on a clean end; one
-// left by a killed process is harmless.
+// The right to write a store, which one process (and one store object) holds at
+// a time by a lock on an empty file beside the store. The system drops the lock
+// however the process ends. A clean end removes the file; one that a killed
+// process leaves is harmless.
 
 #pragma once
 
@@ -15,7 +15,7 @@ std::filesystem::path Beside(const std::filesystem::path& store_path,
 
 class WriteLock {
  public:
-  // Throws DiskError if another holds it or the file cannot be made.
+  // Throws DiskError if the lock is taken or the file cannot be made.
   explicit WriteLock(const std::filesystem::path& store_path);
   ~WriteLock();
   WriteLock(const WriteLock&) = delete;

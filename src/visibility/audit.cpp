@@ -32,7 +32,7 @@ class Auditor {
     pair_charge_ = MemoryCharge(budget,
                                 summary_.conservative_pairs * kBytesPerPair,
                                 "the pairs that the audit finds");
-    // All of a batch may be suspects.
+    // All rays of a batch may be suspects.
     constexpr size_t kBytesPerRay =
         sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Suspect);
     batch_ = std::clamp(budget.FreeBytes() / 8 / kBytesPerRay,
@@ -64,21 +64,22 @@ class Auditor {
   }
 
  private:
-  // A ray that joins a pair the sets lack, or other parts of one.
+  // A ray that joins a pair that the sets lack, or other parts of a pair than
+  // the sets list.
   struct Suspect {
     CellId origin;
     TraceHit hit;
     TraceRay ray;
   };
 
-  // What a receiver sees, and the parts of both.
+  // A cell that the receiver sees, and the visible parts of both cells.
   struct Source {
     CellId cell;
     Box3 of_receiver;
     Box3 of_source;
   };
 
-  // A run of rays in the batch that start in one cell.
+  // Consecutive rays of the batch that start in one cell.
   struct BatchRun {
     CellId cell;
     size_t end = 0;
@@ -124,9 +125,10 @@ class Auditor {
     runs_.clear();
   }
 
-  // Whether a patch may be hit from behind: it is a luminaire, whose back is
-  // black, or the ray began between it and the surface that it was put before
-  // (overlap.h), which nothing else can see.
+  // Whether a ray may hit the patch from behind. It may if the patch is a
+  // luminaire, whose back is black, or if the ray began between the patch and
+  // the surface that the patch was put in front of (overlap.h), a gap that
+  // nothing else can see.
   [[nodiscard]] bool HasOpenBack(const TraceRay& ray, const TraceHit& hit) {
     if (behind_cell_ != hit.cell) {
       behind_cell_ = hit.cell;
@@ -154,7 +156,8 @@ class Auditor {
     }
   }
 
-  // Whether the sets say that the receiver sees what a ray from it has hit.
+  // Whether the sets say that the receiver sees the point that a ray from it
+  // has hit.
   [[nodiscard]] bool IsKnown(const TraceRay& ray, const TraceHit& hit) const {
     const auto found = std::lower_bound(
         sources_.begin(),
@@ -182,9 +185,9 @@ class Auditor {
     pairs_.insert(uint64_t{low} << 32 | high);
   }
 
-  // A ray that found a missing pair counts only if the rays a little beside it
-  // find it too: an opening has some width, a crack between patches has none.
-  // Uses the batch's buffers.
+  // Traces rays a little beside each suspect. A suspect counts as missed only
+  // if all these rays find the missing pair too, because an opening has some
+  // width and a crack between patches has none. Uses the batch's buffers.
   void Reexamine() {
     const size_t per_trace = batch_ / kRaysBeside;
     for (size_t first = 0; first < suspects_.size(); first += per_trace) {
@@ -206,9 +209,10 @@ class Auditor {
     suspects_.clear();
   }
 
-  // Rays start and end a little off their patches. Where a cell is thinner than
-  // that, between two walls, they do so in another cell and prove nothing; nor
-  // where that is as far as the cell reaches, up to rounding.
+  // Whether the ray starts and ends in the cells of its pair. Rays start and
+  // end a little off their patches. Where a cell is thinner than that, between
+  // two walls, a ray starts or ends in another cell and proves nothing. The
+  // same holds where the cell reaches just as far, up to rounding.
   bool IsBetweenItsCells(const Suspect& s) {
     if (store_->Count(BlockKind::kPortals) == 0) {
       return true;  // cells without a partition
@@ -255,7 +259,8 @@ class Auditor {
   MemoryBudget* budget_;
   std::map<CellId, Box3> bounds_;  // of cells with patches
   RayTracer tracer_;
-  std::optional<PartitionLocator> locator_;  // once it is needed
+  // Loaded when it is first needed.
+  std::optional<PartitionLocator> locator_;
   MemoryCharge locator_charge_;
   MemoryCharge pair_charge_;
   MemoryCharge ray_charge_;
@@ -264,9 +269,10 @@ class Auditor {
   std::vector<TraceHit> hits_;
   std::vector<BatchRun> runs_;
   std::optional<CellId> receiver_;
-  std::optional<CellId> behind_cell_;  // that was last hit from behind
-  std::vector<Patch> behind_;          // and its patches
-  std::vector<Source> sources_;        // that the receiver sees, ascending
+  // The cell that was last hit from behind.
+  std::optional<CellId> behind_cell_;
+  std::vector<Patch> behind_;    // patches of behind_cell_
+  std::vector<Source> sources_;  // cells that the receiver sees, ascending
   std::vector<Suspect> suspects_;
   std::unordered_set<uint64_t> pairs_;  // found by a ray: low << 32 | high
   AuditSummary summary_;

@@ -1,6 +1,7 @@
-// The audit of the visible sets: rays from random points of the building to
-// what they hit, and no pair of cells that a ray joins may be missing, nor may
-// a ray meet a part of one that the other is said not to see.
+// The audit of the visible sets. It shoots rays from random points on the
+// building's patches. Two cells that a ray joins must be a pair of the visible
+// sets, and the ends of the ray must lie in the parts of the two cells that the
+// sets say are visible.
 
 #pragma once
 
@@ -15,8 +16,8 @@
 
 namespace enfilade {
 
-// A ray that joins two cells whose pair the visible sets lack, or parts of them
-// that the sets leave out.
+// A ray that joins two cells whose pair the visible sets lack, or whose ends
+// lie outside the parts of the two cells that the sets list.
 struct MissedPair {
   CellId origin;
   CellId target;
@@ -27,22 +28,22 @@ struct MissedPair {
 struct AuditSummary {
   uint64_t audit_rays = 0;
   uint64_t audit_missed = 0;  // rays that join what the sets lack
-  // Rays that came through no opening: they hit a patch from behind, joined a
-  // missing pair that not all of four rays beside them, 0.1 mm away, join, or
-  // left or met a patch where its cell is thinner than that. Rays from under a
-  // surface that lies on another are none, nor those that meet the black back
-  // of a luminaire.
+  // Rays that came through no opening. Such a ray hits a patch from behind, or
+  // joins a missing pair that not all of four rays 0.1 mm beside it join, or
+  // leaves or meets a patch where the patch's cell is thinner than 0.1 mm. A
+  // ray that hits the black back of a luminaire is not a leak, nor is one that
+  // starts under a surface that lies on another.
   uint64_t audit_leaks = 0;
-  uint64_t conservative_pairs = 0;  // ordered, as VisibilitySummary counts
-  uint64_t sampled_pairs = 0;       // ordered: that a ray joined, either way
+  uint64_t conservative_pairs = 0;       // ordered, as VisibilitySummary counts
+  uint64_t sampled_pairs = 0;            // ordered: joined by a ray either way
   std::vector<MissedPair> first_missed;  // at most ten
 };
 
-// Shoots `rays` rays from points on patches: half of them evenly over the
-// cells, half evenly over the area; by turns in cosine and in uniform
-// distribution about the normal. The store must hold visible sets and trace
-// chunks. The result depends on the store and `rays` alone. `progress` gets
-// the fraction done and may be empty.
+// Shoots `rays` rays from points on patches. Half of the rays are spread evenly
+// over the cells, half evenly over the area. The directions alternate between a
+// cosine and a uniform distribution about the normal. The store must hold
+// visible sets and trace chunks. The result depends on the store and `rays`
+// alone. `progress` gets the fraction done and may be empty.
 AuditSummary Audit(const BlockStorage& store,
                    uint64_t rays,
                    MemoryBudget& budget,

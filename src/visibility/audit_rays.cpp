@@ -10,21 +10,21 @@
 namespace enfilade {
 namespace {
 
-// Rays start this far from the edges of their patch, so that those shifted
-// beside them start on it too.
+// Rays start this far from the edges of their patch, so that the rays shifted
+// beside them start on the patch too.
 constexpr double kEdgeMetres = 5e-4;
 constexpr double kShiftMetres = 1e-4;
 
-constexpr uint64_t kKey = 0x61756469742d3031;  // of the audit's random numbers
+constexpr uint64_t kKey = 0x61756469742d3031;  // seeds the audit's rays
 
-// A point in [0,1]^2 drawn into the patch, off its edges.
+// Maps a point of [0,1]^2 into the patch, away from the patch's edges.
 Point3 PointOn(const Patch& p, double s, double t) {
   if (p.shape == PatchShape::kTriangle) {
     if (s + t > 1) {
       s = 1 - s;
       t = 1 - t;
     }
-    // Towards the centroid: off all three edges.
+    // Moves the point towards the centroid, away from all three edges.
     const double height =
         2 * PatchArea(p) /
         std::max({Length(p.u), Length(p.v), Length(p.u - p.v)});
@@ -41,7 +41,8 @@ Point3 PointOn(const Patch& p, double s, double t) {
   return p.origin + p.u * s + p.v * t;
 }
 
-// A unit vector about the unit normal n, `cosine` being that to n.
+// A unit vector whose angle to the unit normal n has this cosine; `turn` in
+// [0,1] turns the vector around n.
 Vec3 DirectionAbout(Vec3 n, double cosine, double turn) {
   const Vec3 helper = std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 s = Normalize(Cross(helper, n));

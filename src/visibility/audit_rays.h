@@ -1,4 +1,5 @@
-// Where the audit's rays start, and where they go. Internal to src/visibility.
+// Decides where the audit's rays start and in which direction they go. Internal
+// to src/visibility.
 
 #pragma once
 
@@ -23,13 +24,14 @@ struct CellShare {
   uint64_t rays = 0;
 };
 
-// Half of the rays by area, half of them alike to all cells. Ascending.
+// Distributes half of the rays by area and half evenly over all cells that have
+// patches. Ascending by cell.
 std::vector<CellShare> ShareRays(const BlockStorage& store, uint64_t rays);
 
-// Draws the rays of one cell, each a function of the cell and its number. They
-// start evenly on the fronts of its patches; every other one is as likely in
-// each direction, for what is seen at a grazing angle, those between are by the
-// cosine.
+// Draws the rays of one cell. Each ray is a function of the cell and the ray's
+// number. The rays start evenly distributed on the fronts of the cell's
+// patches. Even numbers have cosine-distributed directions, odd numbers uniform
+// ones, which find what is seen at a grazing angle.
 class AuditRays {
  public:
   AuditRays(CellId cell, const CellPatches& content);
@@ -44,7 +46,7 @@ class AuditRays {
 
 constexpr size_t kRaysBeside = 4;
 
-// Rays in the same direction that start on the same patch.
+// Rays beside `ray`, in the same direction and starting on the same patch.
 std::array<TraceRay, kRaysBeside> RaysBeside(const TraceRay& ray);
 
 }  // namespace enfilade

@@ -15,24 +15,26 @@ namespace {
 
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 constexpr size_t kMostSourcePoints = 8;
-// Doorways looked at by one flood, and reached by it, at most.
+// The most doorways that one flood tests, and the most that it reaches.
 constexpr uint64_t kMostTests = 5'000'000;
 constexpr size_t kMostNodes = 30'000;
-constexpr uint64_t kNodeBytes = 256;  // with its part of the doorway
-// A doorway's reached part grows so often before it is taken for the whole.
+constexpr uint64_t kNodeBytes = 256;  // including its part of the doorway
+// After this many growths, the reached part of a doorway is taken for the whole
+// doorway.
 constexpr uint32_t kMostGrowths = 16;
-// Dominators that a beam is held to, at most.
+// The most nodes that hold a beam: the node itself and its nearest dominators.
 constexpr size_t kMostPassed = 8;
-// A plane holds the source behind it up to rounding.
+// A supporting plane has the source behind it, up to this rounding error.
 constexpr double kBehindMetres = 1e-9;
-// and rises at least so steeply over the doorway: a plane along the doorway
-// says nothing.
+// The least cosine between the normal of a supporting plane and the inward
+// direction: a plane along the doorway says nothing.
 constexpr double kLeastSlope = 1e-3;
-// Each plane is asked so often what it leaves of a cell: what it says of one
-// axis hangs on what others have said of the others.
+// Each plane cuts the box of a cell this many times, because what a plane cuts
+// off along one axis depends on what other planes have cut off along the
+// others.
 constexpr int kPassesOfPart = 2;
 
-// From the box to the point, m; 0 inside of it.
+// The distance from the box to the point, m; 0 inside the box.
 double Distance(const Box3& box, Point3 p) {
   double square = 0;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -55,8 +57,9 @@ std::vector<Point3> CornersOf(const Box3& box) {
   return corners;
 }
 
-// The plane through the edge that has the source behind it and `inward` before
-// it, touching the source; nullopt if there is none.
+// The plane through the edge (from, along) that touches the source and has the
+// whole source behind it, while `inward` points beyond it; nullopt if there is
+// none.
 std::optional<DoorPlane> Support(Point3 from,
                                  Vec3 along,
                                  Vec3 inward,
@@ -83,8 +86,8 @@ std::optional<DoorPlane> Support(Point3 from,
   return holds ? plane : std::nullopt;
 }
 
-// Appends the planes through the region's edges that hold what lines that come
-// through all of `source` can reach beyond it.
+// Appends planes through the edges of the region. Lines that come from `source`
+// through the region reach only what lies beyond all these planes.
 void AppendSupports(const std::vector<Point3>& region,
                     Vec3 normal,
                     const std::vector<Point3>& source,
@@ -106,13 +109,13 @@ void AppendSupports(const std::vector<Point3>& region,
   }
 }
 
-// Cuts from the box what the plane alone says of each axis.
+// Shrinks the box along each axis by as much as the plane alone allows.
 void Tighten(const DoorPlane& plane, Box3* box) {
   const Vec3 n = plane.normal;
   const Point3 far = {n.x > 0 ? box->high.x : box->low.x,
                       n.y > 0 ? box->high.y : box->low.y,
                       n.z > 0 ? box->high.z : box->low.z};
-  // How far the corner that lies farthest beyond does so.
+  // The depth of the box's farthest corner beyond the plane.
   const double depth = plane.Beyond(far) + kStabToleranceMetres;
   const auto cut = [depth](
                        double slope, double from, double* low, double* high) {
@@ -311,7 +314,7 @@ bool BeamFlood::FindPart(const Doorway& next) {
   next.polygon.CopyTo(part_);
   for (const DoorPlane& plane : planes_) {
     if (plane.Beyond(next.center) > next.radius) {
-      continue;  // holds all of it
+      continue;  // the whole doorway lies beyond
     }
     ClipBeyondInto(part_, plane, clipped_);
     part_.swap(clipped_);
@@ -322,7 +325,8 @@ bool BeamFlood::FindPart(const Doorway& next) {
   return true;
 }
 
-// What the planes leave of a cell's bounds; empty if nothing.
+// The box that the planes leave of a cell's bounds; empty if they leave
+// nothing.
 Box3 BeamFlood::PartOf(const Box3& bounds) const {
   Box3 part = bounds;
   for (int pass = 0; pass < kPassesOfPart; ++pass) {

@@ -1,6 +1,6 @@
-// What can be seen through some doorways of a cell, without trying sequences
-// one by one: each doorway is looked through once or twice, from all the first
-// doorways together. Internal to src/visibility.
+// Finds what can be seen through some doorways of a cell without trying
+// sequences of doorways one by one: each doorway is looked through once or
+// twice, from all the first doorways together. Internal to src/visibility.
 
 #pragma once
 
@@ -16,10 +16,10 @@
 
 namespace enfilade {
 
-// What was reached of each cell: a box of it, or nothing.
+// The part of each cell that was reached: a box, empty if nothing was reached.
 class ReachedParts {
  public:
-  // `bounds`: by cell.
+  // `bounds` is indexed by cell.
   explicit ReachedParts(std::vector<Box3> bounds)
       : bounds_(std::move(bounds)), parts_(bounds_.size()) {}
 
@@ -29,7 +29,7 @@ class ReachedParts {
     return bounds_[cell.Index()];
   }
 
-  // Empty: nothing.
+  // The reached box of a cell; empty if nothing was reached.
   [[nodiscard]] const Box3& Of(CellId cell) const {
     return parts_[cell.Index()];
   }
@@ -47,38 +47,41 @@ class ReachedParts {
   std::vector<Box3> parts_;
 };
 
-// Floods from doorway to doorway. A doorway is reached when some part of it
-// lies beyond a reached doorway, within the beam through the reached part of
-// that. The beam holds what passes the hull of the first doorways and every
-// doorway without which none was reached so far (the dominators of the flow
-// graph of reached doorways). Finds every cell that a line through a first
-// doorway can reach, and some more: the doorways between one dominator and the
-// next are forgotten.
+// Floods from doorway to doorway. A doorway is reached if some part of it lies
+// beyond a reached doorway, inside the beam through the reached part of that
+// doorway. The beam holds the lines that pass the hull of the first doorways
+// and every dominator of the doorway (a doorway without which it was not
+// reached so far, in the flow graph of reached doorways). Finds every cell that
+// a line through a first doorway can reach, and some more, because the doorways
+// between one dominator and the next are forgotten.
 class BeamFlood {
  public:
   explicit BeamFlood(const RegionGraph& regions);
 
-  // What a flood through these regions may take in memory.
+  // The most memory that a flood through these regions takes.
   static uint64_t MostBytes(const RegionGraph& regions);
 
-  // Adds what is reached; everything, if telling would take too many tests or
-  // doorways, and then returns false.
+  // Adds what is reached and returns true. If the flood would take too many
+  // tests or doorways, adds everything and returns false.
   bool Run(const DoorwayGroup& firsts, ReachedParts* reached);
 
  private:
-  // A doorway that was reached, and the part of it that was.
+  // A reached doorway and the reached part of it.
   struct Node {
     const Doorway* door = nullptr;
     std::vector<Point3> region;
-    uint32_t dominator = 0;   // the nearest, a node; kNone for a first doorway
-    uint32_t growths = 0;     // of the region
-    uint64_t changed_at = 0;  // its region or dominator; by clock_
+    // The nearest dominator, a node; kNone for a first doorway.
+    uint32_t dominator = 0;
+    uint32_t growths = 0;  // times that the region grew
+    // The clock_ when the region or the dominator last changed.
+    uint64_t changed_at = 0;
     uint64_t passed_at = 0;
-    bool is_first = false;  // whole, and nothing before it: it never changes
+    // A first doorway is reached as a whole from nowhere, and never changes.
+    bool is_first = false;
     bool is_waiting = false;
   };
 
-  // A node to be looked through, and how far it is from the first doorways.
+  // A node to be looked through, and its distance from the first doorways.
   struct Waiting {
     double distance = 0;
     uint32_t node = 0;
@@ -89,24 +92,27 @@ class BeamFlood {
   };
 
   void Begin(const DoorwayGroup& firsts);
-  // From the node `from`, or kNone.
+  // Notes that `region` of a doorway was reached from the node `from`, or from
+  // the source cell (kNone).
   void Reach(const Doorway& door, std::vector<Point3> region, uint32_t from);
   void Wait(uint32_t number);
   uint32_t TakeNearest();
-  // Whether a dominator has changed since the node was last passed.
+  // Whether a dominator of the node has changed since the node was last passed.
   [[nodiscard]] bool IsOutdated(const Node& node) const;
-  // The nearest node that is a dominator of both, or one of them; or kNone.
+  // The nearest node that is a dominator of both a and b, or is one of them and
+  // dominates the other; kNone if there is none.
   [[nodiscard]] uint32_t CommonDominator(uint32_t a, uint32_t b) const;
   [[nodiscard]] bool IsFirst(const Doorway& door) const;
-  // Whether a line through the passed doorway, held by these planes of it, may
-  // pass the next one: all that is cheap to tell.
+  // Whether a line through the passed doorway, held by the given planes of that
+  // doorway, may pass the next one. Makes only cheap tests.
   static bool CanPass(const Node& passed,
                       std::span<const DoorPlane> planes,
                       const Doorway& next);
-  // Finds planes_ and ahead_ of the beam through a node and its dominators.
+  // Sets planes_ and ahead_ to those of the beam through a node and its
+  // dominators.
   void LookThrough(uint32_t number);
   [[nodiscard]] Box3 PartOf(const Box3& bounds) const;
-  // Whether the planes leave some part of the doorway, which is part_ then.
+  // Whether the planes leave some part of the doorway; if so, sets part_ to it.
   bool FindPart(const Doorway& next);
 
   const RegionGraph* regions_;
@@ -114,10 +120,12 @@ class BeamFlood {
   std::vector<Node> nodes_;
   std::vector<Waiting> waiting_;  // a heap: the nearest first
   uint64_t clock_ = 0;
-  std::vector<Point3> source_;     // corners of a hull of the first doorways
-  Box3 source_bounds_;             // of the first doorways
-  std::vector<DoorPlane> planes_;  // what lines can reach lies beyond
-  std::vector<const Doorway*> ahead_;  // where they may go on to
+  std::vector<Point3> source_;  // corners of a hull of the first doorways
+  Box3 source_bounds_;          // of the first doorways
+  // The lines of the beam reach only what lies beyond all these planes.
+  std::vector<DoorPlane> planes_;
+  // The doorways that the lines may pass next.
+  std::vector<const Doorway*> ahead_;
   std::vector<Point3> part_, clipped_;
 };
 

@@ -13,16 +13,16 @@ namespace {
 
 constexpr uint32_t kUnseen = ~0U;
 
-// A doorway on the sequence being tried, clipped to what lies beyond those
+// A doorway of the current sequence, clipped to what lies beyond the doorways
 // before it.
 struct Passed {
   const Doorway* door = nullptr;
   std::vector<Point3> polygon;
-  size_t rows_before = 0;  // rows of the sequence without this doorway
+  size_t rows_before = 0;  // rows of the doorways before
 };
 
-// Numbers the cells that were seen, and notes which lie between the source and
-// which others.
+// Numbers the cells that were seen, and notes for each which other seen cells
+// lie between the source and the cell.
 class SeenCells {
  public:
   explicit SeenCells(size_t cells) : number_(cells, kUnseen) {}
@@ -40,7 +40,8 @@ class SeenCells {
 
   void AddLoose(CellId target) { is_loose_[NumberOf(target)] = true; }
 
-  // Every cell of the path, itself seen, lies between source and target.
+  // Notes that every cell of the path lies between source and target. The path
+  // holds numbers of seen cells and ends with the target.
   void Add(CellId target, const std::vector<uint32_t>& path) {
     std::vector<uint64_t>& bits = between_[NumberOf(target)];
     for (const uint32_t cell : path) {
@@ -49,7 +50,7 @@ class SeenCells {
     }
   }
 
-  // What Sorted will take.
+  // The memory that the result of Sorted takes.
   [[nodiscard]] uint64_t SortedBytes() const {
     uint64_t bytes =
         cells_.size() * (sizeof(SeenCell) + kAllocationHeaderBytes);
@@ -59,7 +60,8 @@ class SeenCells {
     return bytes;
   }
 
-  // The seen cells that were reached, in ascending order, theirs between too.
+  // The seen cells that were reached, in ascending order. Their lists of cells
+  // between also hold reached cells only, ascending.
   [[nodiscard]] std::vector<SeenCell> Sorted(
       const ReachedParts& reached) const {
     std::vector<SeenCell> sorted;
@@ -108,10 +110,10 @@ class SeenCells {
   std::vector<bool> is_loose_;
 };
 
-// The next doorway of a sequence, found passable.
+// The next doorway of a sequence, which a line may pass.
 struct NextStep {
   std::vector<Point3> polygon;        // clipped
-  std::optional<PluckerRow> witness;  // a line through all, if known
+  std::optional<PluckerRow> witness;  // a line through all doorways, if known
 };
 
 class Explorer {
@@ -152,7 +154,7 @@ class Explorer {
   }
 
  private:
-  // Passes a doorway that the sequence can pass, and goes on from there.
+  // Passes a doorway that the sequence can pass, and walks on from there.
   void Walk(const Doorway& door, NextStep step) {
     passed_.push_back({&door, std::move(step.polygon), rows_.size()});
     if (!door.is_sliver) {
@@ -174,8 +176,8 @@ class Explorer {
     passed_.pop_back();
   }
 
-  // Whether a line may pass all doorways passed and then this one; nullopt
-  // only if none can, or the steps are spent.
+  // The step through `next`, if a line may pass all doorways of the sequence
+  // and then this one. nullopt only if no line can, or if the steps are spent.
   std::optional<NextStep> Stab(const Doorway& next,
                                const std::optional<PluckerRow>& witness) {
     NextStep step{next.polygon.Copy(), witness};
@@ -205,9 +207,9 @@ class Explorer {
     return may_stab ? std::optional(std::move(step)) : std::nullopt;
   }
 
-  // Cheap necessary conditions: the doorway is not on the sequence yet, has
-  // some part beyond every doorway passed (to which `polygon` is clipped), and
-  // every doorway passed has some part before it.
+  // Tests cheap necessary conditions: the doorway is not on the sequence yet,
+  // some part of it lies beyond every doorway passed (`polygon` is clipped to
+  // that part), and some part of every doorway passed lies before it.
   bool IsAhead(const Doorway& next, std::vector<Point3>& polygon) const {
     for (const Passed& p : passed_) {
       if (p.door->portal == next.portal) {
@@ -228,7 +230,8 @@ class Explorer {
     return true;
   }
 
-  // What a line through any opening of the source may reach, and the source.
+  // The source, and all that a line through any opening of the source may
+  // reach.
   [[nodiscard]] ReachedParts Flood() const {
     std::vector<Box3> bounds;
     for (const CellInfo& cell : cells_) {
@@ -258,7 +261,7 @@ class Explorer {
   std::span<const CellInfo> cells_;
   const PortalGraph* graph_;
   const RegionGraph* regions_;
-  Point3 origin_;  // of the coordinates of rows
+  Point3 origin_;  // origin of the rows' coordinates
   SeenCells seen_;
   std::vector<Passed> passed_;    // the sequence
   std::vector<PluckerRow> rows_;  // of the sequence
@@ -278,8 +281,8 @@ Exploration ExploreFrom(CellId source,
   return Explorer(source, cells, graph, regions).Run(max_steps, budget);
 }
 
-// A number and a row of bits for each; rows only of those that a step went to,
-// as long as there are such cells.
+// Each cell takes a number and an entry of the lists. Each cell that a step
+// went to also takes a row of bits, one bit per such cell.
 uint64_t BytesToNoteSeen(size_t cells, uint32_t max_steps) {
   constexpr uint64_t kBytesPerCell = 2 * sizeof(uint32_t) +
                                      sizeof(std::vector<uint64_t>) +

@@ -1,5 +1,6 @@
-// What one cell can see: a depth-first walk over sequences of portals, cut off
-// where no line stabs the sequence. Internal to src/visibility.
+// Finds what one cell can see by a depth-first walk over sequences of portals.
+// The walk is cut off where no line stabs the sequence. Internal to
+// src/visibility.
 
 #pragma once
 
@@ -16,29 +17,31 @@
 namespace enfilade {
 
 // A cell that the source may see, and the cells that a ray between the two may
-// pass, both ends included, ascending. Of a loose one it is not known what lies
-// between: nothing is listed.
+// pass, both ends included, ascending. For a loose cell, `between` is empty and
+// the cells between are unknown.
 struct SeenCell {
   CellId cell;
   bool is_loose = false;
   std::vector<CellId> between = {};
-  CellPart part = {};       // of the cell, that the source may see
-  CellPart of_source = {};  // that the cell may see, once both ends agree
+  CellPart part = {};  // part of `cell` that the source may see
+  // The part of the source that `cell` may see, set once both ends agree.
+  CellPart of_source = {};
 };
 
 struct Exploration {
   std::vector<SeenCell> seen;  // ascending; the source itself included
-  MemoryCharge charge;         // of these
+  MemoryCharge charge;         // of `seen`
   uint64_t steps = 0;
   bool budget_spent = false;
 };
 
-// Tries at most about `max_steps` sequences, shared evenly among the portals
-// of the source. Beside that a flood through the openings of regions
-// (beam_flood.h) knows nothing of sequences, but of the walls within cells: it
-// strikes out what it does not reach, and where portals' shares are spent,
-// what it reaches is seen loosely. What is found is charged to the budget; what
-// it takes to find it is not (BeamFlood::MostBytes, BytesToNoteSeen).
+// Tries at most about `max_steps` sequences, shared evenly among the portals of
+// the source. In addition, a flood through the openings of regions
+// (beam_flood.h) takes into account the walls within cells, but not the
+// sequences of portals. Cells that the flood does not reach are struck out. If
+// the share of some portal is spent, all cells that the flood reaches are seen
+// loosely. The result is charged to the budget; the memory of the search is not
+// (BeamFlood::MostBytes, BytesToNoteSeen).
 Exploration ExploreFrom(CellId source,
                         std::span<const CellInfo> cells,
                         const PortalGraph& graph,
@@ -46,7 +49,7 @@ Exploration ExploreFrom(CellId source,
                         uint32_t max_steps,
                         MemoryBudget& budget);
 
-// What it takes to note which of so many cells are seen.
+// The memory that it takes to note which of so many cells are seen.
 uint64_t BytesToNoteSeen(size_t cells, uint32_t max_steps);
 
 }  // namespace enfilade

@@ -1,5 +1,5 @@
-// What can be seen of a cell from another: a box in it, as coarse as it is
-// small to store. Conservative: it is rounded outwards.
+// The part of a cell that can be seen from another cell: a box that is coarse
+// so as to be small to store. Conservative: the box is rounded outwards.
 
 #pragma once
 
@@ -11,9 +11,9 @@
 
 namespace enfilade {
 
-// Along each axis from `low` to `high`, in 255ths of the cell's bounds. Where
-// it reaches the bounds it has no end: patches may stick out of them a little.
-// At first all of the cell.
+// The box from `low` to `high` along each axis, in 255ths of the cell's bounds.
+// Where the box reaches the bounds it has no end, because patches may stick out
+// of the bounds a little. By default the part is the whole cell.
 struct CellPart {
   static constexpr uint8_t kEnd = 255;
 
@@ -26,11 +26,11 @@ struct CellPart {
 template <>
 inline constexpr bool kIsPacked<CellPart> = sizeof(CellPart) == 6;
 
-// The smallest that holds a box, and a millimetre around it; `bounds` are the
-// cell's.
+// The smallest part that holds `box` and a millimetre around it; `bounds` are
+// the bounds of the cell.
 CellPart PartOf(const Box3& bounds, const Box3& box);
 
-// The box of a part, infinite where that has no end.
+// The box of a part, infinite where the part has no end.
 Box3 BoxOf(const Box3& bounds, const CellPart& part);
 
 }  // namespace enfilade

@@ -9,8 +9,8 @@ namespace {
 
 constexpr size_t kDim = 6;
 constexpr size_t kMaxCorral = kDim + 1;
-constexpr double kOrigin = 1e-7;  // nearer than this is the origin
-constexpr double kPivot = 1e-13;  // smaller ones mean affine dependence
+constexpr double kOrigin = 1e-7;  // points nearer than this are the origin
+constexpr double kPivot = 1e-13;  // smaller pivots: affine dependence
 constexpr double kWeightZero = 1e-12;
 constexpr double kStrictly = 1e-10;  // least margin of an interior vector
 constexpr int kMaxRounds = 300;
@@ -24,7 +24,8 @@ PluckerRow Scaled(const PluckerRow& a, double s) {
 }
 
 // Wolfe's corral: affinely independent rows with positive weights that sum to
-// one; their weighted sum is the nearest point of their hull.
+// one. Their weighted sum is the point of their hull that is nearest to the
+// origin.
 struct Corral {
   size_t size = 0;
   std::array<size_t, kMaxCorral> rows{};
@@ -60,8 +61,9 @@ struct Corral {
 
 using Weights = std::array<double, kMaxCorral>;
 
-// Weights of the point nearest to the origin in the affine hull of the corral,
-// from (1 + a_i . a_j) w = 1, scaled to sum one; nullopt if it is degenerate.
+// The weights of the point nearest to the origin in the affine hull of the
+// corral, from (1 + a_i . a_j) w = 1, scaled to sum to one; nullopt if the
+// corral is degenerate.
 std::optional<Weights> NearestInAffineHull(const Corral& corral,
                                            std::span<const PluckerRow> all) {
   const size_t n = corral.size;
@@ -116,8 +118,8 @@ bool MoveTowards(const Weights& target, Corral& corral) {
   return step >= 1;
 }
 
-// Makes the corral's point the nearest of its affine hull; false on
-// degeneracy.
+// Makes the corral's point the nearest one of its affine hull to the origin.
+// Returns false if the corral is degenerate.
 bool Settle(std::span<const PluckerRow> all, Corral& corral) {
   for (size_t i = 0; i <= kMaxCorral; ++i) {
     const auto target = NearestInAffineHull(corral, all);

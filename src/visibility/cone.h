@@ -1,13 +1,13 @@
-// Is there a vector on the positive side of every row? The linear test behind
+// Finds a vector on the positive side of every row: the linear test behind
 // portal stabbing. Internal to src/visibility.
 //
 // Notation (Plücker coordinates; Teller, PhD thesis, 1992):
 //   line through o with direction d:    L = (d, o x d), 6 numbers
 //   oriented edge from p to q:          a = (p x q, q - p), 6 numbers
 //   a . L > 0: the line passes the edge on its left, seen against d
-// A line crosses a convex polygon along its normal when it passes all its
-// counter-clockwise edges on the left. Vectors L of real lines satisfy the
-// quadric d . m = 0 besides; leaving it out can only find more lines.
+// A line crosses a convex polygon along the polygon's normal if the line passes
+// all counter-clockwise edges on their left. The vectors L = (d, m) of real
+// lines also satisfy d . m = 0; leaving this quadric out only adds lines.
 
 #pragma once
 
@@ -32,7 +32,7 @@ PluckerRow EdgeRow(Point3 p, Point3 q);
 // (Wolfe, Finding the nearest point in a polytope, 1976): the rows all lie
 // strictly on one side of a plane through the origin unless that point is the
 // origin itself.
-// On numerical trouble answers with a vector, never with nullopt.
+// On numerical trouble, returns a vector and never nullopt.
 std::optional<PluckerRow> InteriorOfCone(std::span<const PluckerRow> rows);
 
 }  // namespace enfilade

@@ -12,8 +12,9 @@
 namespace enfilade {
 namespace {
 
-// Bytes that Embree allocated less those it freed on this thread: a scene is
-// built on one thread, so the difference over a build is what the scene holds.
+// The bytes that Embree allocated less those it freed on this thread. A scene
+// is built on one thread, so the difference over a build is what the scene
+// holds.
 int64_t& ThreadBytes() {
   thread_local int64_t bytes = 0;
   return bytes;
@@ -47,7 +48,7 @@ void Attach(RTCDevice device,
       kCorners * sizeof(uint32_t),
       count));
   if (vertices != nullptr &&
-      indices != nullptr) {  // else the memory is refused
+      indices != nullptr) {  // otherwise the memory is refused
     for (size_t i = 0; i < count; ++i) {
       for (size_t k = 0; k < kCorners; ++k) {
         vertices[i * kCorners + k] = primitives[i][k];
@@ -84,8 +85,8 @@ EmbreeDevice::~EmbreeDevice() {
   rtcReleaseDevice(device_);
 }
 
-// A refusal (false) makes Embree give the build up; it then frees what it had
-// been granted.
+// A refusal (false) makes Embree give the build up and free what it was
+// granted.
 bool EmbreeDevice::OnMemory(void* self, ssize_t bytes, bool /*post*/) {
   MemoryBudget& budget = *static_cast<EmbreeDevice*>(self)->budget_;
   if (bytes > 0 && !budget.TryCharge(static_cast<uint64_t>(bytes))) {
@@ -104,7 +105,7 @@ std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
     const char* what,
     RTCFilterFunctionN filter) {
   const int64_t bytes_before = ThreadBytes();
-  rtcGetDeviceError(device_);  // forgets an earlier one
+  rtcGetDeviceError(device_);  // clears an earlier error
   auto scene =
       std::make_unique<EmbreeScene>(shared_from_this(), rtcNewScene(device_));
   RTCScene handle = scene->Handle();
@@ -121,7 +122,7 @@ std::unique_ptr<EmbreeScene> EmbreeDevice::Build(
     }
   });
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
-    // Says which cap would do.
+    // This charge throws an error that names a sufficient cap, unless it fits.
     const MemoryCharge asked(
         *budget_,
         kBuildBytesPerBlocker * (quads.size() + triangles.size()),

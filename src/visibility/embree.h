@@ -1,4 +1,4 @@
-// Embree's device and scenes with owners, its memory counted against the
+// Owners of Embree's device and scenes. Embree's memory is charged to the
 // budget. Internal to src/visibility.
 
 #pragma once
@@ -26,8 +26,8 @@ template <>
 inline constexpr bool kIsPacked<LocalPoint> = sizeof(LocalPoint) ==
                                               3 * sizeof(float);
 
-// What a primitive takes while a scene is built, measured: 115 to 194 at the
-// peak (docs/decisions/least-memory.md).
+// The bytes that a primitive takes while a scene is built. Measured: 115 to 194
+// at the peak (docs/decisions/least-memory.md).
 inline constexpr uint64_t kBuildBytesPerBlocker = 200;
 
 // The corners origin, origin + u, (origin + u + v,) origin + v: Embree's hit
@@ -45,11 +45,11 @@ class EmbreeDevice : public std::enable_shared_from_this<EmbreeDevice> {
   EmbreeDevice(const EmbreeDevice&) = delete;
   EmbreeDevice& operator=(const EmbreeDevice&) = delete;
 
-  // Geometry 0 holds the quads and geometry 1 the triangles, primitives in the
-  // order given. Builds on the calling thread alone. `filter`, if any, sees
-  // every hit of closest-hit queries. Throws DoesNotFitError, which names
-  // `what`, when the budget cannot take it; the device stays usable and nothing
-  // stays charged.
+  // Builds a scene in which geometry 0 holds the quads and geometry 1 the
+  // triangles, with primitives in the order given. Builds on the calling thread
+  // alone. `filter`, if any, sees every hit of closest-hit queries. If the
+  // budget cannot take the scene, throws DoesNotFitError, which names `what`;
+  // the device stays usable and nothing stays charged.
   [[nodiscard]] std::unique_ptr<EmbreeScene> Build(
       std::span<const LocalQuad> quads,
       std::span<const LocalTriangle> triangles,
@@ -76,7 +76,7 @@ class EmbreeScene {
 
   [[nodiscard]] RTCScene Handle() const { return scene_; }
 
-  // What Embree allocated for it and holds.
+  // The bytes that Embree allocated for the scene and still holds.
   [[nodiscard]] uint64_t Bytes() const { return bytes_; }
 
  private:

@@ -11,12 +11,12 @@
 namespace enfilade {
 namespace {
 
-// Two sides of one wall are at most this far apart, measured along their
-// normal: their vertices were rounded each for itself (trace_chunk.h).
+// The two sides of one wall are at most this far apart along their normal,
+// because their vertices were rounded separately (trace_chunk.h).
 constexpr double kSameWallMetres = 5e-5;
 constexpr double kSameNormal = 0.999;
 
-// Error of a distance in a chunk, generously.
+// A generous bound on the error of a distance in a chunk.
 constexpr double kSlackMetres = 1e-5;
 
 double CosineTo(const std::array<float, 3>& n, Vec3 d) {
@@ -24,7 +24,8 @@ double CosineTo(const std::array<float, 3>& n, Vec3 d) {
   return Dot(normal, d) / (Length(normal) * Length(d));
 }
 
-// How far beyond a back, in lengths of d, the front of the same wall may lie.
+// The distance, in lengths of d, that the front of a wall may lie beyond its
+// back.
 double BackSlack(const SideHit& back, Vec3 d) {
   const double across = std::abs(CosineTo(back.normal, d)) * Length(d);
   return kSameWallMetres / std::max(across, 1e-6);
@@ -36,7 +37,7 @@ bool IsSameWall(const SideHit& back, const SideHit& front, Vec3 d) {
          std::abs(CosineTo(back.normal, n)) > kSameNormal;
 }
 
-// Hit of Embree's that a filter has set aside.
+// A hit as Embree reports it.
 struct RawHit {
   float distance = std::numeric_limits<float>::infinity();
   float u = 0, v = 0;
@@ -45,14 +46,14 @@ struct RawHit {
   uint32_t primitive = 0;
 };
 
-// What a query hands to its filter. Embree's struct comes first.
+// The data that a query hands to its filter. Embree's struct comes first.
 struct QueryContext {
   RTCIntersectContext embree{};
   RawHit back;
 };
 
-// Rejects hits on backs and keeps the nearest of them: the query goes on to
-// the nearest front.
+// Rejects hits on backs, so that the query goes on to the nearest front, and
+// keeps the nearest hit on a back.
 void KeepBacks(const RTCFilterFunctionNArguments* args) {
   ENFILADE_CHECK(args->N == 1, "rays come one by one, not {}", args->N);
   if (args->valid[0] == 0) {
@@ -84,8 +85,8 @@ void KeepBacks(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-// Merges a hit, `start` being the ray's distance to where the query
-// began.
+// Replaces `side` by the hit if the hit is nearer. `start` is the ray's
+// distance to where the query began.
 void Merge(const std::array<std::vector<TracePrimitive>, 2>& ids,
            const RawHit& raw,
            double start,
@@ -157,7 +158,8 @@ void LoadedChunk::Trace(const TraceRay& ray,
   query.ray.dir_x = static_cast<float>(ray.direction.x);
   query.ray.dir_y = static_cast<float>(ray.direction.y);
   query.ray.dir_z = static_cast<float>(ray.direction.z);
-  // A little farther than needed: rounding must not decide between chunks.
+  // Traces a little farther than needed, so that rounding does not decide
+  // between chunks.
   const double length = Reach(ray, *state) - start;
   query.ray.tfar = static_cast<float>(std::min(
       length * (1 + 1e-6) + kSlackMetres / Length(ray.direction), 1e30));

@@ -1,7 +1,7 @@
-// A trace chunk in memory, and what rays meet in it: the nearest hit on a front
-// (a side whose normal faces the ray) and the nearest hit on a back. A chunk's
-// answer does not depend on what the ray met before, and answers are combined
-// by (distance, cell, patch).
+// A trace chunk in memory. A LoadedChunk finds, for each ray, the nearest hit
+// on a front (a side whose normal faces the ray) and the nearest hit on a back.
+// A chunk's answer does not depend on what the ray met before, and the answers
+// of chunks are combined by (distance, cell, patch).
 
 #pragma once
 
@@ -22,7 +22,7 @@
 
 namespace enfilade {
 
-// Of a ray that meets nothing.
+// The distance of a ray that meets nothing.
 inline constexpr double kNoHitDistance =
     std::numeric_limits<double>::infinity();
 
@@ -44,24 +44,24 @@ struct RayState {
   SideHit back;
 };
 
-// As far as the ray still has to look.
+// The distance up to which the ray still has to look.
 double Reach(const TraceRay& ray, const RayState& state);
 
-// What a ray in direction `d` has met in the end: of a wall's two sides, which
-// lie in one place, the front.
+// The final hit of a ray in direction `d`. Where the two sides of one wall lie
+// in one place, the hit is on the front.
 TraceHit Resolve(const RayState& state, Vec3 d);
 
 class LoadedChunk {
  public:
-  // Charges the budget, reading included.
+  // Charges the budget, also for the memory of reading.
   LoadedChunk(const BlockStorage& store,
               size_t chunk,
               size_t primitives,
               EmbreeDevice& device,
               MemoryBudget& budget);
 
-  // What a chunk of so many primitives takes, about: while it is read, and
-  // then.
+  // The bytes that a chunk of so many primitives takes, about: LoadingBytes
+  // while the chunk is read, HeldBytes afterwards.
   static uint64_t LoadingBytes(uint64_t primitives) { return primitives * 256; }
 
   static uint64_t HeldBytes(uint64_t primitives) { return primitives * 160; }

@@ -14,8 +14,8 @@ namespace enfilade {
 
 class CellBlockers {
  public:
-  std::unique_ptr<EmbreeScene> scene;  // null: nothing blocks
-  std::array<float, 3> low{}, high{};  // of the blockers
+  std::unique_ptr<EmbreeScene> scene;  // null if nothing blocks
+  std::array<float, 3> low{}, high{};  // bounds of the blockers
 };
 
 struct OcclusionDevice::Impl {
@@ -30,21 +30,23 @@ namespace {
 
 constexpr size_t kLanes = 16;
 
-// Of Embree's scenes, measured (docs/decisions/least-memory.md): cells of 100
-// patches and more held 83 to 140 bytes per blocker; small ones a few KiB more.
+// The memory of Embree's scenes, measured (docs/decisions/least-memory.md):
+// cells of 100 patches and more held 83 to 140 bytes per blocker; small cells
+// held a few KiB more.
 constexpr uint64_t kSceneBytes = 16 << 10;
 constexpr uint64_t kHeldBytesPerBlocker = 140;
 
 // Segments are shortened at both ends by kEndMeters + kEndFraction * length.
-// An end lies off its surface by the rounding to float, at most 2^-24 of its
-// coordinate: 4e-6 m at 64 m from the origin, where a tenth of a millimetre
-// lets pass all segments that leave their surface steeper than 1 in 25. The
-// fraction covers the error of the distance that Embree computes in float; it
-// is small, so that what hides a surface from near by hides it from afar.
+// Rounding to float moves an end off its surface by at most 2^-24 of its
+// coordinate: 4e-6 m at 64 m from the origin. A tenth of a millimetre then lets
+// all segments pass that leave their surface steeper than 1 in 25. The fraction
+// covers the error of the distance that Embree computes in float. The fraction
+// is small, so that a surface that hides another from near by also hides it
+// from afar.
 constexpr float kEndMeters = 1e-4F;
 constexpr float kEndFraction = 2e-6F;
 
-// Rays traced, in counters that threads seldom share.
+// Counts rays in counters that threads seldom share.
 struct alignas(64) RayCounter {
   std::atomic<uint64_t> rays{0};
 };
@@ -69,9 +71,9 @@ LocalPoint Local(Point3 p, Point3 origin) {
           static_cast<float>(d.z)};
 }
 
-// Embree's rays, so many at a time, and its query of them. Packets of few
-// segments go as narrow ones: of a packet of 16 Embree traces few lanes one by
-// one, at two to three times the cost a ray.
+// Embree's packet of n rays and the query that traces it. Packets of few
+// segments are traced as narrow ones, because Embree traces the few lanes of a
+// packet of 16 one by one, at two to three times the cost per ray.
 template <size_t n>
 struct Query;
 
@@ -93,7 +95,7 @@ struct Query<16> {
   static constexpr auto kTrace = &rtcOccluded16;
 };
 
-// The first n lanes; those from `count` on repeat lane 0, because Embree
+// Copies the first n lanes. Lanes from `count` on repeat lane 0, because Embree
 // asserts that all lanes are finite.
 template <size_t n>
 void CopyLanes(const std::array<float, kLanes>& from,
@@ -115,8 +117,8 @@ struct Ends {
   alignas(4 * n) std::array<float, n> x, y, z;
 };
 
-// The segments as Embree's rays with unnormalised directions: t in [0, 1].
-// `valid` is -1 for lanes to trace.
+// Makes Embree's rays of the segments, with unnormalised directions and t in
+// [0,1]. `valid` is -1 for lanes to trace.
 template <size_t n>
 void MakeRays(const SegmentPacket& packet,
               typename Query<n>::Rays& rays,
@@ -153,7 +155,7 @@ struct PacketBox {
   std::array<float, 3> low, high;
 };
 
-// The range of 2 n values, four at a time.
+// The range of 2 n values, computed four at a time.
 template <size_t n>
 void IncludeAxis(const float* from,
                  const std::array<float, n>& to,
@@ -193,7 +195,7 @@ bool Misses(const PacketBox& box, const CellBlockers& cell) {
 template <size_t n>
 uint32_t OccludedLanes(std::span<const CellBlockers* const> blockers,
                        const SegmentPacket& packet) {
-  // Filled by what follows; clearing them first would cost a few percent.
+  // The code below fills these; clearing them first would cost a few percent.
   // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init)
   typename Query<n>::Rays rays;
   Ends<n> to;

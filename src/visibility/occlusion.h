@@ -1,5 +1,6 @@
-// Occlusion queries within the few cells of a subproblem: one Embree scene per
-// cell, built when needed, cached by bytes, evicted when the budget wants it.
+// Occlusion queries within the few cells of a subproblem. Each cell has an
+// Embree scene of its own, which the caller builds when it is needed, caches by
+// its bytes and evicts.
 
 #pragma once
 
@@ -17,9 +18,9 @@
 namespace enfilade {
 
 // Up to 16 segments, structure of arrays, in coordinates relative to the
-// OcclusionDevice's origin. Only what lies strictly between the ends blocks.
-// Left uninitialised: packets are made by the million and lanes from `count` on
-// are never read.
+// OcclusionDevice's origin. Only what lies strictly between the ends of a
+// segment blocks it. The members are left uninitialised, because packets are
+// made by the million and lanes from `count` on are never read.
 // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
 struct SegmentPacket {
   alignas(64) std::array<float, 16> from_x, from_y, from_z;
@@ -35,7 +36,7 @@ class CellBlockers;
 // DoesNotFitError and leaves the device usable.
 class OcclusionDevice {
  public:
-  // `origin`: world coordinates are taken relative to it before rounding to
+  // World coordinates are taken relative to `origin` before they are rounded to
   // float.
   OcclusionDevice(MemoryBudget& budget, Point3 origin);
   ~OcclusionDevice();
@@ -52,20 +53,20 @@ class OcclusionDevice {
   std::unique_ptr<Impl> impl_;
 };
 
-// How many of a cell's patches are blockers: twins are one.
+// How many of a cell's patches are blockers. A patch and its twin are one.
 size_t BlockerCount(const CellPatches& cell);
 
-// Upper bounds, measured, of what so many blockers hold, and of what they take
-// at the peak of their building.
+// Upper bounds, measured, of the bytes that so many blockers hold, and of the
+// bytes that they take at the peak of building.
 uint64_t BlockersHeldBytes(size_t blockers);
 uint64_t BlockersBuildBytes(size_t blockers);
 
 // Bytes that the blockers hold, Embree's share included.
 uint64_t BlockersBytes(const CellBlockers& blockers);
 
-// Bit i of the result: segment i is blocked by any of the blockers. Segments
-// are shortened a little at both ends so that the surfaces they start and end
-// on do not block them.
+// Bit i of the result says whether any of the blockers blocks segment i.
+// Segments are shortened a little at both ends so that the surfaces they start
+// and end on do not block them.
 uint32_t Occluded(std::span<const CellBlockers* const> blockers,
                   const SegmentPacket& packet);
 

@@ -6,12 +6,15 @@
 namespace enfilade {
 namespace {
 
-// Thinner portals count as slivers: their normal is lost in rounding.
+// Portals thinner than this count as slivers: rounding makes their normal
+// useless.
 constexpr double kSliverMetres = 1e-6;
-// Doorways of one plane: a line passes at most one of them.
+// A point nearer to a plane than this lies in the plane. A line thus passes at
+// most one of several doorways in one plane.
 constexpr double kLeastAheadMetres = 1e-6;
 
-// Edge rows mix directions and moments: in this unit both are of order one.
+// The unit of the coordinates in edge rows, in which both the directions and
+// the moments of a row are of order one.
 constexpr double kRowUnitMetres = 8;
 
 Doorway MakeDoorway(PortalId id, CellId to, const Outline& polygon) {
@@ -42,7 +45,7 @@ Doorway MakeDoorway(PortalId id, CellId to, const Outline& polygon) {
   return door;
 }
 
-// Others lead nowhere.
+// Portals without vertices or within one cell lead nowhere.
 bool IsDoor(const Portal& portal) {
   return portal.front != portal.back && !portal.vertices.empty();
 }
@@ -78,7 +81,7 @@ PortalGraph::PortalGraph(size_t cells,
   Fill(portals);
 }
 
-// Finds where the doorways of each cell begin.
+// Finds where the doorways of each cell begin in doorways_.
 void PortalGraph::Count(const PortalSource& portals) {
   portals([this](const Portal& portal) {
     if (IsDoor(portal)) {
@@ -90,7 +93,8 @@ void PortalGraph::Count(const PortalSource& portals) {
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
 }
 
-// A line from front to back runs against the normal of the vertices' order.
+// Fills doorways_ and points_. A line from front to back runs against the
+// normal of the vertices' order.
 void PortalGraph::Fill(const PortalSource& portals) {
   std::vector<uint32_t> next = first_;
   uint32_t portal_number = 0;
@@ -173,7 +177,8 @@ void AppendEdgeRows(const std::vector<Point3>& polygon,
     }
     const Vec3 outward = Cross(edge, normal) / length;
     const Vec3 p = polygon[i] - origin + outward * kStabToleranceMetres;
-    // The edge's line is all that counts: a unit along it.
+    // Only the line of the edge counts, so the row takes a unit length along
+    // it.
     const Point3 from = Point3{} + p / kRowUnitMetres;
     rows.push_back(EdgeRow(from, from + edge / length));
   }

@@ -1,5 +1,6 @@
-// The portals as a graph of doorways that a line passes in one direction, and
-// the plane geometry that stabbing needs. Internal to src/visibility.
+// The portals as a graph of doorways, each of which a line passes in one
+// direction, and the plane geometry that stabbing needs. Internal to
+// src/visibility.
 
 #pragma once
 
@@ -17,24 +18,25 @@
 
 namespace enfilade {
 
-// All tests lean to the visible side by this much.
+// All tests err on the side of visibility by this much.
 constexpr double kStabToleranceMetres = 1e-4;
 
-// Shorter edges of doorways say nothing of their direction.
+// Edges of doorways shorter than this have no reliable direction and are
+// ignored.
 inline constexpr double kLeastEdgeMetres = 1e-7;
 
-// Points x with normal . x >= offset lie beyond.
+// A plane; the points x with normal . x >= offset lie beyond it.
 struct DoorPlane {
   Vec3 normal;  // of length 1
   double offset = 0;
 
-  // Metres beyond the plane; negative before it.
+  // The distance of p beyond the plane in metres; negative before the plane.
   [[nodiscard]] double Beyond(Point3 p) const {
     return Dot(normal, p - Point3{}) - offset;
   }
 };
 
-// The vertices of a portal, in their order or against it. Borrows them.
+// The vertices of a portal, in their order or in reverse. Borrows the vertices.
 class Outline {
  public:
   Outline() = default;
@@ -43,7 +45,7 @@ class Outline {
     return {vertices.data(), vertices.size(), 1};
   }
 
-  // Requires that there are any.
+  // Requires at least one vertex.
   static Outline Reverse(std::span<const Point3> vertices) {
     return {&vertices.back(), vertices.size(), -1};
   }
@@ -68,13 +70,13 @@ class Outline {
   int32_t step_ = 1;
 };
 
-// One direction through a portal: its vertices run counter-clockwise around
-// the direction of passing, which is the plane's normal.
+// One direction through a portal. Its vertices run counter-clockwise around the
+// direction of passing, which is the plane's normal.
 struct Doorway {
   PortalId portal;
   uint32_t index = 0;  // among all doorways of the graph
   CellId to;
-  // Too thin for a normal: lines pass it wherever they like.
+  // Too thin to have a normal: its edges and plane restrict no line.
   bool is_sliver = false;
   Outline polygon;
   Point3 center;  // of a ball around the polygon
@@ -84,9 +86,9 @@ struct Doorway {
 
 class PortalGraph {
  public:
-  // Of so many cells, or of regions and their openings. Goes through the
-  // portals twice; what it takes is charged, as a `share` of what is to come.
-  // Throws DoesNotFitError.
+  // Makes the graph of so many cells and their portals, or of regions and their
+  // openings. Goes through the portals twice. Charges the memory of the graph,
+  // as a `share` of all that is to be charged. Throws DoesNotFitError.
   PortalGraph(size_t cells,
               const PortalSource& portals,
               MemoryBudget& budget,
@@ -96,7 +98,7 @@ class PortalGraph {
 
   [[nodiscard]] size_t DoorwayCount() const { return doorways_.size(); }
 
-  // Out of a cell, by portal.
+  // The doorways out of a cell, in the order of portals.
   [[nodiscard]] std::span<const Doorway> Doorways(CellId cell) const {
     const size_t first = first_[cell.Index()];
     return std::span(doorways_).subspan(first,
@@ -108,31 +110,32 @@ class PortalGraph {
   void Fill(const PortalSource& portals);
 
   MemoryCharge charge_;
-  std::vector<uint32_t> first_;    // by cell, and one behind the last
-  std::vector<Doorway> doorways_;  // by the cell that they lead out of
+  std::vector<uint32_t> first_;    // by cell, and one after the last
+  std::vector<Doorway> doorways_;  // by the cell they lead out of
   std::vector<Point3> points_;     // of all portals
   uint64_t point_count_ = 0;
 };
 
-// The part of a convex polygon beyond the plane, kept a tolerance too large;
+// The part of a convex polygon beyond the plane, too large by the tolerance;
 // empty if there is none.
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
                                const DoorPlane& plane);
 
-// The same into a polygon that exists, whose memory is used again.
+// Like ClipBeyond, but writes into `kept`, whose memory is reused.
 void ClipBeyondInto(const std::vector<Point3>& polygon,
                     const DoorPlane& plane,
                     std::vector<Point3>& kept);
 
-// Whether some point lies before the plane, and not in it.
+// Whether some point of the polygon lies before the plane, and not in it.
 bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane);
 
-// Likewise beyond it.
+// Whether some point of the polygon lies beyond the plane, and not in it.
 bool ReachesBeyond(const Outline& polygon, const DoorPlane& plane);
 
-// Appends the rows that a line through the polygon satisfies, the polygon
-// enlarged by the tolerance. Coordinates are taken relative to `origin` and
-// scaled so that buildings and rows are of the order of one.
+// Appends the rows of the polygon's edges, which every line through the polygon
+// satisfies. The polygon is enlarged by the tolerance first. Coordinates are
+// taken relative to `origin` and scaled so that buildings and rows are of the
+// order of one.
 void AppendEdgeRows(const std::vector<Point3>& polygon,
                     Vec3 normal,
                     Point3 origin,

@@ -1,5 +1,6 @@
-// Chunks are paged in as rays want them. Answers of chunks are combined in a
-// way that does not depend on which of them were in memory (loaded_chunk.h).
+// Chunks are paged in when rays need them. The answers of chunks are combined
+// in a way that does not depend on which chunks were in memory
+// (loaded_chunk.h).
 
 #include "visibility/ray_tracer.h"
 
@@ -17,14 +18,14 @@
 namespace enfilade {
 namespace {
 
-// Chunk boxes are enlarged by this for the rounding of their vertices.
+// Chunk boxes are enlarged by this to allow for the rounding of vertices.
 constexpr double kBoxMarginMetres = 1e-3;
 
 constexpr size_t kRaysPerTask = 256;
 constexpr size_t kLeastBatch = 4096;
 constexpr size_t kMostBatch = 1U << 20;
 
-// A ray prepared for tests against boxes.
+// A ray prepared for intersection with boxes.
 struct BoxRay {
   Point3 origin;
   Vec3 inverse;
@@ -38,8 +39,8 @@ struct BoxRay {
                invert(ray.direction.z)};
   }
 
-  // Distance at which the ray enters the box, or kNoHitDistance if after `end`
-  // or never.
+  // The distance at which the ray enters the box; kNoHitDistance if the ray
+  // enters the box after `end` or never.
   [[nodiscard]] double Enter(const Box3& box, double end) const {
     double near = 0;
     double far = end;
@@ -97,7 +98,8 @@ struct RayTracer::Impl {
   std::shared_ptr<EmbreeDevice> device;
   std::vector<TraceChunkInfo> table;
   uint64_t share_bytes;
-  std::vector<std::unique_ptr<LoadedChunk>> chunks;  // null: not in memory
+  // Null if the chunk is not in memory.
+  std::vector<std::unique_ptr<LoadedChunk>> chunks;
   uint64_t loaded_bytes = 0;
 };
 
@@ -124,8 +126,8 @@ void RayTracer::Impl::EvictAllBut(const std::vector<size_t>& keep,
   }
 }
 
-// Evicts while the process itself comes near the cap: the allocator may keep
-// more than is charged.
+// Evicts chunks if the resident size of the process comes near the cap, because
+// the allocator may keep more than is charged.
 void RayTracer::Impl::HoldResident(const std::vector<size_t>& keep,
                                    uint64_t coming_bytes) {
   if (budget->ResidentExcess(coming_bytes) > 0) {
@@ -145,8 +147,9 @@ void RayTracer::Impl::Load(size_t chunk, const std::vector<size_t>& keep) {
   chunks[chunk] = std::move(loaded);
 }
 
-// Takes from `remaining` the chunks to trace next: those in memory first, then
-// as many as the share holds, at least one that a ray wants.
+// Takes from `remaining` the chunks to trace next: those in memory, if there
+// are any; otherwise as many as the share holds of those that a ray needs, and
+// at least one of them.
 std::vector<size_t> RayTracer::Impl::NextGroup(
     std::vector<size_t>& remaining,
     std::span<const TraceRay> rays,
@@ -180,7 +183,8 @@ std::vector<size_t> RayTracer::Impl::NextGroup(
   return group;
 }
 
-// From near to far, as long as nothing nearer was hit.
+// Traces the ray through the chunks from near to far, until its nearest hit is
+// nearer than the next chunk.
 void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
                                    const TraceRay& ray,
                                    RayState& state) const {

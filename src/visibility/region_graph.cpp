@@ -9,10 +9,12 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostGroups = 12;
-// Of what visibility takes, about: the cells' graph and the floods come.
+// The share of the openings' graph in the memory of visibility, about; the
+// cells' graph and the floods follow.
 constexpr double kShareOfOpenings = 0.5;
 
-// By the axis that is nearest to the doorway's normal, and its sign.
+// The class of a doorway: the axis nearest to its normal, and the normal's sign
+// along that axis.
 size_t DirectionClass(const Doorway& door) {
   if (door.is_sliver) {
     return 6;
@@ -23,7 +25,8 @@ size_t DirectionClass(const Doorway& door) {
   return 2 * axis + (n[axis] < 0 ? 1 : 0);
 }
 
-// Halves the group at the median of its doorways along its longest axis.
+// Halves the group at the median of its doorways along its longest axis, and
+// returns the upper half.
 DoorwayGroup SplitOff(DoorwayGroup& group) {
   const Vec3 extent = BoundsOf(group).Extent();
   size_t axis = extent.y > extent.x ? 1 : 0;

@@ -1,6 +1,6 @@
-// The building at the level of convex regions, of which cells are made, and the
-// doorways out of a cell in groups that are looked through together. Internal
-// to src/visibility.
+// The building as a graph of the convex regions that cells are joined of, and
+// the doorways out of a cell in groups that are looked through together.
+// Internal to src/visibility.
 
 #pragma once
 
@@ -16,10 +16,10 @@ namespace enfilade {
 // Doorways out of one cell; not empty.
 using DoorwayGroup = std::vector<const Doorway*>;
 
-// The building at the level of convex regions, many of which may be one cell.
+// The building as a graph of convex regions. Many regions may form one cell.
 class RegionGraph {
  public:
-  // `cell_of`: by region. What it takes is charged.
+  // `cell_of` is indexed by region. Charges the memory of the graph.
   RegionGraph(size_t cells,
               std::vector<CellId> cell_of,
               const PortalSource& openings,
@@ -35,15 +35,15 @@ class RegionGraph {
   [[nodiscard]] DoorwayGroup DoorwaysOut(CellId cell) const;
 
  private:
-  MemoryCharge charge_;  // of what is beside the graph
+  MemoryCharge charge_;  // of all but the graph
   PortalGraph graph_;
   std::vector<CellId> cell_of_;               // by region
   std::vector<std::vector<CellId>> regions_;  // by cell
 };
 
-// Splits the doorways into a dozen groups, or fewer, of those that lie near
-// each other and look the same way; the largest first, which are the likeliest
-// to take too many tests.
+// Splits the doorways into at most a dozen groups of doorways that lie near
+// each other and face the same way. The largest groups come first, because they
+// are the likeliest to take too many tests.
 std::vector<DoorwayGroup> GroupDoorways(const DoorwayGroup& doorways);
 
 Box3 BoundsOf(const DoorwayGroup& group);

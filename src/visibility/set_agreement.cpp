@@ -16,14 +16,14 @@ namespace {
 
 constexpr uint64_t kMostCachedBytes = 8 << 20;
 constexpr std::string_view kWhat = "agreeing on what cells see";
-// A block as it is stored, and what is made of it.
+// Memory holds a block both as it is stored and as it is decoded.
 constexpr uint64_t kBlockCopies = 2;
-// What grows is charged in steps.
+// A growing amount is charged in steps of this factor.
 constexpr uint64_t kChargeGrowth = 2;
-// Cells whose agreements are sought together: the sets of those that they see
-// are read once for all of them.
+// The most cells whose agreements are sought together. The sets of the cells
+// that they see are read once for all of them.
 constexpr size_t kCellsAgreedAtOnce = 32;
-// Kinds of scratch blocks, by their second number.
+// Kinds of scratch blocks, by the second number of their key.
 constexpr uint32_t kSeenBlock = 0;
 constexpr uint32_t kAgreedBlock = 1;
 
@@ -112,7 +112,7 @@ uint64_t BytesOf(const std::vector<SeenCell>& seen) {
       });
 }
 
-// What two ends make of each other.
+// Combines what two ends see of each other.
 SeenCell Both(const SeenCell& there, const SeenCell& back) {
   SeenCell both{there.cell, there.is_loose && back.is_loose};
   both.part = there.part;
@@ -125,7 +125,7 @@ SeenCell Both(const SeenCell& there, const SeenCell& back) {
   return both;
 }
 
-// Most of an encoded set of so many sources.
+// The most bytes of an encoded set of so many sources.
 uint64_t EncodedSetBytes(size_t sources) {
   constexpr uint64_t kMostPerId = 5;
   return sources * (kMostPerId + 2 * sizeof(CellPart) + (sources + 7) / 8) +
@@ -163,7 +163,7 @@ std::shared_ptr<const std::vector<CellId>> SetAgreement::AgreedBy(CellId cell) {
   if (const auto found = agreed_.find(cell); found != agreed_.end()) {
     return found->second;
   }
-  constexpr uint64_t kBytesPerEntry = 160;  // of the map
+  constexpr uint64_t kBytesPerEntry = 160;  // entry of the map
   const MemoryCharge charge =
       ChargeFor(kBlockCopies * agreed_bytes_[cell.Index()]);
   const std::vector<SeenCell> agreed = Load(cell, kAgreedBlock);

@@ -1,5 +1,5 @@
-// From what each cell found by itself to what both ends agree on. Internal to
-// src/visibility.
+// Turns what each cell found by itself into visible sets that both ends of each
+// pair agree on. Internal to src/visibility.
 
 #pragma once
 
@@ -19,9 +19,10 @@
 
 namespace enfilade {
 
-// What was found, kept in scratch blocks. Each end's answer never leaves out
-// what a ray can reach, so neither does what they have in common. What is read
-// back is charged to the budget: the result does not depend on it.
+// Keeps in scratch blocks what each cell has found. What one end finds never
+// leaves out anything that a ray can reach, so neither does the intersection of
+// what both ends find. What is read back is charged to the budget, but the
+// result does not depend on the budget.
 class SetAgreement {
  public:
   SetAgreement(std::span<const CellInfo> cells,
@@ -30,13 +31,17 @@ class SetAgreement {
 
   void Put(CellId cell, const std::vector<SeenCell>& seen);
 
-  // After Put of all cells: finds which cells agree. Between two of them lies
-  // what both found to lie there; what one found, if the other sees loosely.
+  // Finds which pairs of cells agree. If both ends list the cells between them,
+  // those are the cells that both list; if one end sees the other loosely,
+  // those are the cells that the other end lists. To be called after Put of all
+  // cells.
   void Agree();
 
-  // After Agree: without what one of the two does not see after all. Where
-  // both are loose, the cells that both see and that meet the hull of their
-  // boxes. Writes it to the store; returns how many cells it sees.
+  // Writes the visible set of the receiver to the store and returns how many
+  // cells the receiver sees. From the cells between a pair, leaves out those
+  // that one of the two ends does not see after all. If both ends see each
+  // other loosely, the cells between are those that both see and that meet the
+  // hull of the two cells' boxes. To be called after Agree.
   size_t Finish(CellId receiver);
 
  private:
@@ -47,42 +52,43 @@ class SetAgreement {
     std::vector<SeenCell> mine;
     std::vector<SeenCell> agreed;
     uint64_t agreed_bytes = 0;
-    MemoryCharge charge;  // of both, as if all of mine were agreed on
-    MemoryCharge more;    // of what lies between by the other end
+    MemoryCharge charge;  // of both, if all of `mine` is agreed on
+    MemoryCharge more;    // of cells between that the other end lists
   };
 
   [[nodiscard]] std::vector<SeenCell> Load(CellId cell, uint32_t kind) const;
   [[nodiscard]] MemoryCharge ChargeFor(uint64_t bytes) const;
-  // The agreements of cells from `first` on, of as many as the budget holds.
-  // Returns the one after them.
+  // Finds the agreements of the cells from `first` on, of as many cells as the
+  // budget holds. Returns the first cell after them.
   size_t AgreeBatch(size_t first);
   [[nodiscard]] std::vector<Asking> LoadBatch(size_t first) const;
-  // All cells that they see, ascending.
+  // All cells that the cells of the batch see, ascending.
   static Ids SourcesOf(const std::vector<Asking>& batch);
-  // Charges what number `at` has agreed on; where the budget does not hold it,
-  // the last ones leave the batch, that one included, unless it is the only
-  // one: throws then.
+  // Charges what cell number `at` of the batch has agreed on. While the budget
+  // does not hold this, drops the last cell of the batch, if need be cell `at`
+  // itself. Throws DoesNotFitError if a single cell is left and does not fit.
   void ChargeAgreed(size_t at, std::vector<Asking>* batch) const;
   [[nodiscard]] std::shared_ptr<const Ids> AgreedBy(CellId cell);
 
   std::span<const CellInfo> cells_;
   MemoryBudget* budget_;
   BlockStorage* store_;
-  MemoryCharge own_charge_;             // of what there is for each cell
-  std::vector<uint64_t> seen_bytes_;    // by cell: what was found, in memory
-  std::vector<uint64_t> agreed_bytes_;  // likewise, what was agreed on
+  MemoryCharge own_charge_;             // of seen_bytes_ and agreed_bytes_
+  std::vector<uint64_t> seen_bytes_;    // by cell: memory of what was found
+  std::vector<uint64_t> agreed_bytes_;  // by cell: memory of what was agreed on
   std::map<CellId, std::shared_ptr<const Ids>> agreed_;  // as many as fit
   uint64_t cached_bytes_ = 0;
   MemoryCharge cache_charge_;
 };
 
-// A visible set as a block: the sources, their parts, and what lies between as
-// a bit for each of them. That is taken from `between_of`, which gets the
-// number of a source in the set, ascending: all of it together would be large.
+// Encodes a visible set as a block: the sources, their parts, and for each
+// source the cells between as one bit per source of the set. Takes the cells
+// between from `between_of`, called with the number of each source in the set
+// in ascending order, because all of them together would be large.
 Bytes EncodeVisibleSet(
     const VisibleSet& set,
     const std::function<std::span<const CellId>(size_t source)>& between_of);
-// Before it is made, `reserve` is told what it will take.
+// Before the set is made, `reserve` is told how many bytes it takes.
 VisibleSet DecodeVisibleSet(
     const Bytes& bytes,
     const std::function<void(uint64_t bytes)>& reserve = {});

@@ -12,8 +12,8 @@
 namespace enfilade {
 namespace {
 
-// A chunk's Embree scene then takes about 1.5 MB: small beside the least
-// budget, large beside the cost of entering a scene.
+// The Embree scene of a chunk of this size takes about 1.5 MB: small beside the
+// least budget, large beside the cost of entering a scene.
 constexpr size_t kMaxChunkPatches = 8192;
 constexpr double kGridMetres = 0x1p-18;
 
@@ -93,7 +93,8 @@ class ChunkWriter {
   }
 
  private:
-  // Halves what is too large at the median along the longest side.
+  // Writes the patches as one chunk. If they are too many, halves them at the
+  // median along the longest side and writes each half.
   void Flush(std::span<PendingPatch> patches) {
     if (patches.empty()) {
       return;
@@ -139,7 +140,7 @@ uint64_t Spread(uint64_t x) {
   return (x | x << 2) & 0x1249249249249249;
 }
 
-// Place of a point on the Morton curve through the box.
+// The place of a point on the Morton curve through the box.
 uint64_t MortonCode(Point3 p, const Box3& box) {
   const Vec3 e = box.Extent();
   const Vec3 d = p - box.low;
@@ -151,7 +152,8 @@ uint64_t MortonCode(Point3 p, const Box3& box) {
          Spread(cell(d.z, e.z)) << 2;
 }
 
-// The cells with patches, along the Morton curve of their patches' boxes.
+// The cells with patches, in the order of the centers of their patches' boxes
+// along the Morton curve.
 std::vector<CellId> CellsInSpace(const BlockStorage& store) {
   std::vector<std::pair<CellId, Point3>> centers;
   std::vector<CellId> cells;

@@ -15,7 +15,7 @@
 
 namespace enfilade {
 
-// Which patch a primitive is.
+// The patch that a primitive stands for.
 struct TracePrimitive {
   CellId cell;
   PatchId patch;
@@ -33,7 +33,7 @@ struct TraceChunk {
   std::vector<TracePrimitive> triangle_ids;  // parallel to triangles
 };
 
-// What stays in memory of a chunk.
+// The part of a chunk's description that stays in memory.
 struct TraceChunkInfo {
   Box3 bounds;
   uint64_t primitives = 0;

@@ -21,7 +21,7 @@ namespace {
 constexpr const char* kSummaryMeta = "visibility";
 constexpr size_t kMostExploredAtOnce = 8;  // cells
 
-// Without regions in the store every cell is one.
+// If the store has no regions, every cell is a region.
 RegionGraph RegionGraphOf(size_t cells,
                           const PortalSource& portals,
                           const BlockStorage& store,
@@ -41,7 +41,7 @@ RegionGraph RegionGraphOf(size_t cells,
   return {cells, std::move(itself), portals, budget};
 }
 
-// What exploring a cell may take in memory.
+// The most memory that exploring a cell takes.
 uint64_t ExplorationBytes(size_t cells,
                           const RegionGraph& regions,
                           uint32_t max_steps) {
@@ -49,7 +49,8 @@ uint64_t ExplorationBytes(size_t cells,
          BytesToNoteSeen(cells, max_steps);
 }
 
-// How many cells are explored side by side: what comes of it is the same.
+// The number of cells to explore side by side. The result does not depend on
+// it.
 size_t CellsAtOnce(uint64_t bytes_each, const MemoryBudget& budget) {
   return std::clamp<uint64_t>(
       budget.FreeBytes() / 2 / std::max<uint64_t>(bytes_each, 1),
@@ -57,7 +58,8 @@ size_t CellsAtOnce(uint64_t bytes_each, const MemoryBudget& budget) {
       kMostExploredAtOnce);
 }
 
-// Explores all cells, in parallel batches; counts cells with spent budgets.
+// Explores all cells in parallel batches and returns the number of cells whose
+// steps were spent.
 uint64_t ExploreAll(std::span<const CellInfo> cells,
                     const PortalGraph& graph,
                     const RegionGraph& regions,
@@ -81,8 +83,8 @@ uint64_t ExploreAll(std::span<const CellInfo> cells,
                              options.max_steps_per_cell,
                              budget);
     });
-    // What floods have freed is still resident, and the pager is not here to
-    // look at that.
+    // The memory that floods have freed is still resident, and the pager, which
+    // would otherwise check for that, is not running yet.
     if (budget.ResidentExcess() > 0) {
       ReleaseFreedMemory();
     }

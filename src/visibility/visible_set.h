@@ -1,8 +1,8 @@
 // Cell-to-cell visibility: which cells a cell can see through sequences of
-// portals that one line can stab (Teller & Sequin 1991). Conservative: never
-// leaves out a cell that a ray can reach. Bounded in steps: where a cell's
-// budget of steps is spent, what a coarser conservative test reaches counts as
-// visible (cell_explorer.h).
+// portals that one line can stab (Teller & Sequin 1991). Conservative: a set
+// never leaves out a cell that a ray can reach. The number of steps is bounded:
+// if a cell's budget of steps is spent, all that a coarser conservative test
+// reaches counts as visible (cell_explorer.h).
 
 #pragma once
 
@@ -24,20 +24,22 @@ namespace enfilade {
 struct VisibleCell {
   CellId source;
   // The cells that a ray between receiver and source can pass, both ends
-  // included, ascending: where its blockers are.
+  // included, ascending. They contain all blockers between the two.
   std::vector<CellId> between;
-  // What a ray between receiver and source can meet of each.
+  // The parts of the receiver and of the source that a ray between them can
+  // meet.
   CellPart of_receiver = {};
   CellPart of_source = {};
 };
 
-// Of one receiver cell: ascending by source, itself included. Symmetric: if A
-// sees B then B sees A, with the same `between` and the same parts.
+// The visible set of one receiver cell, ascending by source, the receiver
+// itself included. Symmetric: if A sees B then B sees A, with the same
+// `between` and the same parts.
 using VisibleSet = std::vector<VisibleCell>;
 
-// What it takes in memory.
+// The memory that the set takes.
 uint64_t BytesOf(const VisibleSet& set);
-// Of so many sources with so many cells in between, all of them together.
+// The memory of a set of so many sources with so many cells between in total.
 uint64_t VisibleSetBytes(size_t sources, size_t between);
 
 struct VisibilityOptions {
@@ -50,25 +52,26 @@ struct VisibilitySummary {
   uint64_t budget_spent_cells = 0;
 };
 
-// Writes a kVisibleSet block per cell and a meta entry: the same bits whatever
-// the budget, to which looking through doorways is charged, and the threads.
-// Goes through the portals a few times. DoesNotFitError when the budget does
-// not hold it for one cell.
+// Writes a kVisibleSet block per cell and a meta entry. The result is the same
+// to the bit for every budget and number of threads. Charges the memory of the
+// search to the budget, and goes through the portals a few times. Throws
+// DoesNotFitError if the budget does not hold the search of one cell.
 VisibilitySummary BuildVisibleSets(std::span<const CellInfo> cells,
                                    const PortalSource& portals,
                                    const VisibilityOptions& options,
                                    MemoryBudget& budget,
                                    BlockStorage& store);
 
-// Of a partition in memory.
+// The same for a partition in memory.
 VisibilitySummary BuildVisibleSets(const Partition& partition,
                                    const VisibilityOptions& options,
                                    MemoryBudget& budget,
                                    BlockStorage& store);
 
 VisibilitySummary LoadVisibilitySummary(const BlockStorage& store);
-// Before it is made, `reserve` is told what it will take: that of the outdoors
-// of a large building is tens of MB.
+// Loads the visible set of a receiver. Before the set is made, `reserve` is
+// told how many bytes it takes: the set of the outdoors of a large building
+// takes tens of MB.
 VisibleSet LoadVisibleSet(
     const BlockStorage& store,
     CellId receiver,

@@ -81,7 +81,7 @@ void ExportCommand::Run() {
                           {"version", ProgramVersion()}});
 }
 
-// Reads one of a few names.
+// Accepts one of `names` in upper or lower case and converts it to its value.
 template <typename Enum>
 CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
   return CLI::CheckedTransformer(names, CLI::ignore_case).description("");

@@ -54,7 +54,7 @@ struct FlatlandCommand {
   }
 };
 
-// An option whose values have names.
+// Adds an option that takes one of the names in `choices`.
 template <typename T>
 void AddChoice(CLI::App& command,
                const std::string& name,

@@ -26,8 +26,8 @@ namespace {
 struct InfoCommand {
   CommonOptions common;
   std::string path;                          // of a store or a scene
-  SceneOptions scene_options;                // if it is a scene
-  std::vector<const CLI::Option*> of_scene;  // those options
+  SceneOptions scene_options;                // used if `path` is a scene
+  std::vector<const CLI::Option*> of_scene;  // those of AddSceneOptions
   uint64_t audit_rays = 0;
 
   void Run() const;
@@ -40,7 +40,7 @@ struct InfoCommand {
               MemoryBudget& budget) const;
 };
 
-// A store that goes away with its owner.
+// A store whose files the destructor removes.
 class TemporaryStore {
  public:
   TemporaryStore()
@@ -65,7 +65,7 @@ class TemporaryStore {
   std::unique_ptr<BlockStorage> store_;
 };
 
-// What is left to do, in a line.
+// One line: whether the solve is done, and otherwise how to go on.
 std::string OutlookText(const Json& report, const std::string& store) {
   if (report.at("converged").get<bool>()) {
     return "state     solved\n";
@@ -82,7 +82,8 @@ std::string OutlookText(const Json& report, const std::string& store) {
       store);
 }
 
-// Shoots the rays; warns of the first pairs that were missed.
+// Shoots `rays` rays and warns of the first pairs of cells that the visible
+// sets miss. Throws InputError if the store has no visible sets yet.
 AuditSummary RunAudit(const BlockStorage& store,
                       const CommonOptions& common,
                       uint64_t rays,
@@ -151,7 +152,8 @@ void InfoCommand::Finish(const BlockStorage& storage,
   }
 }
 
-// The stages before the solve, and what they let expect of it.
+// Runs the stages before the solve in a temporary store, and estimates from
+// their results what the solve would cost.
 void InfoCommand::RunOnScene() const {
   const SolveSettings settings = SettingsOf(path, scene_options);
   LimitsInForce limits(common.limits);
@@ -178,7 +180,8 @@ void InfoCommand::RunOnScene() const {
   Finish(storage, report, limits.Budget());
 }
 
-// Whether `error` is asked for what a resume would take.
+// Whether --error is given, which asks for the cost of a resume to that error.
+// Throws UsageError for any other scene option, which a store does not take.
 bool InfoCommand::AsksForError() const {
   bool asks = false;
   for (const CLI::Option* option : of_scene) {
@@ -197,7 +200,8 @@ bool InfoCommand::AsksForError() const {
   return asks;
 }
 
-// What is there, and what it would take to go on with it.
+// Reports what the store holds. If the wavelet solve is unfinished or --error
+// is given, also estimates what a resume would cost.
 void InfoCommand::RunOnStore() const {
   const bool asks = AsksForError();
   LimitsInForce limits(common.limits);

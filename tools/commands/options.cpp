@@ -26,7 +26,8 @@ std::optional<uint64_t> ToWholeNumber(const std::string& text) {
                                                    : std::nullopt;
 }
 
-// Of 256M, 1.5G or 300000, in binary multiples; nullopt for what is no size.
+// The bytes of a size such as 256M, 1.5G (binary multiples) or 300000; nullopt
+// if `text` is no size.
 std::optional<double> ToBytes(const std::string& text) {
   double number = 0;
   const char* end = text.data() + text.size();
@@ -48,15 +49,15 @@ std::optional<double> ToBytes(const std::string& text) {
               : std::nullopt;
 }
 
-// A size, or none, to a number of bytes, or 0. Returns what is wrong, or
-// nothing.
+// Replaces a size by its number of bytes and the word `none` by 0. Returns an
+// error message, or an empty string if `text` was valid.
 std::string ReadMemorySize(std::string& text) {
   const std::string given = text;
   if (given == "none") {
     text = "0";
     return {};
   }
-  constexpr double kLeastBytes = 1ULL << 20;  // less lacks its unit
+  constexpr double kLeastBytes = 1ULL << 20;  // smaller: the unit is missing
   constexpr double kMostBytes = 1ULL << 60;
   const std::optional<double> bytes = ToBytes(given);
   if (!bytes || *bytes <= 0 || *bytes > kMostBytes) {
@@ -117,7 +118,7 @@ std::string CheckSeed(const std::string& text) {
 
 namespace {
 
-// Whether two names are of one file, which need not be there yet.
+// Whether both paths name the same file, which need not exist yet.
 bool IsSameFile(const std::filesystem::path& a,
                 const std::filesystem::path& b) {
   std::error_code none_there;

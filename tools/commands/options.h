@@ -22,7 +22,7 @@ struct CommonOptions {
   bool verbose = false;
 };
 
-// What decides the solution of a scene, on the command line.
+// The command-line options that determine the solution of a scene.
 struct SceneOptions {
   std::string overrides;  // empty: none
   int sides = 0;          // 0: as the scene says
@@ -34,8 +34,8 @@ struct SceneOptions {
 // --strip-spaces, --unit.
 void AddSceneOptions(CLI::App& command, SceneOptions& options);
 
-// The settings for this scene file. Throws InputError if it or the overrides
-// are missing, UsageError for options out of range.
+// The settings for this scene file. Throws InputError if the scene file or the
+// overrides file is missing, UsageError for options out of range.
 SolveSettings SettingsOf(const std::string& scene, const SceneOptions& options);
 
 // Throws InputError if there is no such file.
@@ -50,35 +50,36 @@ void AddReportOption(CLI::App& command, std::string& report);
 // Ends the help of a verb with an example.
 void SetExample(CLI::App& command, const std::string& example);
 
-// What is wrong with the value of a --seed, or nothing: CLI11 would take the
-// nearest number that fits.
+// Returns an error message if `text` is no valid --seed, otherwise an empty
+// string. CLI11 by itself would take the nearest number that fits.
 std::string CheckSeed(const std::string& text);
 
-// Throws UsageError if an output is one of the other files of a run, whether
-// that is there yet or not. Empty names are none.
+// Throws UsageError if `output` is the same file as one of `others`, the other
+// files of a run. The files need not exist yet. Empty names are ignored.
 void RequireApart(const std::filesystem::path& output,
                   std::initializer_list<std::filesystem::path> others);
 
-// Throws DiskError if the report could not be written in the end, UsageError if
-// it is one of the other files that the run reads or writes. An empty name is
-// none.
+// Throws DiskError if the report could not be written at the end of the run,
+// UsageError if the report is one of the other files that the run reads or
+// writes. An empty `report` means that no report was asked for.
 void CheckReport(const std::string& report,
                  std::initializer_list<std::filesystem::path> others);
 
-// What every verb with these options begins with: applies --verbose, and checks
-// the report.
+// Every verb with the common options calls this first: applies --verbose and
+// calls CheckReport.
 void BeginRun(const CommonOptions& options,
               std::initializer_list<std::filesystem::path> others);
 
 // Writes the report if one was asked for.
 void WriteReportIfAsked(const CommonOptions& options, const Json& report);
 
-// OpenStore, but a path where nothing is, or a scene file, is an InputError.
+// Calls OpenStore, but throws InputError if nothing exists at `path` or `path`
+// names a scene file.
 std::unique_ptr<BlockStorage> OpenExistingStore(
     const std::filesystem::path& path, StoreAccess access);
 
-// OpenExistingStore for reading; throws InputError unless the store has got
-// as far as a solution. Warns if the solve is not complete.
+// Calls OpenExistingStore for reading. Throws InputError if the store holds no
+// solution yet; warns if the solve is not complete.
 std::unique_ptr<BlockStorage> OpenSolvedStore(
     const std::filesystem::path& path);
 

@@ -34,19 +34,20 @@ struct ProbeCommand {
   void Run();
 };
 
-// The size of a file; 0 of what is none, as a pipe.
+// The size of a regular file; 0 for anything else, such as a pipe.
 double BytesOf(const fs::path& path) {
   std::error_code is_no_file;
   const auto bytes = fs::file_size(path, is_no_file);
   return is_no_file ? 0.0 : static_cast<double>(bytes);
 }
 
-// The share of a stream of so many bytes that has been read.
+// The fraction of a stream of `all_bytes` bytes that has been read; 0 if
+// `all_bytes` is not known (0).
 double ShareRead(std::istream& stream, double all_bytes) {
   if (all_bytes <= 0) {
     return 0;
   }
-  const auto at = stream.tellg();  // none at the end
+  const auto at = stream.tellg();  // -1 once the end has been read
   return at < 0 ? 1 : static_cast<double>(at) / all_bytes;
 }
 

@@ -25,7 +25,7 @@ struct Output {
   std::string report;  // empty: none
 };
 
-// Runs `write` on a writer of output.scene and says what it wrote.
+// Writes the scene to output.scene by `write` and prints what was written.
 template <typename Options>
 void Generate(void (*write)(const Options&, ObjWriter&),
               const Options& options,
@@ -53,7 +53,8 @@ void Generate(void (*write)(const Options&, ObjWriter&),
   }
 }
 
-// The subcommand of one scene; its options live as long as the app.
+// Adds the subcommand of one scene and sets `command` to it. Returns its
+// options, which live as long as the app.
 template <typename Options>
 std::shared_ptr<Options> AddScene(CLI::App& scenes,
                                   CLI::App*& command,

@@ -43,7 +43,8 @@ struct ResumeCommand {
   void Run();
 };
 
-// Refuses to write over what is there, and says what to do instead.
+// Throws UsageError because `path` exists and is not to be overwritten; the
+// message says what is there and what to do instead.
 [[noreturn]] void RefuseExistingStore(const fs::path& path,
                                       const SolveSettings& settings) {
   std::unique_ptr<BlockStorage> store;
@@ -72,7 +73,8 @@ struct ResumeCommand {
            : "remove it, or give another name with -o"));
 }
 
-// Runs the stages; says how to go on when they are interrupted.
+// Runs the stages. Throws InterruptedError with advice on how to resume if they
+// are interrupted.
 SolveSummary RunStages(BlockStorage& store,
                        const fs::path& path,
                        const SolveSettings& settings,
@@ -97,8 +99,9 @@ std::string WhyItEnded(const SolveSummary& summary, const fs::path& path) {
   return summary.exhausted ? ", and more links no longer lower it" : "";
 }
 
-// Reports on a store that is complete on disk: opened anew, so that its size
-// is what the user will see. Throws if the requested error was not met.
+// Reports on a store that was closed and is complete on disk. Opens the store
+// anew, so that the reported size is the size of the file that the user sees.
+// Throws Error (ExitCode::kNotDone) if the requested error was not met.
 void ReportSolve(const fs::path& path,
                  const SolveSummary& summary,
                  const CommonOptions& common,
@@ -120,8 +123,8 @@ void ReportSolve(const fs::path& path,
   }
 }
 
-// A new store that holds the settings, so that it can be resumed from the first
-// instant.
+// Makes a store that holds the settings from the start, so that a run that is
+// killed at any moment can be resumed.
 std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
                                             const fs::path& path) {
   return MakeStore(path, [&](BlockStorage& store) {
@@ -130,7 +133,8 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
   });
 }
 
-// Defaults that depend on other options.
+// Sets the defaults that depend on the method. Throws UsageError for options
+// that the method does not take.
 void SolveCommand::ChooseByMethod() {
   MethodOptions& method = options.settings.method;
   const bool hierarchical = method.name == "hierarchical";
@@ -175,8 +179,9 @@ void SolveCommand::Run() {
   } catch (const InterruptedError&) {
     throw;
   } catch (const Error&) {
-    // Nothing worth keeping before the scene is in: the mended scene can be
-    // solved into the same file.
+    // Before the scene is imported, the store holds nothing worth keeping.
+    // Removing the store lets the user solve the corrected scene into the same
+    // file.
     const bool worthless =
         storage != nullptr && LoadStage(*storage) < Stage::kImported;
     storage.reset();

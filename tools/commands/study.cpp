@@ -43,7 +43,7 @@ void List() {
   }
 }
 
-// UsageError if the experiment lacks one of the methods that were named.
+// Throws UsageError if the experiment does not have one of `methods`.
 void RequireMethods(const Experiment& experiment,
                     const std::vector<std::string>& methods) {
   std::set<std::string> known;
@@ -65,7 +65,7 @@ void WriteTables(const std::filesystem::path& path, const std::string& tables) {
   fmt::print("\n{}\n", tables);
 }
 
-// How many there are.
+// Draws the curves, prints their paths and returns how many there are.
 size_t DrawCurves(const Experiment& experiment,
                   const std::vector<Json>& lines,
                   const std::filesystem::path& folder) {

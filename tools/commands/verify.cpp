@@ -43,8 +43,8 @@ Json LargestDifferences(const VerifySummary& summary) {
   return list;
 }
 
-// Whether the solution has the error that was asked for; nothing where the
-// interval leaves it open.
+// Whether the error of the solution is at most `requested_error`; nullopt if
+// `requested_error` lies within the interval of the measured error.
 std::optional<bool> MeetsRequest(const VerifySummary& summary,
                                  double requested_error) {
   if (summary.error_high <= requested_error) {

@@ -20,17 +20,18 @@ enum class UpAxis { kAutomatic, kY, kZ };
 // What the user asks for; whatever is left out is chosen.
 struct CameraOptions {
   CameraView view = CameraView::kPerspective;
-  // Where the camera stands and looks, in metres. Without an eye: a corner of
-  // the best-lit large room at eye height, along its longest diagonal; without
-  // a target: the middle of the scene.
+  // Where the camera stands and looks, in metres. Without an eye, test pictures
+  // choose a corner at eye height in one of the cells that receive most light,
+  // and without a target as well, the camera looks at the opposite corner. With
+  // an eye but no target, it looks at the middle of the scene.
   std::optional<Point3> eye;
   std::optional<Point3> target;
   double vertical_fov_degrees = 60;
-  // Automatic: the axis along which most of the area of axis-parallel patches
-  // faces (floors and ceilings), Z in doubt.
+  // Automatic picks the axis, Y or Z, that most of the area of axis-parallel
+  // patches (floors and ceilings) faces, and Z if both are about equal.
   UpAxis up = UpAxis::kAutomatic;
-  // The plan's cut, a coordinate along the up axis. Without: 1.8 m above the
-  // largest floor that receives light.
+  // The height of the plan's cut, a coordinate along the up axis. If unset, the
+  // cut is 1.8 m above the floor level that receives most light.
   std::optional<double> plan_cut_m;
 
   // Throws UsageError with what is wrong.
@@ -48,16 +49,16 @@ struct Camera {
   Vec3 direction_x, direction_y;  // zero in a plan
 };
 
-// A perspective of this width over height. Requires eye != target and a
-// direction that is not parallel to `up` (unit length).
+// A perspective camera for a picture of this width over height. Requires eye !=
+// target and a direction that is not parallel to `up` (unit length).
 Camera PerspectiveCamera(Point3 eye,
                          Point3 target,
                          Vec3 up,
                          double vertical_fov_degrees,
                          double aspect);
 
-// A plan of the box's area from the height `cut_m`, with a small margin. The
-// picture's right is +X; its top is +Y (or -Z with Y up).
+// A plan camera that covers the box's area, with a small margin, from the
+// height `cut_m`. The picture's right is +X; its top is +Y (or -Z with Y up).
 Camera PlanCamera(const Box3& bounds, UpAxis up, double cut_m, double aspect);
 
 }  // namespace enfilade

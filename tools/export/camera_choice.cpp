@@ -23,7 +23,7 @@ constexpr int kTestHeight = 14;
 constexpr double kEyeHeight = 1.6;  // m
 constexpr double kCutHeight = 1.8;  // m above the floor
 constexpr double kFloorBin = 0.25;  // m
-constexpr double kFarthest = 15;    // m; what is seen farther counts no more
+constexpr double kFarthest = 15;    // m; a longer view counts no more
 
 double Along(Vec3 v, UpAxis up) {
   return up == UpAxis::kY ? v.y : v.z;
@@ -33,7 +33,7 @@ double Along(Point3 p, UpAxis up) {
   return up == UpAxis::kY ? p.y : p.z;
 }
 
-// One lit point: where it belongs and what it counts.
+// A point, the owner of the sum that it counts for, and its weight.
 struct Weighted {
   PatchPoint point;
   size_t owner = 0;   // cell, or bin of height
@@ -162,8 +162,8 @@ std::vector<TraceRay> TestRays(const Camera& camera) {
   return rays;
 }
 
-// High where much that is lit is seen far away, low where backs, the void or
-// something right before the lens is seen.
+// The score of a test picture: high if much lit surface is seen far away, low
+// if backs, the void or something right before the lens is seen.
 double TestPicture(const BuildingView& view,
                    SurfaceReader& surfaces,
                    const Camera& camera) {
@@ -193,7 +193,7 @@ double TestPicture(const BuildingView& view,
   return score;
 }
 
-// Near the four corners of a box, at eye height above its bottom.
+// Points near the four corners of a box, at eye height above its bottom.
 std::vector<Point3> EyesIn(const Box3& box, UpAxis up) {
   const Vec3 extent = box.Extent();
   const double height = Along(extent, up);

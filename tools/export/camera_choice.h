@@ -1,4 +1,4 @@
-// The camera that shows a solution well when the user leaves it open.
+// Chooses a camera that shows a solution well where the user leaves it open.
 
 #pragma once
 
@@ -9,8 +9,8 @@
 
 namespace enfilade {
 
-// `up` itself, or the axis, Y or Z, along which most of the area of the
-// patches that are parallel to an axis faces; Z in doubt.
+// `up` itself or, if automatic, the axis (Y or Z) that most of the area of
+// axis-parallel patches faces; Z if both are about equal.
 UpAxis ChooseUpAxis(const BuildingView& view, UpAxis up);
 
 inline Vec3 UpVector(UpAxis up) {

@@ -14,8 +14,8 @@ struct PatchMeans {
   Rgb irradiance{};
 };
 
-// Adds area times the mean of the corners, which is the mean over the element:
-// exact for what is linear or bilinear.
+// Adds the area times the mean of the corners. That is the mean over the
+// element, exactly so for linear and bilinear functions.
 void AddLeaf(const LeafElement& leaf, PatchMeans& means) {
   const double area = Length(AreaVector(leaf.corners));
   const double weight = area / static_cast<double>(leaf.corners.size());

@@ -42,8 +42,8 @@ struct MeshFace {
   }
 };
 
-// Takes a mesh. Vertices are numbered from 0 in the order of their coming and
-// come before the faces that have them.
+// Receives a mesh. Vertices are numbered from 0 in the order of arrival, and
+// arrive before the faces that use them.
 struct MeshSink {
   std::function<void(const MeshVertex&)> vertex;
   std::function<void(const MeshFace&)> face;
@@ -82,15 +82,16 @@ MeshCensus TakeCensus(const MeshSource& source, const ExportProgress& progress);
 
 struct MeshOptions {
   double exposure_stops = 0;
-  bool z_up = true;  // glTF is Y up and is turned
+  bool z_up = true;  // glTF is Y up, so such a mesh is turned
   ExportProgress progress;
 };
 
-// The file of a .gltf's numbers.
+// The .bin file that holds the numbers of a .gltf.
 std::filesystem::path BinaryBeside(const std::filesystem::path& gltf);
 
-// Each writes one file (glTF: and its .bin) and returns its bytes. Throw
-// DiskError, and UsageError where the format's own limits are passed.
+// Each function writes one file (WriteGltf also its .bin) and returns the bytes
+// written. All throw DiskError, and UsageError if the mesh exceeds the limits
+// of the format.
 uint64_t WritePly(const MeshSource& source,
                   const MeshCensus& census,
                   const MeshOptions& options,
@@ -108,7 +109,8 @@ uint64_t WriteVtu(const MeshSource& source,
                   const MeshOptions& options,
                   const std::filesystem::path& out);
 
-// Passes the mesh of all cells to `sink`, its vertices numbered throughout.
+// Passes the mesh of all cells to `sink`, with vertices numbered consecutively
+// over all cells.
 void ForEachFace(const MeshSource& source,
                  const ExportProgress& progress,
                  const MeshSink& sink);

@@ -29,7 +29,7 @@ std::string Extension(const std::filesystem::path& out) {
   return extension;
 }
 
-// The part of the whole from `begin` to `end`, as a progress function.
+// A progress function that reports the part of the whole from `begin` to `end`.
 ExportProgress PartOf(const std::function<void(double)>& progress,
                       double begin,
                       double end) {
@@ -104,7 +104,7 @@ void ExportPicture(StoredBuilding& building,
                                       : WriteExr(picture, out);
 }
 
-// That the format has what was asked for.
+// Throws UsageError if the format does not have the mesh that was asked for.
 void RequireFitting(const std::optional<MeshKind>& mesh,
                     const std::string& extension,
                     bool picture) {

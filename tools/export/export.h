@@ -8,11 +8,11 @@
 //   .png        a picture, tone-mapped
 //   .exr        the same picture, linear
 //
-// The mesh is that of the leaves, or one for display
-// (solver/solution/display_mesh.h); pictures show the same.
+// The mesh consists of the leaves or is one made for display
+// (solver/solution/display_mesh.h). Pictures show either of the two.
 //
-// Streams: memory does not grow with the solution. A file appears under its
-// name only when it is complete.
+// Exports are streamed, so memory does not grow with the solution. A file
+// appears under its name only when it is complete.
 
 #pragma once
 
@@ -32,13 +32,14 @@ namespace enfilade {
 // What is shown of a solution.
 enum class MeshKind {
   kLeaves,    // the elements that were solved for, as they are
-  kAnchored,  // balanced, without T-vertices; every element its own values
-  kSmooth,    // the same, values averaged at vertices
+  kAnchored,  // balanced, no T-vertices; each element keeps its values
+  kSmooth,    // the same mesh, values averaged at vertices
 };
 
 struct ExportOptions {
-  // Smooth where it is looked at, leaves in .vtu if not given. Pictures know
-  // leaves and smooth, .csv means over patches only.
+  // If unset, leaves in .vtu and smooth in all other meshes and pictures.
+  // Pictures allow leaves and smooth. For .csv, which has means over patches
+  // only, it must be unset.
   std::optional<MeshKind> mesh;
 
   // Pictures only (.png, .exr).

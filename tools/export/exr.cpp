@@ -36,7 +36,7 @@ class ExrHeader {
     out_.Put(size);
   }
 
-  // In the order of their names, as the pixels are.
+  // Lists the channels in the order of their names, as the pixels have them.
   void Channels() {
     constexpr uint32_t kEntryBytes = 2 + 16;
     Attribute("channels", "chlist", kChannels * kEntryBytes + 1);

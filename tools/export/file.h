@@ -1,5 +1,5 @@
-// Files that appear under their name only when they are complete, written in
-// several places at once.
+// Files that appear under their name only when they are complete, and that are
+// written at several offsets side by side.
 
 #pragma once
 
@@ -15,9 +15,10 @@
 
 namespace enfilade {
 
-// A file that is complete once it is finished; without Finish() nothing is left
-// (PendingFile). All members throw DiskError; the constructor throws UsageError
-// where there is a device or a pipe, which cannot be written in several places.
+// A file that gets its name in Finish(); without Finish() no file is left
+// (PendingFile). All members throw DiskError. The constructor throws UsageError
+// if the path is a device or a pipe, which cannot be written at several
+// offsets.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path);
@@ -42,8 +43,8 @@ class OutputFile {
   uint64_t size_ = 0;
 };
 
-// A run of bytes within a file, appended to through a small buffer. Flush()
-// before the file is finished. The file must outlive it.
+// Appends to a run of bytes within a file through a small buffer. Flush() must
+// be called before the file is finished. The file must outlive the writer.
 class SectionWriter {
  public:
   SectionWriter(OutputFile& file, uint64_t offset)

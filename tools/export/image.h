@@ -11,7 +11,7 @@ namespace enfilade {
 
 struct ImageOptions {
   double exposure_stops = 0;
-  // Where nothing is seen: white in a plan, else black.
+  // White (for a plan) rather than black where nothing is seen.
   bool white_background = false;
 };
 

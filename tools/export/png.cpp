@@ -65,7 +65,7 @@ void PutPngBytes(png_structp png, png_bytep data, size_t size) {
 
 void FlushPng(png_structp /*png*/) {}
 
-// In place of libpng's own, which print.
+// Replaces libpng's own error handler, which prints.
 [[noreturn]] void GiveUpPng(png_structp png, png_const_charp why) {
   auto& kept = static_cast<PngSink*>(png_get_error_ptr(png))->why;
   const std::string_view text(why);

@@ -20,8 +20,8 @@ constexpr size_t kMostSamples = 131072;
 
 enum class Seen : uint8_t { kNothing, kBack, kFront };
 
-// A band is a run of pixels, row by row. A sample of it that sees the front of
-// a patch.
+// A sample of a band that sees the front of a patch. A band is a run of pixels,
+// row by row.
 struct SeenPoint {
   uint32_t sample = 0;  // within the band
   uint32_t patch = 0;
@@ -29,7 +29,8 @@ struct SeenPoint {
   float b = 0;
 };
 
-// The seen points of a band that lie in one cell, one after the other.
+// The seen points of a band that lie in one cell; they are stored one after the
+// other.
 struct Section {
   uint32_t cell = 0;
   uint64_t first = 0;
@@ -94,7 +95,8 @@ class Renderer {
     }
   }
 
-  // Sample (i, j) of a pixel at the middle of its part of the pixel.
+  // The ray of sample `k` of a pixel, through the middle of the sample's part
+  // of the pixel.
   [[nodiscard]] TraceRay Ray(uint64_t pixel, uint32_t k) const {
     const uint64_t row = pixel / options_.width;
     const uint64_t column = pixel % options_.width;
@@ -112,7 +114,7 @@ class Renderer {
     return ray;
   }
 
-  // What the samples of some pixels see.
+  // Traces the samples of some pixels and stores what they see.
   void See(uint64_t first_pixel, size_t pixels) {
     std::vector<TraceRay> rays;
     rays.reserve(pixels * per_pixel_);
@@ -144,8 +146,8 @@ class Renderer {
     KeepSections(first, fronts, hits);
   }
 
-  // `fronts`: the samples of a band that see a front, cell by cell. `first`: of
-  // its samples in the picture.
+  // `fronts` are the samples of a band that see a front, cell by cell. `first`
+  // is the index of the band's first sample in the picture.
   void KeepSections(uint64_t first,
                     std::span<const uint32_t> fronts,
                     std::span<const TraceHit> hits) {
@@ -166,7 +168,7 @@ class Renderer {
     points_.Write(first, std::as_bytes(std::span(points)));
   }
 
-  // The radiosity of all seen points, cell by cell.
+  // Evaluates the radiosity of all seen points, cell by cell.
   void ShadeSections() {
     std::sort(sections_.begin(),
               sections_.end(),
@@ -261,7 +263,7 @@ class Renderer {
   std::vector<Section> sections_;
   Spool seen_;    // of every sample, pixel by pixel
   Spool points_;  // SeenPoint, band by band and within it section by section
-  Spool values_;  // their radiosity
+  Spool values_;  // radiosity of points_
 };
 
 }  // namespace

@@ -72,9 +72,10 @@ struct RenderOptions {
   std::function<void(double fraction)> progress;
 };
 
-// Needs the view's tracer and radiosity; traces everything before it asks for
-// radiosity, so that the two need no memory at the same time. Radiosity is
-// asked for cell by cell, each cell in a run of calls.
+// Needs the view's tracer and its radiosity, or display_radiosity if `smooth`.
+// Traces all rays before it evaluates any radiosity, so that the tracer and the
+// solution need no memory at the same time. Evaluates radiosity cell by cell,
+// with all calls for a cell in a row.
 Picture RenderPicture(const BuildingView& view,
                       const Camera& camera,
                       const RenderOptions& options,

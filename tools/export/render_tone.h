@@ -14,13 +14,13 @@ namespace enfilade {
 // Luminance of a linear sRGB colour.
 double Luminance(const Rgb& linear);
 
-// Collects brightness; order does not matter beyond rounding.
+// Collects luminance. The order of the calls matters only by rounding.
 class ExposureMeter {
  public:
   void Add(const Rgb& radiosity, double weight);
 
-  // The weighted geometric mean of luminance, without what is a thousand times
-  // darker than the mean; 1 if nothing is lit.
+  // The weighted geometric mean of luminance, without values more than a
+  // thousand times darker than the arithmetic mean; 1 if nothing is lit.
   [[nodiscard]] double Key() const;
 
  private:

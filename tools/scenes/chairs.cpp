@@ -15,11 +15,11 @@ namespace enfilade {
 
 namespace {
 
-constexpr double kPitch = 1.0;       // floor per chair, both ways
-constexpr double kRoomHeight = 3.0;  // fixed, where the room does not grow
+constexpr double kPitch = 1.0;       // floor per chair along x and y, metres
+constexpr double kRoomHeight = 3.0;  // where the height does not grow, metres
 constexpr double kHeightOverSide = 0.75;
-constexpr double kLowestRoom = 1.4;      // the light clears the chairs
-constexpr double kLightOverSide = 0.25;  // edge of the light over that of floor
+constexpr double kLowestRoom = 1.4;      // keeps the light above the chairs
+constexpr double kLightOverSide = 0.25;  // edge of the light over floor edge
 constexpr double kLightExitance = 20;
 constexpr double kMaxTurn = 0.6;     // radians
 constexpr double kClearance = 0.02;  // least distance kept, metres
@@ -40,7 +40,8 @@ uint32_t CeilSqrt(uint32_t n) {
   return root;
 }
 
-// The squarest grid of at least `count` cells, one unit of pitch each.
+// A room whose grid of at least `count` cells is as square as can be; a cell
+// has the edge kPitch.
 Room GrownRoom(uint32_t count) {
   Room room;
   room.columns = std::max(1U, CeilSqrt(count));
@@ -72,8 +73,9 @@ void RequireChairCount(uint32_t count, uint32_t least) {
   }
 }
 
-// The chairs of a room: their size, 1 where the cells of the grid have room for
-// it, and how far one may move in its cell without leaving it, metres.
+// How the chairs of a room fit the cells of its grid. `scale` is below 1 if a
+// cell is too small for a chair of full size; `play` is the distance by which a
+// chair may move along x and y without leaving its cell, metres.
 struct ChairFit {
   double scale = 1;
   double play = 0;
@@ -129,7 +131,8 @@ void AddOpenRoom(ObjWriter& out, const Room& room) {
   AddRect(out, {Axis::kX, room.width, false}, side);
 }
 
-// Lights on a square grid over the room, in all as large as one alone.
+// Adds lights on a grid over the room; their total area does not depend on
+// their number.
 void AddOverheadLights(ObjWriter& out, const Room& room, uint32_t count) {
   const uint32_t columns = CeilSqrt(count);
   const uint32_t rows = (count + columns - 1) / columns;

@@ -8,20 +8,22 @@
 
 namespace enfilade {
 
-// Places that are tried for a piece.
+// How many random places are tried for one piece.
 inline constexpr int kPlaceAttempts = 40;
 
-// Places rectangles on the floor of one room without overlap: off the walls,
-// off each other, and off the metre before each door.
+// Places rectangles on the floor of one room without overlap. The rectangles
+// keep away from the walls, from each other, and from the first metre in front
+// of each door.
 class FloorSpace {
  public:
-  // `floor_z`: holes that reach down to it are doors.
+  // Holes in the walls that reach down to `floor_z` count as doors.
   FloorSpace(const PlanSpace& room, double floor_z);
 
-  // Where rectangles may lie at all.
+  // The floor within which rectangles may lie.
   [[nodiscard]] const Rect& Free() const { return free_; }
 
-  // Takes the rectangle if it is free; false and unchanged otherwise.
+  // Takes the rectangle and returns true if it is free; otherwise changes
+  // nothing and returns false.
   bool Take(const Rect& rect);
 
  private:

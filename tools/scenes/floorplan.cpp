@@ -21,10 +21,11 @@ namespace {
 
 constexpr double kLampSide = 0.6;
 constexpr double kTreadThickness = 0.05;
-// A storey of more would be a mile long: no building.
+// A storey with more rooms would be about a mile long, which is no plausible
+// building.
 constexpr uint32_t kMostRoomsPerStorey = 1000;
 constexpr uint32_t kMostStoreys = 200;
-constexpr uint64_t kLooks = 0x6c6f6f6b73;  // key of colours and lamps
+constexpr uint64_t kLooks = 0x6c6f6f6b73;  // random key of colours and lamps
 
 struct Palette {
   std::vector<MaterialId> walls, floors, ceilings, lamps;
@@ -150,7 +151,8 @@ class Builder {
     return materials[random.NextBelow(static_cast<uint32_t>(materials.size()))];
   }
 
-  // The plane of a wall of `rect`, its front towards the inside or the outside.
+  // The plane of one wall of `rect`. Its front looks into `rect` if `inwards`,
+  // otherwise out of it.
   static AxisPlane WallPlane(Side side, const Rect& rect, bool inwards) {
     switch (side) {
       case Side::kWest:
@@ -226,8 +228,8 @@ class Builder {
     }
   }
 
-  // Panels let into the ceiling on a grid: about one for 5 m2 of an office, for
-  // 8 m2 elsewhere.
+  // The rows of luminaire panels that are set into the ceiling on a grid: about
+  // one panel per 5 m2 of an office and per 8 m2 of any other space.
   static std::vector<std::vector<Rect>> LampRows(const PlanSpace& space,
                                                  const Rect& box,
                                                  Random& random) {
@@ -257,7 +259,8 @@ class Builder {
     return lamps;
   }
 
-  // Facade, window reveals, and the tile's part of roof and underside.
+  // Builds the space's part of the facade with the reveals of its windows, and
+  // of the roof and the building's underside.
   void BuildOutside(const PlanSpace& space) {
     const bool top = storey_ + 1 == options_.storeys;
     const double z0 = RoundToMillimetre(floor_z_ - kSlab);
@@ -294,7 +297,8 @@ class Builder {
     }
   }
 
-  // Free treads, the last one step below the upper floor.
+  // Builds separate treads without risers; the last tread is one step below the
+  // upper floor.
   void BuildStairs(const PlanSpace& space) {
     const StairRun run = RunOfStairs(space.Box());
     out_.BeginObject(space.name + "_flight");
@@ -311,7 +315,7 @@ class Builder {
   }
 
   const FloorplanOptions& options_;
-  std::vector<Piece> pieces_;  // empty: furniture is made up
+  std::vector<Piece> pieces_;  // empty: desks, chairs and shelves instead
   ObjWriter& out_;
   Palette palette_;
   uint32_t storey_ = 0;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kDeskHeight = 0.74;
 
-// A place for a piece `width` x `depth` whose rear is at -y of its frame, its
-// origin in the middle of its plan.
+// Where a piece stands. The origin of the piece's frame is the middle of its
+// plan, and the rear of the piece is at -y of that frame.
 struct Place {
   double x = 0, y = 0;
   int quarter_turns = 0;  // counter-clockwise
@@ -100,7 +100,8 @@ class RoomFurnisher {
     return {{place.x, place.y, floor_z_}, Turn(place)};
   }
 
-  // Tries places at random, with the rear at a wall or anywhere.
+  // Tries random places and takes the first free one. If `at_wall`, the rear of
+  // the piece stands at a wall. Returns nullopt if no place was free.
   std::optional<Place> FindPlace(double width, double depth, bool at_wall) {
     const Rect& free = space_.Free();
     for (int attempt = 0; attempt < kPlaceAttempts; ++attempt) {
@@ -124,7 +125,8 @@ class RoomFurnisher {
     return std::nullopt;
   }
 
-  // The rear (-y) looks south, east, north, west after 0 to 3 quarter turns.
+  // After 0, 1, 2, 3 quarter turns the rear (-y) looks south, east, north and
+  // west.
   void MoveToWall(Place& place, double half_x, double half_y) const {
     const Rect& free = space_.Free();
     switch (place.quarter_turns) {
@@ -143,7 +145,8 @@ class RoomFurnisher {
     }
   }
 
-  // Two sides, a back between them and boards; no face is hidden in another.
+  // Builds two sides, a back between them and boards. Faces that would lie on
+  // another part are left out.
   void BuildShelf(const Placement& at, double width, double depth) {
     constexpr double kBoard = 0.02;
     const double height = Between(1.2, 2.2);
@@ -170,7 +173,7 @@ class RoomFurnisher {
     }
   }
 
-  // A board on four legs, or on two panels with a screen between them.
+  // Builds a board on four legs, or on two panels with a screen between them.
   void BuildDesk(const Placement& at, double width, double y0, double y1) {
     constexpr double kBoard = 0.03;
     const double x = width / 2;

@@ -15,10 +15,11 @@ struct FurnitureMaterials {
   std::vector<MaterialId> fabrics;
 };
 
-// Furnishes an office or a hall; corridors and stairs stay empty. Pieces are
-// placed at random, keep off walls, doors and each other, and are objects named
-// after the room; about 0.2 workplaces and shelves per square metre at density
-// 1. A piece for which no place is found is left out.
+// Furnishes an office or a hall; corridors and stairs stay empty. Pieces stand
+// at random places that keep off walls, doors and each other. Each piece is an
+// object named after the room. At density 1, an office is to hold 0.29
+// workplaces and shelves per square metre and a hall 0.12; a piece for which no
+// place is found is left out.
 void Furnish(ObjWriter& out,
              const PlanSpace& room,
              double floor_z,

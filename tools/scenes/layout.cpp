@@ -37,7 +37,8 @@ double FloorZ(uint32_t storey) {
   return RoundToMillimetre(storey * kStoreyHeight);
 }
 
-// `count` items over `parts` parts as evenly as can be, the first ones fuller.
+// The items in one part when `count` items are distributed over `parts` parts
+// as evenly as possible; the first parts get the remainder.
 uint32_t Share(uint32_t count, uint32_t parts, uint32_t part) {
   return count / parts + (part < count % parts ? 1 : 0);
 }
@@ -89,8 +90,8 @@ class WingPlanner {
                                           : Span1{s.tile.u0, s.tile.u1});
   }
 
-  // A hole of width x height in the wall between `a` and the space `b` east
-  // (kX) or north (kY) of it, centred at `center`.
+  // Adds a doorway between `a` and the space `b` east (kX) or north (kY) of it:
+  // a hole in the wall, `size.x` wide, `size.z` high and centred at `center`.
   void Connect(size_t a, size_t b, Axis axis, double center, Vec3 size) {
     PlanSpace& first = plan_.spaces[a];
     PlanSpace& second = plan_.spaces[b];
@@ -107,7 +108,8 @@ class WingPlanner {
                               opening});
   }
 
-  // The spine's segment along this wing, its stairs and the link to the next.
+  // Adds the segment of the spine along this wing, its stairs, and the link to
+  // the next wing's segment.
   size_t AddSpine() {
     const WingOutline& o = outline_;
     const size_t spine =
@@ -151,8 +153,9 @@ class WingPlanner {
     Connect(stairs, spine, Axis::kX, y0 + 1.0, {1.0, 0, kDoorHeight});
   }
 
-  // The doorway at the link's far end leads into the next wing's spine, which
-  // has the same hole in its south wall.
+  // Adds the corridor past the courtyard to the next wing. The doorway at its
+  // far end leads into the next wing's spine, which has the same hole in its
+  // south wall.
   void AddLink(size_t spine) {
     const WingOutline& o = outline_;
     const size_t link = Add(
@@ -172,7 +175,7 @@ class WingPlanner {
                               passage});
   }
 
-  // The wide passage between segments of the spine.
+  // The hole that joins segments of the spine.
   [[nodiscard]] Rect SpinePassage() const {
     const double margin = kOuterWall + 0.15;
     return {RoundToMillimetre(outline_.spine_x0 + margin),
@@ -220,8 +223,8 @@ class WingPlanner {
     }
   }
 
-  // A row of offices on one side of the corridor; neighbours are joined by a
-  // door now and then.
+  // Adds a row of offices on one side of the corridor. A door joins two
+  // neighbours with probability 0.2.
   void AddRow(size_t corridor, Side side, uint32_t count, bool hall) {
     const bool south = side == Side::kSouth;
     const Rect way = plan_.spaces[corridor].tile;
@@ -250,7 +253,7 @@ class WingPlanner {
     }
   }
 
-  // Ends of `count` unequal intervals of [low, high].
+  // The count + 1 ends of `count` unequal intervals that make up [low, high].
   std::vector<double> Cuts(double low, double high, uint32_t count) {
     std::vector<double> cuts = {low};
     double sum = 0;
@@ -274,7 +277,7 @@ class WingPlanner {
     }
   }
 
-  // Equal bays with a window in each.
+  // Divides the part of the wall into equal bays with a window in each.
   void AddWindows(PlanWall& wall, Span1 part) {
     const double low = part.low + 0.5;
     const double length = part.high - part.low - 1.0;

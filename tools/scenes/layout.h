@@ -45,8 +45,8 @@ struct Span1 {
 
 struct PlanWall {
   std::vector<Rect> holes;    // along the wall x height, world coordinates
-  std::vector<Rect> windows;  // those holes that are windows
-  std::vector<Span1> facade;  // outer parts; empty: an inner wall
+  std::vector<Rect> windows;  // the windows among `holes`
+  std::vector<Span1> facade;  // outdoor parts; empty: an inner wall
 };
 
 struct PlanSpace {
@@ -63,13 +63,13 @@ struct PlanSpace {
     return walls[Index(side)];
   }
 
-  // The plan of the air.
+  // The plan of the space's air: the tile less the thickness of its walls.
   [[nodiscard]] Rect Box() const;
 };
 
 // A doorway through the wall between two spaces.
 struct PlanDoorway {
-  Axis axis{};  // kX or kY: the way one walks through
+  Axis axis{};  // kX or kY: the direction in which the door leads
   double from = 0, to = 0;
   Rect opening;  // along the wall x height
 };
@@ -80,7 +80,8 @@ struct WingPlan {
   uint32_t rooms = 0;
 };
 
-// What all storeys of a wing share. Depends on the options and the wing only.
+// The dimensions that all storeys of a wing share. They depend only on the
+// options, the wing and its start along y.
 struct WingOutline {
   uint32_t wing = 0;
   uint32_t wings = 1;
@@ -110,8 +111,8 @@ void ForEachWing(
     const FloorplanOptions& options,
     const std::function<void(uint32_t storey, const WingPlan&)>& visit);
 
-// Where the flight of stairs runs in a stair's box: its opening in the slabs
-// and its lowest corner.
+// Where the flight of stairs runs in the box of a stairs space: its opening in
+// the slabs, its extent along x and its start along y.
 struct StairRun {
   Rect opening;
   double x0 = 0, x1 = 0, start_y = 0;
@@ -122,7 +123,7 @@ inline constexpr double kStairGoing = 0.27;
 
 StairRun RunOfStairs(const Rect& stair_box);
 
-// `value` to the nearest millimetre.
+// `value`, in metres, rounded to the nearest millimetre.
 double RoundToMillimetre(double value);
 
 }  // namespace enfilade

@@ -1,11 +1,11 @@
 // Streams polygons to a Wavefront OBJ file and the materials they use to an
 // MTL file beside it. Memory does not grow with the number of polygons.
 //
-// The pair appears under its final names only when Finish() succeeds; until
-// then the files carry the suffix ".part" and are removed with the writer.
+// Both files get their final names only when Finish() succeeds. Until then they
+// have the suffix ".part", and the destructor of the writer removes them.
 // Coordinates are metres, Z up, with ten significant digits. Kd is the diffuse
-// reflectance, Ke the exitance (W/m2). A material that reflects on its front
-// only carries the line `sides 1`, which other readers ignore.
+// reflectance, Ke the exitance (W/m2). A material that reflects only on its
+// front has the line `sides 1`, which other readers ignore.
 
 #pragma once
 
@@ -45,17 +45,18 @@ struct ObjInstance {
   uint64_t polygons = 0;     // of the piece
 };
 
-// All members throw DiskError when a file cannot be written. Those that add
-// something throw InterruptedError, now and then, after a request to stop.
+// All members throw DiskError when a file cannot be written. AddPolygon and
+// AddInstance throw InterruptedError if a stop was requested; they check when
+// they flush their text.
 class ObjWriter {
  public:
-  // Requires a path that ends in ".obj" (UsageError); materials go to the same
-  // path with ".mtl".
+  // Throws UsageError unless the path ends in ".obj". The materials go to the
+  // same path with ".mtl".
   explicit ObjWriter(const std::filesystem::path& obj_path);
 
   MaterialId DefineMaterial(const ObjMaterial& material);
 
-  // The polygons that follow belong to the object, or are of the material.
+  // The polygons that follow belong to this object or have this material.
   void BeginObject(std::string_view name);
   void UseMaterial(MaterialId material);
 
@@ -66,7 +67,7 @@ class ObjWriter {
     AddPolygon(std::span<const Point3>(vertices.begin(), vertices.size()));
   }
 
-  // Belongs to the last object.
+  // The instance belongs to the object begun last.
   void AddInstance(const ObjInstance& instance);
 
   // Completes both files and gives them their names.
@@ -78,7 +79,7 @@ class ObjWriter {
     return mtl_path_;
   }
 
-  // With those of instances.
+  // Includes the polygons of instances.
   [[nodiscard]] uint64_t Polygons() const { return polygons_; }
 
   [[nodiscard]] uint64_t Instances() const { return instances_; }
@@ -117,7 +118,7 @@ class ObjWriter {
   fmt::memory_buffer mtl_text_;
   std::vector<std::string> material_names_;
   std::optional<MaterialId> current_material_;
-  // Vertices written lately, so that neighbours share them.
+  // The vertices written most recently; neighbouring polygons share them.
   std::array<RecentVertex, 32> recent_{};
   size_t next_recent_ = 0;
   uint64_t vertices_ = 0;

@@ -13,12 +13,12 @@ namespace enfilade {
 
 namespace {
 
-constexpr uint32_t kDrawsPerPiece = 4;  // before the room counts as full
+constexpr uint32_t kDrawsPerPiece = 4;  // limit; then the room counts as full
 constexpr double kUnderCeiling = 0.05;
 constexpr double kAtWallShare = 0.6;
-constexpr double kRoundingGap = 0.001;  // what rounding to millimetres may take
+constexpr double kRoundingGap = 0.001;  // allows for rounding to millimetres
 
-// Half the rectangle around a piece that is turned, metres.
+// Half the extents of the bounding rectangle of a turned piece, metres.
 struct HalfPlan {
   double x = 0, y = 0;
 };
@@ -69,7 +69,8 @@ class PiecePlacer {
     return RoundToMillimetre(low + (high - low) * random_.Next());
   }
 
-  // The rear (-y) looks south, east, north, west after 0 to 3 quarter turns.
+  // After 0, 1, 2, 3 quarter turns the rear (-y) looks south, east, north and
+  // west.
   void MoveToWall(PiecePlace& place, HalfPlan half) const {
     const Rect& free = space_.Free();
     switch (place.degrees / 90) {
@@ -92,7 +93,7 @@ class PiecePlacer {
   FloorSpace space_;
 };
 
-// Whether the piece fits into the empty room, some way round.
+// Whether the piece fits into the empty room with or without a quarter turn.
 bool Fits(const Piece& piece, const PlanSpace& room) {
   const Rect free = FloorSpace(room, 0).Free();
   const double w = piece.width + 2 * kRoundingGap;

@@ -12,17 +12,17 @@
 
 namespace enfilade {
 
-// The pieces that fit into some empty room of the building; options.note hears
-// of the others. Throws InputError if none does.
+// Returns the pieces that fit into at least one empty room of the building and
+// reports the others to options.note. Throws InputError if no piece fits.
 std::vector<Piece> FittingPieces(const FloorplanOptions& options,
                                  std::vector<Piece> pieces);
 
 // Puts up to `count` pieces, drawn at random, into an office or a hall;
-// corridors and stairs stay empty. A piece stands on the floor with its rear
-// at a wall, or anywhere at any whole degree; by the rectangles around them
-// pieces keep off walls, doors and each other. Each is an object named after
-// the room that holds one instance. What finds no place is replaced by another
-// draw, a few times.
+// corridors and stairs stay empty. A piece stands on the floor either with its
+// rear at a wall or anywhere, turned by any whole number of degrees. The
+// bounding rectangles of pieces keep off walls, doors and each other. Each
+// piece is an object that is named after the room and holds one instance. If a
+// piece finds no place, another is drawn, up to 4 `count` draws in all.
 void FurnishWithPieces(ObjWriter& out,
                        const PlanSpace& room,
                        double floor_z,

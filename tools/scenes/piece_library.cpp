@@ -28,7 +28,8 @@ constexpr double kLongestInMetres = 10;
 constexpr double kCentimetre = 0.01;
 constexpr double kMostReflectance = 0.9;
 
-// Of materials that no MTL file describes: woods, metals, fabrics, whites.
+// The reflectances of materials that no MTL file describes: woods, metals,
+// fabrics, whites.
 constexpr std::array<Rgb, 8> kColours = {{{0.55, 0.40, 0.25},
                                           {0.70, 0.68, 0.64},
                                           {0.35, 0.22, 0.12},
@@ -46,7 +47,7 @@ Material ColourByName(const std::string& name) {
   return material;
 }
 
-// The faces of one file, moved by `place`, visited with the materials.
+// The faces of one file, their vertices mapped by `place`, and its materials.
 class PieceReading {
  public:
   PieceReading(const std::filesystem::path& path,
@@ -84,7 +85,8 @@ class PieceReading {
   MaterialTable materials_;
 };
 
-// To Z up, with the rear, which is -Z of a piece with Y up, at -y.
+// Converts a point to Z up. The rear of a piece with Y up is at -Z and comes to
+// lie at -y.
 Point3 Upright(Point3 p, bool z_is_up) {
   return z_is_up ? p : Point3{-p.x, p.z, p.y};
 }
@@ -119,8 +121,9 @@ std::vector<std::filesystem::path> ObjFilesIn(
   return files;
 }
 
-// What of the file's name may stand in the name of an object, where a room's
-// name ends at the last underscore, and in a path.
+// The name of a piece, from that of its file: only letters, digits and '-',
+// which are safe in a path. The name must not hold an underscore, because the
+// last underscore of an object's name ends the name of its room.
 std::string PlainName(const std::filesystem::path& path) {
   std::string name = path.filename().string();
   name.resize(name.find('.'));
@@ -204,7 +207,7 @@ class PieceCopier {
     }
   }
 
-  // `box`: of the file as it is.
+  // `box` bounds the faces of the file before they are moved and scaled.
   Piece CopyOne(const std::filesystem::path& file, const Box3& box) {
     const Point3 a = Upright(box.low, options_.z_is_up);
     const Point3 b = Upright(box.high, options_.z_is_up);

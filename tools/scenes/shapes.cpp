@@ -26,7 +26,8 @@ Point3 PointOn(const AxisPlane& plane, double u, double v) {
   return {u, v, plane.at};
 }
 
-// The four legs, their outer sides `inset` from those of the seat.
+// Adds the four legs. The outer sides of the legs lie `inset` inside those of
+// the seat.
 void AddLegs(ObjWriter& out,
              const Placement& placement,
              double inset,
@@ -44,7 +45,7 @@ void AddLegs(ObjWriter& out,
   }
 }
 
-// The underside of the seat without the tops of legs at its corners.
+// Adds the underside of the seat except where the legs meet its corners.
 void AddUndersideBetweenLegs(ObjWriter& out, const Placement& placement) {
   const double inner = kHalfSeat - kLegSide;
   const std::array<Rect, 3> parts = {{{-inner, inner, -kHalfSeat, -inner},
@@ -65,7 +66,7 @@ void AddRect(ObjWriter& out, const AxisPlane& plane, const Rect& r) {
                                          PointOn(plane, r.u1, r.v0),
                                          PointOn(plane, r.u1, r.v1),
                                          PointOn(plane, r.u0, r.v1)};
-  // u x v is +x, -y, +z.
+  // u x v is +x for Axis::kX, -y for kY and +z for kZ.
   if (plane.faces_positive == (plane.axis != Axis::kY)) {
     out.AddPolygon(corners);
   } else {
@@ -107,8 +108,8 @@ void AddPanel(ObjWriter& out,
 void AddLining(ObjWriter& out, Axis axis, double a0, double a1, const Rect& o) {
   const Axis u_axis = axis == Axis::kX ? Axis::kY : Axis::kX;
   const Axis v_axis = axis == Axis::kZ ? Axis::kY : Axis::kZ;
-  // The sides across u run along (axis, v), those across v along (axis, u); the
-  // axes of a plane are in the order x, y, z.
+  // The two sides normal to u extend along `axis` and v, the two normal to v
+  // along `axis` and u. A Rect has the axes of its plane in the order x, y, z.
   const Rect across_u =
       axis == Axis::kZ ? Rect{o.v0, o.v1, a0, a1} : Rect{a0, a1, o.v0, o.v1};
   const Rect across_v =
@@ -147,7 +148,8 @@ void AddBox(ObjWriter& out,
 void AddChair(ObjWriter& out, const Placement& placement, ChairBuild build) {
   const bool closed = build == ChairBuild::kClosed;
   const double back_front = -kHalfSeat + kBackThickness;
-  // The seat's top ends where the back begins, so that nothing is covered.
+  // The top of the seat ends where the back begins, so that the back covers no
+  // part of a face.
   AddBox(
       out,
       placement,

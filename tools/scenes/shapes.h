@@ -44,20 +44,21 @@ struct AxisPlane {
 
 void AddRect(ObjWriter& out, const AxisPlane& plane, const Rect& rect);
 
-// `rect` less the holes, in few rectangles. Requires holes inside `rect`,
-// disjoint in u; any order.
+// Adds `rect` without the holes, as few rectangles. The holes must lie inside
+// `rect` and their u ranges must be disjoint; their order does not matter.
 void AddPanel(ObjWriter& out,
               const AxisPlane& plane,
               const Rect& rect,
               std::vector<Rect> holes);
 
-// The four faces that line an opening of cross-section `opening` (in the (u, v)
-// of `axis`) between the planes at a0 < a1, fronts facing into the opening.
+// Adds the four faces that line an opening between the planes at a0 < a1 across
+// `axis`; their fronts look into the opening. `opening` is its cross-section in
+// the (u, v) of `axis`.
 void AddLining(
     ObjWriter& out, Axis axis, double a0, double a1, const Rect& opening);
 
-// Where a piece of furniture stands: its own frame, made `scale` times as
-// large, turned about Z by `angle` (radians), then moved to `origin`.
+// Where a piece of furniture stands. A point of the piece's own frame is scaled
+// by `scale`, turned about Z by `angle` (radians), then moved by `origin`.
 class Placement {
  public:
   Placement(Point3 origin, double angle, double scale = 1)
@@ -100,7 +101,8 @@ void AddBox(ObjWriter& out,
 // Measures of the chair, metres.
 inline constexpr double kChairSeatSide = 0.45;
 inline constexpr double kChairHeight = 0.90;
-// A circle about the origin of the chair's frame that holds its plan.
+// The radius of a circle about the origin of the chair's frame that contains
+// the plan of the chair.
 inline constexpr double kChairRadius = 0.319;
 
 enum class ChairBuild {
@@ -113,8 +115,8 @@ enum class ChairBuild {
 };
 inline constexpr double kChairFootGap = 0.02;
 
-// A chair whose seat is centred at the placement and looks along +y, the back
-// at -y. Uses the current material.
+// Adds a chair of the current material whose seat is centred at the origin of
+// the placement. The chair looks along +y; its back is at -y.
 void AddChair(ObjWriter& out, const Placement& placement, ChairBuild build);
 
 }  // namespace enfilade

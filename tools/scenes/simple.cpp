@@ -14,7 +14,7 @@ Rgb Grey(double value) {
   return {value, value, value};
 }
 
-// Starts an object of a material of its own, both called `name`.
+// Defines the material and begins an object of the same name that uses it.
 void Begin(ObjWriter& out, const ObjMaterial& material) {
   out.BeginObject(material.name);
   out.UseMaterial(out.DefineMaterial(material));
@@ -144,7 +144,7 @@ void WriteBulbs(const BulbsOptions& options, ObjWriter& out) {
 
 namespace {
 
-// The sides of an upright tube, both of which reflect.
+// Adds the sides of an upright tube. Both faces of a side reflect.
 void AddTube(ObjWriter& out, Point3 low, double radius, double height) {
   constexpr int kSides = 8;
   const auto at = [&](int i, double z) {

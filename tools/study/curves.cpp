@@ -21,8 +21,9 @@ void WriteText(const fs::path& path, const std::string& text) {
   WriteFileInOneStep(path, [&](std::ostream& out) { out << text; });
 }
 
-// value, setting, time, error, memory, links, 1 / setting; a blank line between
-// values, so that each is a curve of its own.
+// One line per finished run: value, setting, time, error, memory, links,
+// 1 / setting. A blank line separates the values of the parameter, so that
+// gnuplot draws a curve for each value.
 std::string DataOf(const std::vector<Json>& lines, const std::string& method) {
   std::string text = "# value setting seconds error bytes links 1/setting\n";
   double before = NAN;
@@ -45,7 +46,8 @@ std::string DataOf(const std::vector<Json>& lines, const std::string& method) {
   return text;
 }
 
-// value, error within the time of the curve at equal time.
+// One line per value of the parameter: the value, and the error that the method
+// delivers within `seconds`.
 std::string EqualTimeDataOf(const std::vector<Json>& lines,
                             const std::string& method,
                             double seconds) {
@@ -62,7 +64,7 @@ struct Curve {
   const char* name;
   const char* x_label;
   const char* y_label;
-  const char* data;  // EXPERIMENT_METHOD and this
+  const char* data;  // the file's name after EXPERIMENT_METHOD
   const char* columns;
   bool wavelets_only;
 };

@@ -1,4 +1,4 @@
-// What a study's lines say, as curves by gnuplot.
+// Draws the results of a study as curves by gnuplot.
 
 #pragma once
 
@@ -11,9 +11,9 @@
 namespace enfilade {
 
 // Writes EXPERIMENT_METHOD.dat, EXPERIMENT_METHOD_equal.dat and EXPERIMENT.gp
-// into the folder and, where gnuplot is installed, draws time against error,
-// error against memory, links against 1 / error asked for, and the error within
-// one time against the parameter. Returns the pictures that were drawn.
+// into the folder. If gnuplot is installed, draws error over time, error over
+// memory, links over 1 / requested error, and the error that is delivered
+// within one time over the parameter. Returns the pictures that were drawn.
 std::vector<std::filesystem::path> DrawStudy(
     const Experiment& experiment,
     const std::vector<Json>& lines,

@@ -1,4 +1,4 @@
-// What is read off the runs of a study: powers, and methods at equal cost.
+// Evaluates the runs of a study: fitted powers, and errors at equal cost.
 
 #pragma once
 
@@ -9,15 +9,16 @@
 
 namespace enfilade {
 
-// The power p of y = c x^p by least squares in the logarithms; nothing with
-// fewer than two different x, or a value that is not above 0.
+// The power p of y = c x^p, by least squares in the logarithms. Returns nullopt
+// if the points have fewer than two different x or if a value is not above 0.
 std::optional<double> FitPower(
     std::span<const std::pair<double, double>> points);
 
-// Of runs (cost, error) of one method: the least error of those that cost no
-// more than `budget`, and between two of them a power of the cost. Where all
-// cost less, the least of all; nothing where all cost more. Runs without a cost
-// or error above 0 do not count.
+// The error that a method delivers at the cost `budget`, from its runs (cost,
+// error). Only runs count that have a smaller error than all cheaper runs;
+// between two of them the error is interpolated as a power of the cost. Returns
+// the least error if all runs cost less than `budget`, and nullopt if all cost
+// more. Runs without a cost and an error above 0 are ignored.
 std::optional<double> ErrorWithin(double budget,
                                   std::vector<std::pair<double, double>> runs);
 

@@ -21,12 +21,12 @@ double Distance(Point2 a, Point2 b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
 
-// Where the parameter t of the emitting segment lies.
+// The point at parameter t of the second segment.
 Point2 OnOther(FlatlandScene scene, double t) {
   return scene == FlatlandScene::kParallel ? Point2{t, 1} : Point2{0, t};
 }
 
-// A run of numbers in a matrix: a part of a row or of a column.
+// Numbers in a matrix at equal distance `stride`: a row or a column.
 struct Line {
   double* first;
   size_t stride;
@@ -34,8 +34,8 @@ struct Line {
   double& operator[](size_t i) const { return first[i * stride]; }
 };
 
-// One level: the first `count` numbers become half as many smooth ones and,
-// behind them, as many details.
+// One level of the transform: replaces the first `count` numbers by count / 2
+// smooth coefficients followed by count / 2 wavelet coefficients.
 void SplitOnce(Line line, size_t count, FlatlandBasis basis) {
   std::vector<double> out(count);
   const size_t half = count / 2;
@@ -77,8 +77,8 @@ SquareMatrix FlatlandFormFactors(FlatlandScene scene, size_t elements) {
     for (size_t j = 0; j < elements; ++j) {
       const Point2 c = OnOther(scene, static_cast<double>(j) * step);
       const Point2 d = OnOther(scene, static_cast<double>(j + 1) * step);
-      // The strings that cross less those that do not; which are which follows
-      // from the order of the ends, so the sign does not matter.
+      // The crossed strings less the uncrossed ones. The order of the ends
+      // decides which pair is the crossed one, so only the magnitude matters.
       const double strings =
           Distance(a, d) + Distance(b, c) - Distance(a, c) - Distance(b, d);
       matrix.At(i, j) = std::abs(strings) / (2 * step);

@@ -1,5 +1,5 @@
-// The lines of a study, one JSON object per run (keys: docs/study.md), and what
-// they hold.
+// The lines of a study, one JSON object per run (keys: docs/study.md), and
+// access to their values.
 
 #pragma once
 
@@ -15,25 +15,27 @@
 
 namespace enfilade {
 
-// The lines of a study's file; a last line that was torn is left out. Empty if
-// there is no file.
+// The lines of a study's file, without a last line that a kill left incomplete.
+// Empty if there is no file.
 std::vector<Json> LoadStudy(const std::filesystem::path& file);
 
-// NaN where the line has no such number.
+// The number under `key`; NaN if the line has no such number.
 double Number(const Json& line, const char* key);
 
 std::string MethodOf(const Json& line);
 
-// By verify; where that was not asked, against the reference.
+// The error measured by verify; if there is none, the RMS error against the
+// reference.
 double ErrorOf(const Json& line);
 
-// It ended by itself, with a result.
+// Whether the run ended within its time, with a result.
 bool IsFinished(const Json& line);
 
 std::set<std::string> MethodsOf(const std::vector<Json>& lines);
 std::set<double> ValuesOf(const std::vector<Json>& lines);
 
-// Points (x, y) of the finished runs, by a group of lines.
+// Groups holds the points (x, y) of the finished runs, by the name of the group
+// to which their lines belong.
 using NumberOf = std::function<double(const Json&)>;
 using Groups = std::map<std::string, std::vector<std::pair<double, double>>>;
 
@@ -44,7 +46,8 @@ Groups Collect(const std::vector<Json>& lines,
                const NumberOf& x,
                const NumberOf& y);
 
-// (cost, error) of the runs of each method at a value of the parameter.
+// The points (cost, error) of the finished runs at one value of the parameter,
+// by method. `cost` is a key of the lines.
 Groups RunsAt(double value, const std::vector<Json>& lines, const char* cost);
 
 }  // namespace enfilade

@@ -21,8 +21,8 @@ StudySetting Reference(const std::string& method, double elements) {
           {"--method", method, "--elements", fmt::format("{}", elements)}};
 }
 
-// One choice of the hierarchical method in a basis, by its option: its name in
-// tables ends in that of the basis, by which PaperBytes counts.
+// The hierarchical method with `choice` for `option`, in a basis. Its name in
+// tables ends in the name of the basis, from which PaperBytes takes the order.
 StudySetting Hierarchical(const std::string& option,
                           const std::string& choice,
                           const std::string& basis,
@@ -39,8 +39,8 @@ StudySetting Hierarchical(const std::string& option,
            fmt::format("{}", epsilon)}};
 }
 
-// Choices of one option, each at its own epsilon, a quarter and a sixteenth of
-// it; last the solver itself.
+// One choice of an option. ChoicesOf runs each choice at its `epsilon`, at a
+// quarter and at a sixteenth of it, and then the wavelet solver.
 struct Choice {
   std::string name;
   std::string basis;
@@ -65,7 +65,8 @@ std::vector<StudySetting> ChoicesOf(const std::string& option,
   return settings;
 }
 
-// The polynomial oracle of M2 asks less of a link than power does of Haar's.
+// M2 gets a smaller epsilon than Haar, because its polynomial oracle is less
+// strict on a link at the same epsilon than the power oracle of Haar.
 std::vector<StudySetting> Visibilities(double epsilon, double finest_error) {
   constexpr double kSecondOrder = 0.1;
   std::vector<Choice> choices;
@@ -90,7 +91,7 @@ std::vector<StudySetting> SingularRules() {
                    0.02);
 }
 
-// Epsilons that make about as many links.
+// The epsilons make about the same number of links with every oracle.
 std::vector<StudySetting> Oracles() {
   std::vector<Choice> choices;
   for (const char* basis : {"haar", "m2"}) {
@@ -102,7 +103,7 @@ std::vector<StudySetting> Oracles() {
   return ChoicesOf("oracle", choices, 0.05);
 }
 
-// Of one choice within the hierarchical method.
+// The experiments on one choice within the hierarchical method.
 std::vector<Experiment> MakeChoiceExperiments() {
   std::vector<Experiment> list = {
       {"visibility",
@@ -233,7 +234,7 @@ std::vector<Experiment> MakeExperiments() {
   for (Experiment& e : list) {
     const bool furnished = e.scene == "chairs" || e.scene == "lights";
     e.settings = SettingsOf(furnished ? 0.1 : 0.05, furnished ? 2500 : 2000);
-    // Finer ones take minutes in the tube and among chairs.
+    // Finer references would take minutes in the tube and among chairs.
     const bool slow = furnished || e.scene == "tube";
     e.reference = Wavelet("m2", slow ? 0.04 : 0.01);
     e.equal_seconds = slow ? 10 : 1;

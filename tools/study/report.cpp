@@ -59,8 +59,8 @@ std::string FitRows(const std::string& what,
   return text;
 }
 
-// How links grow as the error asked for, or epsilon, shrinks, and error falls
-// with elements.
+// How links and time grow as the requested error or epsilon shrinks, and how
+// the error falls with the number of elements.
 std::string FitsAtValues(const std::vector<Json>& lines) {
   const auto group = [](const Json& line) {
     return fmt::format("{} at {}", MethodOf(line), Number(line, "value"));
@@ -85,7 +85,8 @@ std::string FitsAtValues(const std::vector<Json>& lines) {
                  2);
 }
 
-// How costs grow with the parameter, at each setting, of three values or more.
+// How costs grow with the parameter at each setting that has runs at three or
+// more values of the parameter.
 std::string FitsAcrossValues(const std::vector<Json>& lines) {
   const auto group = [](const Json& line) {
     return fmt::format("{} {}", MethodOf(line), Number(line, "setting"));
@@ -99,11 +100,11 @@ std::string FitsAcrossValues(const std::vector<Json>& lines) {
   return text;
 }
 
-// What each method delivers at equal cost, by value and budget; a row where two
-// methods or more can afford it.
+// The costs at which the methods are compared. EqualCostRows makes a row for
+// each value and amount that at least two methods can afford.
 struct Budget {
   const char* unit;
-  double of_unit;  // the key's
+  double of_unit;  // how much of `key` is one unit
   const char* key;
   std::array<double, 4> amounts;
 };

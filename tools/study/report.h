@@ -1,4 +1,4 @@
-// What a study's lines say, as tables.
+// The results of a study as tables.
 
 #pragma once
 
@@ -10,8 +10,9 @@
 
 namespace enfilade {
 
-// Markdown: a row per run; the exponents of time, links, memory and error by
-// method; and the error that each method delivers within a time or a memory.
+// Markdown with three tables: one row per run; the fitted exponents of time,
+// links, memory and error by method; and the error that each method delivers
+// within a given time or memory.
 std::string StudyTables(const Experiment& experiment,
                         const std::vector<Json>& lines);
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of seconds: only solves are stopped when they take long.
+// The time limit of all calls but solves, in seconds.
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 Json ReadJson(const fs::path& path) {
@@ -93,7 +93,7 @@ std::vector<Json> Study::Run() {
   return lines_;
 }
 
-// What a kill tore is dropped before anything is appended.
+// Drops a line that a kill left incomplete, before anything is appended.
 void Study::RewriteFile() {
   WriteFileInOneStep(file_, [&](std::ostream& out) {
     for (const Json& line : lines_) {
@@ -124,9 +124,10 @@ void Study::MakeScene(double value) {
   }
 }
 
-// The reference's store, solved unless it is there: coarser if that takes too
-// long, because what was stopped has not all its light. It is renamed when it
-// is complete, so that one that is there is.
+// Returns the store of the reference; solves it if the store does not exist
+// yet. If the solve takes too long, a coarser one is tried, because a solve
+// that was stopped lacks some of the light. The store gets its name only when
+// it is complete, so that a store of that name is always complete.
 fs::path Study::MakeReference(double value) {
   fs::path store = StoreOf(value, experiment_.reference);
   if (fs::exists(store)) {
@@ -163,8 +164,8 @@ fs::path Study::StoreOf(double value, const StudySetting& s) const {
       "{}_{}_{}_{}.enf", experiment_.name, value, s.method, s.setting));
 }
 
-// A full disk is no result of a run: it ends the study, which goes on with that
-// run when there is room.
+// Runs the program. Throws if the disk is full, because that is no result of a
+// run: the study ends, and repeats this run when it is started again.
 ChildResult Study::Call(const std::vector<std::string>& words,
                         double most_seconds) {
   ChildResult result = RunOwnProgram(words, most_seconds);
@@ -191,7 +192,7 @@ ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {
   words.insert(words.end(), setting.words.begin(), setting.words.end());
   ChildResult result = Call(words, options_.most_seconds);
   if (!fs::exists(Work("solve.json")) && fs::exists(store)) {
-    // Stopped: what it had got to.
+    // The solve was stopped before it wrote a report: report what it has done.
     Call({"info", store.string(), "--report", Work("solve.json").string()});
   }
   return result;
@@ -232,7 +233,7 @@ Json Study::LineOf(double value,
   return line;
 }
 
-// The report of a verb; null where there is none.
+// Runs a verb and returns its report; an empty object if it wrote none.
 Json Study::ReportOf(std::vector<std::string> words) {
   const fs::path report = Work("report.json");
   std::error_code ignored;
@@ -243,7 +244,8 @@ Json Study::ReportOf(std::vector<std::string> words) {
   return found.is_object() ? found : Json::object();
 }
 
-// The error by paths of light, which know no solver.
+// Adds the error that verify measures by light paths, independently of any
+// solver.
 void Study::AddVerified(const fs::path& store, Json* line) {
   if (!(options_.verify_seconds > 0)) {
     return;
@@ -265,7 +267,7 @@ void Study::AddVerified(const fs::path& store, Json* line) {
   }
 }
 
-// How far it is from a finer solution by wavelets.
+// Adds the differences from the reference, a finer solution by wavelets.
 void Study::AddCompared(const fs::path& store,
                         const fs::path& reference,
                         Json* line) {

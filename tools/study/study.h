@@ -1,5 +1,5 @@
 // Runs an experiment and keeps one JSON line per finished run, so that a study
-// that was killed goes on where it stopped.
+// that was killed continues with the next run.
 
 #pragma once
 
@@ -14,17 +14,17 @@ namespace enfilade {
 
 struct StudyOptions {
   std::filesystem::path folder = "study";
-  std::vector<double> values;        // of the parameter; empty: a few
+  std::vector<double> values;        // of the parameter; empty: the default
   std::vector<std::string> methods;  // empty: all
-  bool all_values = false;     // the parameter as often as the paper varied it
-  double most_seconds = 60;    // of one run; then it is stopped, and counts
-  double verify_seconds = 10;  // that verify has for a run; 0: none
+  bool all_values = false;     // by default all values of the paper, not a few
+  double most_seconds = 60;    // limit of a solve; its line says if it was cut
+  double verify_seconds = 10;  // time of verify for a run; 0: no verify
   std::string memory = "1G";   // cap of a run
   std::string threads = "1";
 };
 
-// Runs what folder/EXPERIMENT.jsonl lacks; returns all its lines. Keys of a
-// line: docs/study.md.
+// Makes the runs that folder/EXPERIMENT.jsonl lacks and returns all lines of
+// that file. docs/study.md describes the keys of a line.
 std::vector<Json> RunStudy(const Experiment& experiment,
                            const StudyOptions& options);
 

@@ -12,7 +12,8 @@ namespace {
 
 // A leaf has a bin of its own if it is brighter than this many times the mean.
 constexpr double kBright = 4;
-// Leaves side by side share a bin as long as their levels are alike.
+// Adjacent leaves share a bin as long as their levels differ by no more than
+// this factor.
 constexpr double kAlike = 16;
 constexpr size_t kMostBright = 8192;
 
@@ -35,7 +36,7 @@ Rgb ReflectedAt(const BuildingView& view,
   return reflected;
 }
 
-// Equal parts of the line, by the middles of them.
+// Equal parts of the line, each with the level at its middle.
 std::vector<LightBin> BinsByPoints(const BuildingView& view,
                                    const SidePoints& sides,
                                    uint32_t parts,
@@ -66,13 +67,13 @@ std::vector<LightBin> BinsByPoints(const BuildingView& view,
   return bins;
 }
 
-// What points of the bins around a bright stretch would add to the variance if
-// it had no bin of its own: the squared difference goes by the level.
+// The variance, up to a factor, that a bright stretch would add if it had no
+// bin of its own. The squared difference is taken as proportional to the level.
 double LossWithout(const LightBin& bin) {
   return (bin.end - bin.begin) * bin.level * bin.level;
 }
 
-// The bright leaves of the whole solution, patch by patch.
+// Collects the bright leaves of the whole solution, patch by patch.
 class BrightStretches {
  public:
   explicit BrightStretches(double least_level) : least_level_(least_level) {}
@@ -86,7 +87,9 @@ class BrightStretches {
     }
   }
 
-  // Joins leaves that are alike and side by side, on this patch and the last.
+  // Joins adjacent leaves of similar level, on this patch and with the last bin
+  // of the patch before. If too many bins remain, drops those with the least
+  // LossWithout.
   void EndPatch() {
     Sort(&leaves_);
     for (const LightBin& leaf : leaves_) {
@@ -140,8 +143,9 @@ class BrightStretches {
   std::vector<LightBin> bins_;
 };
 
-// Calls `add` for the stretches of all leaves of the solution, patch by patch
-// along the line but in any order on a patch, and `end_patch` after each.
+// Calls `add` for the stretch of every leaf of the solution, patch by patch
+// along the line but in any order within a patch, and `end_patch` after each
+// patch.
 template <typename Add, typename EndPatch>
 void ForEachLeaf(const BuildingView& view,
                  const Add& add,
@@ -181,7 +185,7 @@ void ForEachLeaf(const BuildingView& view,
   }
 }
 
-// Equal parts of the line, by the means of what lies on them.
+// Equal parts of the line, each with the mean level of the leaves on it.
 class EqualParts {
  public:
   EqualParts(double length, uint32_t parts)
@@ -189,7 +193,7 @@ class EqualParts {
 
   void Add(const LightBin& leaf) { Spread(leaf, 1); }
 
-  // What has a bin of its own does not count for the parts that it lies on.
+  // Removes a stretch with a bin of its own from the parts that it lies on.
   void TakeOut(const LightBin& bin) { Spread(bin, -1); }
 
   [[nodiscard]] std::vector<LightBin> Bins() const {
@@ -231,8 +235,9 @@ class EqualParts {
 }  // namespace
 
 uint64_t LightBinBytes(uint32_t equal_parts) {
-  // Each bright bin cuts an equal one in two at most. With the bins a number
-  // is held for each; while they are made, the bright ones and their leaves.
+  // Each bright bin cuts at most one equal part in two. One number per bin is
+  // held along with the bins. While the bins are made, the bright ones, their
+  // leaves and the equal parts are held as well.
   const uint64_t bins = equal_parts + 2 * kMostBright;
   return bins * (sizeof(LightBin) + sizeof(double)) +
          2 * kMostBright * sizeof(LightBin) +
@@ -245,7 +250,7 @@ std::vector<LightBin> Overlaid(std::span<const LightBin> bins,
   all.reserve(bins.size() + 2 * others.size());
   auto other = others.begin();
   for (LightBin bin : bins) {
-    if (!all.empty()) {  // another may have begun before it
+    if (!all.empty()) {  // the last of `others` may reach into this bin
       bin.begin = std::max(bin.begin, all.back().end);
     }
     for (; other != others.end() && other->begin < bin.end; ++other) {

@@ -1,5 +1,5 @@
-// A short list for each cell, filled in the order of the cells as far as the
-// memory for them goes.
+// A short list of entries for each cell, filled in the order of the cells until
+// the memory for the lists is used up.
 
 #pragma once
 
@@ -17,12 +17,12 @@ namespace enfilade {
 template <typename T>
 class CellLists {
  public:
-  // What lists of so many entries each can take while they grow.
+  // The most bytes that lists of `entries_each` entries take while they grow.
   static uint64_t MostBytes(uint64_t cells, uint64_t entries_each) {
     return cells * (sizeof(uint64_t) + kGrowth * entries_each * sizeof(T));
   }
 
-  // What no list at all would take.
+  // The bytes that empty lists take.
   static uint64_t LeastBytes(uint64_t cells) {
     return cells * sizeof(uint64_t);
   }
@@ -37,25 +37,26 @@ class CellLists {
     ends_.reserve(cells);
   }
 
-  // Whether the next cell may have so many entries. If not, neither it nor any
-  // after it has a list.
+  // Whether the next cell may have this many entries. If not, that cell and all
+  // later ones get no list.
   [[nodiscard]] bool HasRoomFor(uint64_t entries) const {
     return (entries_.size() + entries) * kGrowth * sizeof(T) <= entry_bytes_;
   }
 
   void Add(const T& entry) { entries_.push_back(entry); }
 
-  // All that was added since the last call is the next cell's.
+  // Ends the next cell's list, which holds the entries added since the last
+  // call.
   void EndCell() { ends_.push_back(entries_.size()); }
 
-  // Nothing will be added.
+  // Frees what the lists do not use. No entry may be added afterwards.
   void Finish() {
     entries_.shrink_to_fit();
     charge_.ShrinkTo(entries_.size() * sizeof(T) +
                      LeastBytes(ends_.capacity()));
   }
 
-  // Empty where there is none.
+  // The cell's list; empty if the cell is unknown or has no list.
   [[nodiscard]] std::span<const T> Of(std::optional<CellId> cell) const {
     if (!cell || cell->Index() >= ends_.size()) {
       return {};
@@ -65,7 +66,8 @@ class CellLists {
   }
 
  private:
-  // The array grows by doubling, and is copied once more at the end.
+  // Capacity over size at the peak: the array grows by doubling, and is copied
+  // once more at the end.
   static constexpr uint64_t kGrowth = 3;
 
   MemoryCharge charge_;

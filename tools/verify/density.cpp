@@ -11,16 +11,17 @@ namespace enfilade {
 namespace {
 
 constexpr double kUniformShare = 0.15;
-// Of what is not uniform, what goes on by the light alone: a pilot that met few
-// of the brightest places knows too little of their noise.
+// The part of the non-uniform density that depends on the light alone. A pilot
+// that met few of the brightest places knows too little of their noise.
 constexpr double kLightShare = 0.4;
-constexpr double kPriorPoints = 8;  // that a class borrows from all
+constexpr double kPriorPoints = 8;  // points that a class borrows from all
 constexpr uint32_t kLeastStrata = 4;
 constexpr uint32_t kMostStrata = 128;
-// Classes with more than these give way before all others do.
+// LimitPaths first reduces the classes with more strata than this.
 constexpr uint32_t kManyStrata = 32;
-constexpr double kPointWork = 16;  // of a point itself, in paths
-// The noise of a pilot is known badly: as much of its y^2 is no noise at least.
+constexpr double kPointWork = 16;  // work of a point itself, in paths
+// At least this part of y^2 is taken not to be noise, because a pilot tells its
+// noise only roughly.
 constexpr double kLeastBetween = 1.0 / 64;
 
 uint32_t StrataOf(double paths) {
@@ -106,11 +107,12 @@ size_t PointDensity::ClassOf(double level) const {
       std::clamp(octaves + kClasses / 2.0, 0.0, kClasses - 1.0));
 }
 
-// Of y^2 the noise is the square of a variance that two numbers tell. In the
-// mean of all the square of their guess is taken, a third of it: too large
-// where strong paths are rare. Within a class it is the product with the guess
-// of the point before, too small where places differ: so many paths are needed
-// for sure.
+// The noise part of y^2 is the square of a variance, and each variance is
+// guessed from two numbers. The sum over all points takes a third of the guess
+// squared (unbiased for Gaussian noise), which is too large where strong paths
+// are rare. The sum of a class takes the product with the guess at the class's
+// previous point, which is too small where places differ, so that at least the
+// resulting number of paths is needed.
 void PointDensity::TakeIn(const Draw& draw,
                           std::span<const PilotValue> values) {
   ByClass<double> before{};
@@ -143,12 +145,14 @@ void PointDensity::Learn(const Draw& draw, std::span<const PilotValue> values) {
   TakeIn(draw, values);
   ByClass<double> roots{};
   for (size_t k = 0; k < kClasses; ++k) {
-    // Classes share with their neighbours: outliers are rare and strong.
+    // Each class shares the sums of its neighbours, because outliers are rare
+    // and strong.
     Sums all;
     for (size_t j = k > 0 ? k - 1 : 0; j < std::min(k + 2, kClasses); ++j) {
       all.Add(seen_[j], j == k ? 1 : 0.5);
     }
-    // A class that is met seldom does not know all of its noise.
+    // The number from all points is a lower limit, because a class that few
+    // points met does not know all of its noise.
     strata_[k] = StrataOf(std::max(all.BestPaths(), weighted_.BestPaths()));
     const double paths = static_cast<double>(strata_[k]) * strata_[k];
     const double square = (kPriorPoints * squares_ / points_ + all.Between() +

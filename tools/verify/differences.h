@@ -1,4 +1,5 @@
-// Where a solution differs most from the reference, of all that is looked at.
+// The points, of all that are measured, where a solution differs most from the
+// reference.
 
 #pragma once
 
@@ -9,16 +10,18 @@
 
 namespace enfilade {
 
-// The points that count most, the largest first.
+// Keeps the points with the largest parts in the sum of squares, the largest
+// first.
 class LargestDifferences {
  public:
-  // Whether a point of this part in the sum of squares is among them.
+  // Whether a point with this part in the sum of squares would be kept.
   [[nodiscard]] bool Wants(double part) const;
 
-  // A point's share is its part until all are known.
+  // Adds a point whose `share` is its part in the sum of squares, because the
+  // sum is not known yet.
   void Add(DifferingPoint point);
 
-  // Their shares in the sum of all points.
+  // The kept points, their parts divided by `sum`, the sum over all points.
   [[nodiscard]] std::vector<DifferingPoint> SharesOf(double sum) const;
 
  private:

@@ -50,8 +50,9 @@ double NoiseVariance(const ErrorSample& sample) {
 
 void ErrorEstimate::AddRound(std::span<const ErrorSample> samples) {
   ENFILADE_CHECK(samples.size() >= 2, "{} samples", samples.size());
-  // An odd one out is paired with its neighbour, which counts twice; a third
-  // of the sum of its two squares too many at most.
+  // The last of an odd number of samples is paired with its neighbour, which
+  // then counts in two pairs. The variance becomes too large by at most a third
+  // if the strata have equal variances.
   std::vector<Quantities> all;
   all.reserve(samples.size());
   for (const ErrorSample& s : samples) {
@@ -79,9 +80,9 @@ double ErrorEstimate::Mean(Quantity q) const {
   return count_ > 0 ? sums_[q] / static_cast<double>(count_) : 0;
 }
 
-// A pair of strata of equal area: E (a - b)^2 is the sum of their variances
-// plus the square of the difference of their means, so this is too large
-// rather than too small.
+// For a pair of strata of equal probability, E (a - b)^2 is the sum of their
+// variances plus the square of the difference of their means, so the estimate
+// is too large rather than too small.
 double ErrorEstimate::Covariance(Quantity p, Quantity q) const {
   const auto n = static_cast<double>(count_);
   return pairs_[p][q] / (n * n);
@@ -95,19 +96,19 @@ Interval ErrorEstimate::Error() const {
   const double y = Mean(kSquare);
   const double z = Mean(kReflected);
   const double ratio = y / (z * z);
-  // Of y/z^2, linearised: dy / z^2 - 2 y dz / z^3.
+  // The variance of y/z^2, linearised: dy / z^2 - 2 y dz / z^3.
   const double variance =
       (Covariance(kSquare, kSquare) -
        4 * ratio * z * Covariance(kSquare, kReflected) +
        4 * ratio * ratio * z * z * Covariance(kReflected, kReflected)) /
       (z * z * z * z);
   const double deviation = std::sqrt(std::max(0.0, variance));
-  // As if one more point like the largest had been met: so is the upper limit
-  // of a count (Garwood 1936), and with points that count all or nothing this
-  // is a count.
+  // The upper end allows for one more point like the largest. The upper limit
+  // of a count does the same (Garwood 1936), and the sum is such a count if
+  // points contribute all or nothing.
   const double more = largest_ / (static_cast<double>(count_) * z * z);
   const auto root = [](double x) { return std::sqrt(std::max(0.0, x)); };
-  // Noise can make the estimate of a square negative; the square is not.
+  // Noise can make the estimate of a square negative, although no square is.
   return {root(ratio),
           root(ratio - kQuantile * deviation),
           root(std::max(ratio, 0.0) + more +

@@ -36,7 +36,8 @@ struct ErrorSample {
 // y of a sample, unweighted: the product of the two differences.
 double ProductOfDifferences(const ErrorSample& sample);
 
-// Estimated variance of X1, and of X2: mean of the channels, unweighted.
+// Estimated variance of X1, and likewise of X2: the mean over the channels,
+// unweighted.
 double NoiseVariance(const ErrorSample& sample);
 
 struct Interval {
@@ -50,21 +51,21 @@ struct Interval {
 // another.
 class ErrorEstimate {
  public:
-  // A round: the samples in the order of their strata, neighbours in space
-  // next to each other; at least two.
+  // Adds a round of at least two samples, in the order of their strata, so that
+  // neighbours in the order are neighbours in space.
   void AddRound(std::span<const ErrorSample> samples);
 
   [[nodiscard]] uint64_t Points() const { return count_; }
 
-  // Of w y; noise can make it negative.
+  // The sum of w y; noise can make it negative.
   [[nodiscard]] double SumOfSquares() const { return sums_[kSquare]; }
 
   // Mean reflected radiosity of the reference.
   [[nodiscard]] double MeanReflected() const;
 
   // Relative error and relative signed deviation, with 95 % intervals. The
-  // upper end of Error() allows for one more point like the worst. Require a
-  // positive MeanReflected().
+  // upper end of Error() allows for one more point like the largest. Both
+  // require a positive MeanReflected().
   [[nodiscard]] Interval Error() const;
   [[nodiscard]] Interval Deviation() const;
 
@@ -79,7 +80,7 @@ class ErrorEstimate {
   std::array<double, kQuantities> sums_{};
   // Sums over pairs of neighbours of products of differences.
   std::array<std::array<double, kQuantities>, kQuantities> pairs_{};
-  double largest_ = 0;  // w y
+  double largest_ = 0;  // largest w y of all points
 };
 
 }  // namespace enfilade

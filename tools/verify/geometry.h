@@ -11,11 +11,11 @@ namespace enfilade {
 
 struct Emitter;
 
-// A point and the side whose hemisphere it receives from.
+// A point and the normal of the hemisphere that it receives light from.
 struct Receiver {
   Point3 position;
   Vec3 normal;  // unit length
-  // Of the patch it lies on, if it does and one knows.
+  // Cell of the patch that the point lies on, if there is one and it is known.
   std::optional<CellId> cell{};
 };
 
@@ -23,13 +23,14 @@ struct Receiver {
 // et al., "Building an Orthonormal Basis, Revisited", 2017).
 void MakeFrame(Vec3 n, Vec3* s, Vec3* t);
 
-// In proportion to the cosine with the normal, from two numbers in [0, 1).
+// A direction with a density proportional to the cosine with the normal, from
+// two numbers in [0, 1).
 Vec3 CosineDirection(Vec3 normal, double u, double v);
 
 // cos_x cos_y / (pi r^2); 0 if either faces away.
 double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y);
 
-// Uniform over the emitter's area, from two numbers in [0, 1).
+// A point uniform over the emitter's area, from two numbers in [0, 1).
 Receiver PointOnEmitter(const Emitter& emitter, double s, double t);
 
 }  // namespace enfilade

@@ -12,19 +12,22 @@ namespace {
 constexpr size_t kMostSpots = 256;
 constexpr size_t kTestsOfSpot = 8;  // rays from a cell to a spot
 constexpr uint64_t kGroup = 4;      // cells of one batch of rays
-// Rays, hits and their owners, of a cell of a group.
+// Bytes of the rays, hits and their owners, for each cell of a group.
 constexpr uint64_t kSpotSearchBytes =
     (kMostSpots * kTestsOfSpot + CellSurveyor::kMostPoints) * 192;
 
-// Of a spot in a cell that was met, where no ray came to it.
+// The share of a spot that no ray reached, if the survey met the spot's cell.
 constexpr double kHiddenSpotShare = 0.25 / kTestsOfSpot;
-// So many radii away, a spot is seen whatever the rays of the cell say.
+// Within this many radii, a spot counts as seen whatever the rays of the cell
+// say.
 constexpr double kSpotRadii = 4;
-// Nearer than this, the cosine finds it.
+// Within this many radii, the cosine finds a spot, and no guide is needed.
 constexpr double kLeastRadii = 1.5;
-// Nor where the brightest fill so much of the hemisphere, weighed by cosines.
+// No guide is needed either if the brightest spots fill this much of the
+// hemisphere, weighted by cosines.
 constexpr double kFilled = 0.3;
-// The brightest: those that are not so many times darker than their mean.
+// A spot is among the brightest unless it is more than this many times darker
+// than the mean of the spots.
 constexpr double kAsBright = 4;
 
 // A sphere about some of the parts.
@@ -61,7 +64,8 @@ double Waste(const Group& group) {
              : group.whole.flux * group.whole.radius * group.whole.radius;
 }
 
-// Halves the parts at the median of the longest side of their box.
+// Sorts the parts along the longest side of their box, and returns the index of
+// the median.
 size_t Halve(std::span<BrightPart> parts) {
   Box3 box;
   for (const BrightPart& part : parts) {
@@ -80,7 +84,7 @@ size_t Halve(std::span<BrightPart> parts) {
   return parts.size() / 2;
 }
 
-// Few small spheres that hold all parts.
+// Groups all parts into a few small spheres.
 std::vector<BrightPart> Spots(std::vector<BrightPart> parts) {
   std::vector<Group> groups;
   if (!parts.empty()) {
@@ -109,7 +113,7 @@ std::vector<BrightPart> Spots(std::vector<BrightPart> parts) {
   return spots;
 }
 
-// Uniform in a cone whose half angle has the cosine 1 - height.
+// A direction uniform in a cone whose half angle has the cosine 1 - height.
 Vec3 InCone(Vec3 axis, double height, double u, double v) {
   Vec3 s;
   Vec3 t;
@@ -122,13 +126,13 @@ Vec3 InCone(Vec3 axis, double height, double u, double v) {
 }
 
 // 1 less the cosine of the half angle of a sphere of radius `r` at distance
-// `d`, without loss for small ones.
+// `d`, without loss of digits for small spheres.
 double ConeHeight(double r, double d) {
   const double sine2 = r * r / (d * d);
   return sine2 / (1 + std::sqrt(1 - sine2));
 }
 
-// Towards a sphere, or by the cosine from inside of it.
+// A direction towards the sphere or, from inside it, by the cosine.
 Vec3 Towards(
     const BrightPart& spot, Point3 x, Vec3 normal, double u, double v) {
   const Vec3 to_spot = spot.position - x;
@@ -138,7 +142,8 @@ Vec3 Towards(
 }
 
 bool IsWithin(Vec3 axis, double height, Vec3 direction) {
-  // A little more than the cone: directions on its rim are rounded.
+  // The bound exceeds the cone a little, because directions on its rim are
+  // rounded.
   return 1 - Dot(axis, direction) <= height * (1 + 1e-9) + 1e-15;
 }
 
@@ -191,7 +196,8 @@ PathGuide::Aims PathGuide::At(std::optional<CellId> cell,
   double around = mean_radiosity_;
   double sum = 0;
   double sum_of_brightness = 0;
-  // As many as cones: clearing all would take longer than most lists.
+  // Not cleared, because clearing all entries would take longer than most
+  // lists.
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
   std::array<double, kMostAims> brightness;
   for (const Aim& aim : lists_.Of(cell)) {
@@ -220,7 +226,7 @@ PathGuide::Aims PathGuide::At(std::optional<CellId> cell,
   if (aims.count_ == 0) {
     return aims;
   }
-  double filled = 0;  // of the hemisphere, by the brightest
+  double filled = 0;  // F, by the brightest spots
   for (size_t j = 0; j < aims.count_; ++j) {
     Aims::Cone& cone = aims.cones_[j];
     if (kAsBright * brightness[j] * sum >= sum_of_brightness) {
@@ -286,7 +292,7 @@ uint64_t PathGuide::LearnCells(const BuildingView& view, uint64_t key) {
   return rays;
 }
 
-// Of all cells that were met.
+// The spots of all cells in the survey.
 std::vector<PathGuide::Aim> PathGuide::SpotsOfCells(
     const CellSurvey& survey) const {
   std::vector<Aim> aims;
@@ -299,7 +305,7 @@ std::vector<PathGuide::Aim> PathGuide::SpotsOfCells(
   return aims;
 }
 
-// Finds the share of each by rays from points of the cell.
+// Finds the share of each aim by rays from points of the cell.
 void PathGuide::Test(const BuildingView& view,
                      const CellSurvey& survey,
                      std::vector<Aim>& aims) const {

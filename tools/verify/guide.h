@@ -1,30 +1,34 @@
-// Where paths had better go: spots that reflect far more light than most, such
-// as the inside of a lamp's shade. A path from the wall beside it finds such a
-// spot once in a hundred times by the cosine alone, and then counts it a
-// hundredfold; lamps are sampled, but what they light from near is no lamp.
+// Guides paths to spots that reflect far more light than most, such as the
+// inside of a lamp's shade. By the cosine alone, a path from the wall beside a
+// shade finds such a spot once in a hundred times, and then counts it a
+// hundredfold. Sampling the lamps does not help, because the surfaces that they
+// light from nearby are no lamps.
 //
-// So a part alpha(x) of the directions at a vertex x with normal n goes to
-// spheres about the bright spots, uniform in the cone of directions to one of
-// them (what would lie below the surface is mirrored at it), the rest by the
-// cosine. Their density over the cosine's is the excess
+// Therefore a part alpha(x) of the directions at a vertex x with normal n aims
+// at spheres around the bright spots, uniform in the cone of directions to one
+// of them (a direction below the surface is mirrored at it). The rest follow
+// the cosine. The density of all directions over that of the cosine is the
+// excess
 //
 //   e(w) = 1 - alpha + alpha pi / cos_w sum over j of
 //          p_j (number of w and its mirror image within cone j) / Omega_j
 //
-// and a path that divides by it is as unbiased as before, whatever the spots
-// are (Vorba et al. 2014 learn such mixtures; here the solution tells them).
-// With I_j what spot j sends to x if nothing is between,
+// A path that divides by the excess stays unbiased, whatever the spots are
+// (Vorba et al. 2014 learn such mixtures; here the solution tells them). With
+// I_j the estimated light that spot j sends to x,
 //
 //   I_j = share_j flux_j max(0, cos_j + R_j / d_j) / (pi d_j^2)
 //   p_j = I_j / sum I,   alpha = sum I / (2 sum I + 2 M) max(0, 1 - F / 0.3)
 //
-// for d_j from x to the centre, of radius R_j, and share_j the part of the rays
-// from the cell of x towards the spot that came there, or what distance says. A
-// spot that x is close to needs no guide and has I_j = 0. M is the mean
-// radiosity of the building, or that of the brightest spot that x is close to;
-// F the share of the hemisphere, by cosines, that the brightest spots fill:
-// where they fill it, as inside of a shade, the cosine finds them, and dividing
-// at each of a dozen bounces would make few paths count for all.
+// Here d_j is the distance from x to the centre of spot j, and R_j the radius
+// of the spot. share_j is the part of the rays from the cell of x towards the
+// spot that reached it, but at least (4 R_j / d_j)^2 and at most 1. A spot that
+// x is close to needs no guide and has I_j = 0. M is the mean radiosity of the
+// building or, if larger, that of the brightest spot that x is close to. F is
+// the share of the hemisphere, weighted by cosines, that the brightest spots
+// fill. Where they fill much of it, as inside a shade, the cosine finds them,
+// and dividing by the excess at each of a dozen bounces would let a few paths
+// dominate.
 
 #pragma once
 
@@ -58,7 +62,7 @@ class PathGuide {
   // The directions at one vertex.
   class Aims {
    public:
-    // From two numbers uniform in [0, 1).
+    // A direction, from two numbers uniform in [0, 1).
     [[nodiscard]] Vec3 Direction(double u, double v) const;
 
     // e(w) for a unit vector above the surface.
@@ -82,13 +86,13 @@ class PathGuide {
     std::array<Cone, kMostAims> cones_;
   };
 
-  // Guides nowhere.
+  // Starts without spots: all directions follow the cosine.
   PathGuide() = default;
 
-  // Traces a fixed number of rays per cell, a pure function of the arguments
-  // but the budget. Keeps at most what `max_bytes` hold, charged to the budget:
-  // cells beyond that go unguided. `mean_radiosity`: M. Returns the rays
-  // traced.
+  // Finds the spots that each cell sees, by a fixed number of rays per cell and
+  // spot. The result is a pure function of the arguments other than the budget.
+  // Keeps at most `max_bytes`, charged to the budget; cells beyond that go
+  // unguided. `mean_radiosity` is M. Returns the number of rays traced.
   uint64_t Learn(const BuildingView& view,
                  std::vector<BrightPart> parts,
                  double mean_radiosity,
@@ -96,7 +100,7 @@ class PathGuide {
                  uint64_t max_bytes,
                  uint64_t key);
 
-  // At a point of a cell, if that is known.
+  // The directions at a point x of a cell, if the cell is known.
   [[nodiscard]] Aims At(std::optional<CellId> cell,
                         Point3 x,
                         Vec3 normal) const;

@@ -10,8 +10,9 @@ namespace {
 
 // Emitter, two nodes, lamp, index, slack.
 constexpr uint64_t kBytesPerEmitter = 300;
-// Emitters with so many times the area of the disk of the sphere around their
-// bounding box are a lamp: a bulb has 1.3, half a bulb 0.9, a square 0.64.
+// A node is a lamp if its emitters have at least this many times the area of
+// the disk of the sphere around their bounding box. A bulb has 1.3, half a bulb
+// 0.9, a square 0.64.
 constexpr double kLampArea = 0.75;
 
 Point3 Centroid(const Emitter& e) {
@@ -28,7 +29,7 @@ void IncludeCorners(const Emitter& e, Box3& box) {
   }
 }
 
-// Emitters that are kept first: the brightest; ties by id.
+// Orders emitters by which are kept first: the brightest, ties by id.
 struct Brighter {
   const SceneInfo* scene;
 
@@ -92,7 +93,7 @@ EmitterTree::EmitterTree(const BuildingView& view,
   });
 }
 
-// A heap of the brightest, the dimmest of them on top.
+// Keeps the brightest emitters in a heap, with the dimmest of them on top.
 void EmitterTree::Gather(const BuildingView& view, size_t max_count) {
   const Brighter brighter{scene_};
   for (size_t c = 0; c < view.partition->cells.size(); ++c) {
@@ -113,7 +114,8 @@ void EmitterTree::Gather(const BuildingView& view, size_t max_count) {
   }
 }
 
-// Orders a range by halves along the longest axis of its centroids.
+// Orders a range by halving it recursively along the longest axis of its
+// centroids.
 void EmitterTree::Sort(size_t first, size_t last) {
   if (last - first < 2) {
     return;
@@ -198,7 +200,7 @@ EmitterTree::Node EmitterTree::LeafNode(const Emitter& e, double exitance) {
   return node;
 }
 
-// Power and normals; not the sphere.
+// Merges the power and the cones of normals, but not the spheres.
 EmitterTree::Node EmitterTree::Merge(const Node& left, const Node& right) {
   Node node;
   node.power = left.power + right.power;

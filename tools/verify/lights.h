@@ -10,9 +10,9 @@
 // bounding sphere, power and cone of normals; a walk from the root picks a
 // child in proportion to a bound of what it sends to the receiver.
 //
-// Estimators stay unbiased whatever P is, zero included, as long as they weigh
-// their strategies with the same P: so the tree may leave emitters out when
-// memory is short, and then keeps those with the largest exitance.
+// Estimators stay unbiased for any P, zero included, as long as they weight all
+// their strategies with the same P. The tree may therefore leave out emitters
+// when memory is short; it then keeps those with the largest exitance.
 
 #pragma once
 
@@ -44,14 +44,14 @@ class EmitterTree {
     double probability = 0;  // P > 0
   };
 
-  // Reads all cells once. Keeps at most the emitters that `max_bytes` hold,
+  // Reads all cells once. Keeps at most the emitters that fit `max_bytes`,
   // charged to the budget.
   EmitterTree(const BuildingView& view,
               MemoryBudget& budget,
               uint64_t max_bytes);
 
-  // Chooses by `s`, uniform in [0, 1); nothing if the tree finds that no
-  // emitter can reach the point on the side of the normal.
+  // Chooses an emitter by `s`, uniform in [0, 1). Returns nothing if the tree
+  // finds that no emitter can reach the point on the side of the normal.
   [[nodiscard]] std::optional<Choice> Choose(Point3 x,
                                              Vec3 normal,
                                              double s) const;
@@ -73,18 +73,18 @@ class EmitterTree {
   // P of one emitter.
   [[nodiscard]] double Probability(size_t leaf, Point3 x, Vec3 normal) const;
 
-  // A lamp: the facets of a bulb, which are the emitters below one node, or an
-  // emitter of its own. Every emitter is in one of them.
+  // A lamp is either the facets of a bulb, which are the emitters below one
+  // node, or a single emitter. Every emitter belongs to one lamp.
   struct Lamp {
     uint32_t node = 0;
     uint32_t first = 0;  // of Emitters()
     uint32_t count = 0;
   };
 
-  // Ascending in Emitters().
+  // The lamps, in the order of their emitters in Emitters().
   [[nodiscard]] const std::vector<Lamp>& Lamps() const { return lamps_; }
 
-  // Index in Lamps() of the one that an emitter is in.
+  // Index in Lamps() of the lamp that an emitter belongs to.
   [[nodiscard]] uint32_t LampOf(uint32_t leaf) const;
 
   // Appends the indices of the lamps with emitters in a cell.
@@ -105,7 +105,7 @@ class EmitterTree {
     return nodes_[lamp.node].power;
   }
 
-  // Of its bounding sphere.
+  // Centre and radius of the lamp's bounding sphere.
   [[nodiscard]] Point3 Center(const Lamp& lamp) const {
     return nodes_[lamp.node].center;
   }
@@ -114,8 +114,8 @@ class EmitterTree {
     return nodes_[lamp.node].radius;
   }
 
-  // A bound, up to a factor, of what a lamp sends to x; positive if it can send
-  // anything.
+  // A bound, up to a factor, of the light that a lamp sends to x. It is
+  // positive if the lamp can send any.
   [[nodiscard]] double LampImportance(const Lamp& lamp,
                                       Point3 x,
                                       Vec3 normal) const {

@@ -32,14 +32,16 @@ constexpr uint32_t kBinsPerPoint = 8;  // of the density of points
 constexpr uint32_t kPilotPoints = 2048;
 constexpr uint32_t kLeastPoints = 512;  // of a round
 constexpr double kAFewMore = 2.25;      // times the paths of the first pilot
-constexpr double kPilotGrowth = 4;      // of the paths, for one more pilot
-constexpr double kMostOfTime = 0.25;    // that a round may take
-// What paths are led to is this many times brighter than the mean.
+constexpr double kPilotGrowth = 4;      // of the paths: needs a further pilot
+constexpr double kMostOfTime = 0.25;    // the part that a round may take
+// Paths are guided to places that are more than this many times brighter than
+// the mean.
 constexpr double kBright = 8;
 constexpr uint64_t kPartBytes =  // while spots are made of them
     3 * sizeof(BrightPart) + sizeof(SidePoint) + sizeof(double);
 
-// What pilots took: reading, and tracing so many paths.
+// Tells the time that pilots take for paths from the time that they take for
+// reading.
 class PilotTimes {
  public:
   void Add(double paths, double seconds) {
@@ -52,8 +54,8 @@ class PilotTimes {
 
   [[nodiscard]] bool KnowsPaths() const { return per_path_.has_value(); }
 
-  // Paths that take no longer than this; all of a pilot's time counts as theirs
-  // until it is known better.
+  // The number of paths that take at most `seconds`. Until two pilots tell the
+  // time of a path, all of a pilot's time is attributed to its paths.
   [[nodiscard]] double MostPaths(double seconds) const {
     const double all = seconds_ / paths_;
     const double per_path =
@@ -94,7 +96,8 @@ class Measurement {
         budget_, MixKey(MixKey(kVerifySeedDomain, options_.seed), ~0ULL));
     LookAtTheSolution();
     LearnWhereToLook();
-    // All of one size: what a round has seen must not weigh those after it.
+    // All counted rounds have the same size, because the results of a round
+    // must not affect the weight of later rounds.
     counted_points_ = PointsFor(most_paths_, options_.points_per_round);
     while (!Done()) {
       const double start = Seconds();
@@ -115,7 +118,7 @@ class Measurement {
     density_.emplace(std::move(bins));
   }
 
-  // To where the solution is far brighter than in the mean.
+  // Guides paths to where the solution is far brighter than in the mean.
   void GuidePaths(std::span<const LightBin> bins) {
     double mean = 0;
     for (const LightBin& bin : bins) {
@@ -169,8 +172,8 @@ class Measurement {
                    : Rgb{};
   }
 
-  // Pilot rounds, which don't count, find where points and how many paths per
-  // point are worth their time.
+  // Runs pilot rounds, which do not enter the result. They find where points,
+  // and how many paths per point, are worth their time.
   void LearnWhereToLook() {
     PilotTimes times;
     uint32_t pilots = 0;
@@ -187,24 +190,27 @@ class Measurement {
             "faces look");
       }
       times.Add(paths * points, Seconds() - start);
-      // A little more tells the time of paths from that of reading.
+      // A few more paths in the second pilot tell the time of paths from that
+      // of reading.
       most_paths_ = std::max(
           times.MostPaths(kMostOfTime * options_.max_seconds),
           times.KnowsPaths() ? 0 : kAFewMore * paths * counted_points_);
       Learn(draw);
-      // The first pilot has points where light is, not where it is worth it.
+      // The first pilot places points where light is, not where they are worth
+      // their time, so a second one always follows.
       settled = ++pilots > 1 && density_->MeanPaths() <= kPilotGrowth * paths;
     }
   }
 
-  // Each round is unbiased, whatever those before it have taught.
+  // Each round stays unbiased, whatever the rounds before it have taught the
+  // density.
   void Learn(const PointDensity::Draw& draw) {
     density_->Learn(draw, values_);
     density_->LimitPaths(most_paths_ / counted_points_);
   }
 
-  // Of a round with so many paths and points at most: where points want many
-  // paths, they are few.
+  // The number of points of a round of about `paths` paths and at most `most`
+  // points. If points need many paths, there are few points.
   [[nodiscard]] uint32_t PointsFor(double paths, uint32_t most) const {
     most = std::min(most, options_.points_per_round);
     return static_cast<uint32_t>(
@@ -300,8 +306,8 @@ class Measurement {
            (rounds_ > 0 && Seconds() + round_seconds_ > options_.max_seconds);
   }
 
-  // Rounds go on until the half-width, which falls with the root of their
-  // number, meets the target.
+  // Predicts how many rounds it takes until the half-width, which falls with
+  // the root of their number, meets the target.
   void Report(double fraction_of_round) const {
     if (!options_.progress) {
       return;
@@ -354,9 +360,9 @@ class Measurement {
   ErrorEstimate estimate_;
   LargestDifferences largest_;
   std::vector<PilotValue> values_;  // at the points of the last round
-  // Of a round: paths per estimate.
+  // The most paths of a round, over all points, for one of the two estimates.
   double most_paths_ = std::numeric_limits<double>::infinity();
-  // Of a counted round; the fewest, until pilots have told the time of paths.
+  // Points of a counted round; the fewest allowed until the pilots have ended.
   uint32_t counted_points_;
   uint32_t rounds_ = 0;
   uint64_t round_key_ = 0;

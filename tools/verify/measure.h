@@ -7,8 +7,8 @@
 
 namespace enfilade {
 
-// Needs the view's radiosity, not its irradiance. Throws InputError if nothing
-// reflects or no light reaches what reflects.
+// Needs the view's radiosity, not its irradiance. Throws InputError if no side
+// reflects or no light reaches a reflecting side.
 VerifySummary MeasureError(const BuildingView& view,
                            const VerifyOptions& options,
                            MemoryBudget& budget);

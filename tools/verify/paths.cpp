@@ -272,8 +272,8 @@ void PathTracer::AddLight() {
   }
 }
 
-// Reflected light of the field where the rays hit; emission is added by the
-// samples that both strategies take.
+// Adds the reflected light of the field where the rays hit. AddLight and
+// AddEmission add the emission.
 void PathTracer::AddField() {
   std::vector<PatchPoint> points;
   std::vector<uint32_t> owners;

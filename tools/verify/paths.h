@@ -6,12 +6,12 @@
 //
 //   H(x) = E[ B(y) ],   B(y) = E_e(y) + rho(y) H(y).
 //
-// Emission is estimated by both the rays and sampled emitters, weighed by the
-// balance heuristic (Veach & Guibas 1995) in the measure of area at y: the ray
-// has density e G(x, y) = e cos_x cos_y / (pi r^2) and the emitter's sample
-// P / A, so that either contributes E_e G / (e G + P / A). The excess e is 1,
-// and the contribution at most E_e, where no guide (guide.h) leads
-// elsewhere than the cosine. Paths end by Russian roulette on the reflectance.
+// Emission is estimated both by the rays and by sampled emitters, weighted by
+// the balance heuristic (Veach & Guibas 1995) in the measure of area at y. A
+// ray has the density e G(x, y) = e cos_x cos_y / (pi r^2), and a sample of an
+// emitter has the density P / A, so either one contributes E_e G / (e G + P /
+// A). Without a guide (guide.h) the excess e is 1 and the contribution is at
+// most E_e. Paths end by Russian roulette on the reflectance.
 
 #pragma once
 
@@ -38,18 +38,17 @@ enum class GatherMode {
   kField,  // takes the view's radiosity for reflected light at the first hit
 };
 
-// How much a batch of paths takes of what is free. Where the building does not
-// fit, every batch reads it again.
+// How much of the free budget a batch of paths takes. If the building does not
+// fit the memory, every batch reads it again.
 enum class BatchRoom {
-  kShare,  // a sixth: other things follow
-  kMost,   // three quarters, beside the patches of any one cell
+  kShare,  // a sixth, because later parts need memory too
+  kMost,   // three quarters of what the largest cell's patches leave
 };
 
 class PathTracer {
  public:
-  // Takes a share of what is free in the budget for surfaces and a batch of
-  // paths, and for emitters at most `emitter_bytes`. The view must outlive
-  // this.
+  // Takes a share of the free budget for surfaces and a batch of paths, and at
+  // most `emitter_bytes` for emitters. The view must outlive this.
   PathTracer(const BuildingView& view,
              MemoryBudget& budget,
              uint64_t emitter_bytes,
@@ -58,21 +57,21 @@ class PathTracer {
              MemoryBudget& budget,
              BatchRoom room = BatchRoom::kShare);
 
-  // Finds by rays which emitters the cells see, for receivers that know their
-  // cell and for all later vertices; worth its time before many paths. Takes
-  // up to half of what is free in the budget.
+  // Finds by rays which emitters the cells see. Receivers with a known cell and
+  // all later vertices use the result. Worth its time only before many paths.
+  // Takes up to half of the free budget.
   void LearnEmitters(MemoryBudget& budget, uint64_t key);
 
-  // Lets paths go to where the field reflects much light; as
-  // `PathGuide::Learn`. Takes up to an eighth of what is free in the budget.
+  // Guides paths to bright parts, with the arguments of `PathGuide::Learn`.
+  // Takes up to an eighth of the free budget.
   void LearnBrightParts(std::vector<BrightPart> parts,
                         double mean_radiosity,
                         MemoryBudget& budget,
                         uint64_t key);
 
-  // For every receiver the mean over strata^2 paths, stratified in the first
-  // direction; `strata` for each of them. A pure function of the arguments and
-  // the scene: neither of the batch size nor of threads. Different keys give
+  // Returns the mean over strata[i]^2 paths for every receiver i, stratified in
+  // the first direction. The result is a pure function of the arguments and the
+  // scene, independent of the batch size and of threads. Different keys give
   // independent estimates. `progress` is called between batches with the
   // fraction done; may be empty.
   std::vector<Rgb> Irradiance(std::span<const Receiver> receivers,
@@ -81,7 +80,7 @@ class PathTracer {
                               GatherMode mode,
                               const std::function<void(double)>& progress);
 
-  // With as many strata for all.
+  // As above, with the same number of strata for all receivers.
   std::vector<Rgb> Irradiance(std::span<const Receiver> receivers,
                               uint64_t key,
                               uint32_t strata,
@@ -111,13 +110,13 @@ class PathTracer {
     std::optional<CellId> cell;
     Rgb throughput{1, 1, 1};
     Rgb sum{};
-    double excess = 1;  // of the direction that it goes on in
+    double excess = 1;  // e, of the latest direction
     Random random{0};
     PathStart start;
     bool alive = true;
   };
 
-  // An emitter's sample, to be added if nothing blocks it.
+  // A sample of an emitter, added if nothing blocks its ray.
   struct LightSample {
     bool valid = false;
     TraceRay ray;

@@ -8,10 +8,10 @@
 namespace enfilade {
 namespace {
 
-constexpr int kDigits = 22;  // to base 4: a ten-millionth of a side and less
+constexpr int kDigits = 22;  // to base 4: 22 halvings, to 2.4e-7 of a side
 
-// A part of a patch: (a + scale s, b + scale t) for (s, t) of the patch. The
-// middle quarter of a triangle is turned, by a negative scale.
+// A part of a patch: the points (a + scale s, b + scale t) for all (s, t) of
+// the patch. A negative scale turns the middle quarter of a triangle.
 struct Quarter {
   double a = 0;
   double b = 0;
@@ -30,7 +30,7 @@ struct Quarter {
     b += digit == 2 || (digit == 3 && !triangle) ? scale : 0;
   }
 
-  // Of the quarter that a point lies in.
+  // The digit of the quarter that a point lies in.
   [[nodiscard]] int DigitOf(PatchShape shape, double at_a, double at_b) const {
     const double s = (at_a - a) / scale;
     const double t = (at_b - b) / scale;

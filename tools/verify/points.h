@@ -1,11 +1,12 @@
 // Points on the reflecting patch sides, by their place on one line.
 //
 // The sides lie end to end on a line of length Area(), in the order of cells
-// and patches, each as long as its area. Within a patch, the digits to base 4
-// of the fraction of its length pick a quarter of it, a quarter of that, and so
-// on: for triangles the map of Basu & Owen, "Low discrepancy constructions in
-// the triangle" (2015). It keeps areas, so what is uniform on the line is
-// uniform over the sides, and neighbours on the line are near in space.
+// and patches, each as long as its area. Within a patch, the base-4 digits of
+// the fraction of its length pick a quarter of the patch, a quarter of that
+// quarter, and so on. For triangles this is the map of Basu & Owen, "Low
+// discrepancy constructions in the triangle" (2015). The map preserves areas,
+// so points uniform on the line are uniform over the sides, and neighbours on
+// the line are near in space.
 
 #pragma once
 
@@ -25,14 +26,15 @@ struct SidePoint {
   bool emits = false;
 };
 
-// A side that reflects some light in some channel.
+// Whether the patch's side reflects light in some channel.
 bool Reflects(const SceneInfo& scene, const Patch& patch);
 
-// Patch coordinates of the place at a fraction in [0, 1) of a patch.
+// Patch coordinates of the point at this fraction, in [0, 1), of the patch's
+// stretch of the line.
 PatchPoint PlaceOnPatch(PatchShape shape, double fraction);
 
-// The fractions of a patch whose places lie in one of its quarters, quarters of
-// those and so on.
+// The range of fractions of a patch that lie in one of its quarters, a quarter
+// of that, and so on.
 struct LineStretch {
   double begin = 0;
   double end = 1;

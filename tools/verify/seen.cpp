@@ -19,17 +19,19 @@ constexpr size_t kTestedAtOnce = 48;  // lamps
 constexpr uint64_t kSearchBytes =     // of a cell of a group
     (kTestedAtOnce * kTests + CellSurveyor::kMostPoints) * 192;
 
-// What counts as seen at least: of a lamp of the same cell, of others.
+// The least share of a lamp, if the lamp is in the same cell and if it is in
+// another one.
 constexpr double kHiddenShare = 0.5 / kTests;
 constexpr double kHiddenBeyondShare = 0.1 / kTests;
 
-// What is so many radii away is seen for sure.
+// A lamp within this many radii counts as seen.
 constexpr float kNearRadii = 3;
 
-// What is left to the tree, which knows all emitters.
+// The share of choices that is left to the tree, which knows all emitters.
 constexpr double kTreeShare = 0.15;
 
-// The candidates that promise most, by the tree's bound at some of the points.
+// Keeps the `count` candidates that promise most light, by the tree's bound at
+// some of the points.
 void KeepTheStrongest(const EmitterTree& tree,
                       std::span<const Receiver> points,
                       size_t count,
@@ -55,8 +57,9 @@ void KeepTheStrongest(const EmitterTree& tree,
   std::sort(candidates.begin(), candidates.end());
 }
 
-// All lamps of the cells that were met, or the strongest. Of a cell that
-// reflects nothing (the sky before a window) no path asks.
+// All lamps of the cells in the survey, or the strongest of them. A cell that
+// reflects nothing (the sky before a window) gets none, because no path asks
+// for its list.
 std::vector<uint32_t> FindCandidates(const EmitterTree& tree,
                                      const CellSurvey& survey) {
   std::vector<uint32_t> candidates;
@@ -128,8 +131,8 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
   return rays;
 }
 
-// Finds the share of each candidate. None is dropped: a shade may hide a bulb
-// from all but what is inside of it, where nothing else matters.
+// Finds the share of each candidate and drops none: a shade may hide a bulb
+// from everything outside the shade, and inside it nothing else matters.
 uint64_t SeenEmitters::Test(const BuildingView& view,
                             CellId cell,
                             std::span<const Receiver> points,
@@ -196,7 +199,7 @@ SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
   seen.lamp = lamp;
   seen.power = static_cast<float>(tree_->Power(l));
   seen.share = static_cast<float>(share);
-  // A little more than the sphere's, against the rounding of the centre.
+  // A little more than the sphere's radius, because the centre is rounded.
   seen.radius = static_cast<float>(1.01 * tree_->Radius(l) + 1e-3);
   seen.center = floats(center.x, center.y, center.z);
   if (l.count > 1) {
@@ -208,8 +211,9 @@ SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
   return seen;
 }
 
-// Of one list at one point: unnormalised weights, as many as it has entries,
-// and their sum. Clearing all would take longer than most lists.
+// The unnormalised weights of the entries of one list at one point, and their
+// sum. The array is not cleared, because that would take longer than most
+// lists.
 // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
 struct SeenEmitters::Weights {
   std::array<float, kMostSeen> of;  // in the order of the list
@@ -226,8 +230,8 @@ struct SeenEmitters::Weights {
     return 0;
   }
 
-  // The entry chosen by `s`, uniform in [0, 1), with these probabilities;
-  // leaves a number uniform in [0, 1) there.
+  // The entry chosen by `s`, uniform in [0, 1), in proportion to the weights.
+  // Sets `s` to a new number uniform in [0, 1).
   [[nodiscard]] size_t Choose(size_t count, double& s) const {
     double left = s * sum;
     size_t chosen = 0;
@@ -308,7 +312,7 @@ std::optional<EmitterTree::Choice> SeenEmitters::Choose(
   return choice;
 }
 
-// Of an emitter among those of the list.
+// The probability of an emitter by the list alone.
 double SeenEmitters::ListProbability(std::span<const Seen> list,
                                      const Weights& weights,
                                      uint32_t emitter,

@@ -1,24 +1,25 @@
 // Which emitters each cell sees, found by rays, for choosing among them.
 //
-// The tree over the emitters (lights.h) knows nothing of walls: of the
-// lamps of a building it would spend most samples on those of other rooms. So
-// every cell keeps the lamps (the facets of a bulb, or an emitter of its own)
-// that rays found to be seen from its patches, each with the share of the rays
-// to it that got through, or a little where none did; and a choice from x in
-// cell c is the mixture
+// The tree over the emitters (lights.h) ignores walls, so in a building it
+// would spend most samples on the lamps of other rooms. Every cell therefore
+// keeps a list of the lamps (the facets of a bulb, or a single emitter) of the
+// cells in its survey (survey.h). Each lamp has the share of the test rays to
+// it that got through, or a small share if none did. The probability of a
+// choice from x in cell c is the mixture
 //
 //   P(e | x, c) = t P_tree(e | x) + (1 - t) P_l(e | x) *
 //                 share_c(l) I(l, x) / sum over the list of the same
 //
 //   I(l, x) = power_l max(0, n_x d + R) max(0, R - n_l d) / max(d^2, R^2)^2
 //
-// for d from x to the centre of the bounding sphere, of radius R, of the lamp l
-// that e is in: what l sends to x if nothing is between, up to a factor, and
-// not zero if it sends any. P_l is the walk of the tree below l; a bulb looks
-// everywhere: |d| stands for -n_l d. What is near is seen whatever the rays of
-// the cell say, as from inside of a shade: share_c(l) is (3 R / |d|)^2 at
-// least, and no more than 1. What the rays missed has a chance by the tree (and
-// is found by scattered rays): nothing biases the sum.
+// Here l is the lamp that e belongs to, and d is the vector from x to the
+// centre of its bounding sphere, of radius R. I(l, x) is what l sends to x if
+// nothing is between, up to a factor, and positive if l can send any light. P_l
+// is the probability of the walk of the tree below l. A bulb emits in all
+// directions, so |d| replaces -n_l d for it. A near lamp counts as seen
+// whatever the rays of the cell say, as from inside a shade: share_c(l) is at
+// least (3 R / |d|)^2 and at most 1. Lamps that the rays missed have a chance
+// by the tree and are found by scattered rays, so that nothing biases the sum.
 
 #pragma once
 
@@ -39,19 +40,20 @@ namespace enfilade {
 
 class SeenEmitters {
  public:
-  // Nothing is known to be seen: every choice is the tree's.
+  // Starts without lists: every choice is the tree's.
   explicit SeenEmitters(const EmitterTree& tree) : tree_(&tree) {}
 
-  // Traces a fixed number of rays per cell, a pure function of the scene, the
-  // tree and `key`. Keeps at most what `max_bytes` hold, charged to the
-  // budget: cells beyond that keep no list. Returns the rays traced.
+  // Finds the lists by a bounded number of rays per cell. They are a pure
+  // function of the scene, the tree and `key`. Keeps at most `max_bytes`,
+  // charged to the budget; cells beyond that keep no list. Returns the number
+  // of rays traced.
   uint64_t Learn(const BuildingView& view,
                  MemoryBudget& budget,
                  uint64_t max_bytes,
                  uint64_t key);
 
-  // As EmitterTree::Choose and Density, from a point of a cell, if that
-  // is known. Density: at the patch of y.
+  // As EmitterTree::Choose and Density, from a point x of the cell `at`, if the
+  // cell is known. Density is that of the patch of y.
   [[nodiscard]] std::optional<EmitterTree::Choice> Choose(
       std::optional<CellId> at, Point3 x, Vec3 normal, double s) const;
   [[nodiscard]] double Density(std::optional<CellId> at,
@@ -65,7 +67,7 @@ class SeenEmitters {
     float power = 0;
     float share = 0;  // of the rays that got through
     float radius = 0;
-    float roundness = 0;  // 1: it looks everywhere, and the normal is zero
+    float roundness = 0;  // 1: emits in all directions, normal is zero
     std::array<float, 3> center{};
     std::array<float, 3> normal{};
   };

@@ -1,5 +1,5 @@
-// What the reflecting sides of each cell look at, found by rays: the beginning
-// of every search for what is worth a path's sample there.
+// Finds by rays what the reflecting sides of each cell look at. Every search
+// for what is worth a path's sample in a cell begins with this survey.
 
 #pragma once
 
@@ -19,8 +19,8 @@ struct CellSurvey {
   uint64_t key = 0;  // of the cell, for more random numbers; 0 and 1 are used
   // Uniform over the reflecting sides, in strata of equal area.
   std::vector<Receiver> points;
-  // Ascending: the cell, those beyond its portals (a bulb may reach through),
-  // and those that rays from the points meet, one from each.
+  // The cell itself, the cells beyond its portals (a bulb may reach through),
+  // and the cells that one ray from each point meets; ascending.
   std::vector<CellId> cells;
 };
 
@@ -34,8 +34,8 @@ class CellSurveyor {
   // What this takes, in bytes.
   static uint64_t Bytes(const BuildingView& view);
 
-  // Surveys cells from this one on, as many or as there are. A pure function of
-  // the cell, the scene and `key`.
+  // Surveys `count` cells from `first` on, or as many as there are. A survey is
+  // a pure function of the cell, the scene and `key`.
   [[nodiscard]] std::vector<CellSurvey> Survey(size_t first,
                                                size_t count,
                                                uint64_t key) const;
@@ -46,7 +46,7 @@ class CellSurveyor {
 
   const BuildingView* view_;
   size_t points_;  // of a cell
-  // A cell and one beyond a portal of it, ascending.
+  // Pairs of a cell and a cell beyond one of its portals, ascending.
   std::vector<std::pair<CellId, CellId>> neighbours_;
 };
 

@@ -24,15 +24,17 @@ struct VerifyOptions {
   // Rounds of fresh points are added until the interval is tight.
   uint32_t points_per_round = 4096;
 
-  // Stops when the half-width of the 95 % interval is at most this fraction of
-  // the error, or of the error that was asked for, or at most
-  // `target_half_width` itself.
+  // Stops when the half-width of the 95 % interval is at most
+  // `target_half_width`, or at most this fraction of the larger of the error
+  // and `requested_error`.
   double target_relative_half_width = 0.05;
   double requested_error = 0;
   double target_half_width = 0.0005;
 
-  // Stops, with a wider interval, after the round in which it passes. The
-  // result depends on the machine's speed only if this limit is met.
+  // Stops, with a wider interval, before a round that would pass this limit,
+  // but after at least one round. A round takes at most about a quarter of the
+  // limit. The result depends on the machine's speed only if the limit ends the
+  // rounds or makes them smaller.
   double max_seconds = 60;
   uint32_t max_rounds = 512;
 
@@ -52,8 +54,8 @@ struct DifferingPoint {
   Rgb solution{};   // reflected radiosity, W/m2
   Rgb reference{};  // likewise; a mean over paths, with their noise
   uint32_t paths = 0;
-  // Of the squared error as estimated by all points: of one point more than 1
-  // if others are negative, which noise makes them.
+  // The point's share of the sum of squared errors over all points. It can
+  // exceed 1, because noise can make the parts of other points negative.
   double share = 0;
 };
 
@@ -74,7 +76,7 @@ struct VerifySummary {
   uint32_t rounds = 0;
   bool tight = false;  // met the target; false: stopped by a limit
   double seconds = 0;
-  // Those that count most, the largest first; 16 at most.
+  // The points with the largest parts in the error, largest first; at most 16.
   std::vector<DifferingPoint> largest_differences;
 };
 

@@ -63,8 +63,8 @@ UnitPoint Mapped(const ChildFrame& frame, UnitPoint p) {
   return {frame.a + frame.scale * p.a, frame.b + frame.scale * p.b};
 }
 
-// The k x k equal cells: boxes row by row; or the triangles between k - 1 lines
-// along each edge, those that stand like the whole first.
+// The k x k equal cells of a shape: boxes row by row; or the triangles between
+// k - 1 lines parallel to each edge, those oriented like the whole first.
 std::vector<ChildFrame> EqualCells(PatchShape shape, size_t k) {
   const double size = 1.0 / static_cast<double>(k);
   const bool triangle = shape == PatchShape::kTriangle;
@@ -135,10 +135,11 @@ ShapeBasis::ShapeBasis(PatchShape shape, BasisKind kind) : shape_(shape) {
   }
 }
 
-// Where there are as many nodes as monomials: Lagrange functions, of which
-// coefficient i is delta_gi. Where there are more: the least-squares fit with
-// the nodes' weights, C_gm = w_g sum over m' of F_m'g (F W F^T)^-1_m'm for the
-// coefficients F_mg of the monomials.
+// If there are as many nodes as monomials, the functions are Lagrange
+// functions: coefficient i of function g is delta_gi. If there are more nodes,
+// they give the least-squares fit with the nodes' weights: C_gm = w_g sum over
+// m' of F_m'g (F W F^T)^-1_m'm, where F_mg are the coefficients of the
+// monomials.
 void ShapeBasis::FindFunctions(size_t order) {
   const bool triangle = shape_ == PatchShape::kTriangle;
   const int k = static_cast<int>(order);
@@ -180,8 +181,9 @@ void ShapeBasis::FindFunctions(size_t order) {
                           functions);
 }
 
-// The rule makes the functions orthogonal, or as good as: the L2 product of a
-// function g with a function f of the space is w_g f(node_g).
+// The quadrature rule makes the functions orthogonal or, with more nodes than
+// functions, act as if they were: the L2 product of function g with any
+// function f of the space is w_g f(node_g).
 void ShapeBasis::FindNodalTransforms() {
   const size_t n = NodeCount();
   for (size_t c = 0; c < kChildren; ++c) {
@@ -198,7 +200,8 @@ void ShapeBasis::FindNodalTransforms() {
   }
 }
 
-// By way of the nodal basis of the same space: means from values, and back.
+// The transforms go through the nodal basis of the same space: cell means from
+// nodal values, and nodal values from cell means.
 void ShapeBasis::FindFlatTransforms(const ShapeBasis& nodal) {
   const size_t n = NodeCount();
   const size_t nodes = nodal.NodeCount();
@@ -236,7 +239,8 @@ std::array<double, kMaxNodes> ShapeBasis::CoefficientsOf(
   if (cells_.empty()) {
     return other.Evaluate(nodes_[i]);
   }
-  // The nodes of `other` integrate its functions exactly, also on a cell.
+  // The rule of this order integrates the functions of `other` exactly, also on
+  // a cell.
   std::array<double, kMaxNodes> means{};
   const size_t order = static_cast<size_t>(exponents_.back()[1]) + 1;
   const QuadratureRule rule = RuleOfOrder(shape_, order);
@@ -253,9 +257,9 @@ std::array<double, kMaxNodes> ShapeBasis::CoefficientsOf(
 
 namespace {
 
-// How much of the point belongs to each of the parts of an element that the
-// second-order nodes stand for: the quarters of a square; the thirds of a
-// triangle nearest to its corners (1 - a - b, a, b).
+// The shares of a point in the parts of an element that the second-order nodes
+// stand for: the quarters of a square, or the thirds of a triangle nearest to
+// its corners (1 - a - b, a, b). A point on a border belongs to several parts.
 std::array<float, kSampleNodes> SharesOf(PatchShape shape, UnitPoint p) {
   std::array<float, kSampleNodes> shares{};
   constexpr double kTie = 1e-9;

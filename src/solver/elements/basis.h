@@ -17,10 +17,11 @@
 //   F2, F3     the mean over one of k x k equal cells: boxes, or the triangles
 //              that k - 1 lines along each edge make (W, appendix A.1)
 //
-// Where there are as many nodes as functions the phi_i are the Lagrange
-// functions; of M4, F2 and F3 on triangles there are more (12 for 10, 4 for 3,
-// 9 for 6), and the phi_i give the least-squares fit. Derivations and what was
-// weighed: docs/decisions/0010-nodal-bases.md, 0017-higher-orders.md.
+// If there are as many nodes as functions, the phi_i are the Lagrange
+// functions. M4, F2 and F3 have more nodes than functions on triangles (12 for
+// 10, 4 for 3, 9 for 6), and their phi_i give the least-squares fit.
+// Derivations and rejected options: docs/decisions/0010-nodal-bases.md,
+// 0017-higher-orders.md.
 
 #pragma once
 
@@ -38,7 +39,7 @@ namespace enfilade {
 inline constexpr size_t kChildren = 4;
 inline constexpr size_t kMaxNodes = 16;
 
-// Which basis: its order k, and whether its coefficients are means over cells.
+// A basis: its order k, and whether its coefficients are means over cells.
 struct BasisKind {
   size_t order = 2;
   bool flat = false;
@@ -60,28 +61,28 @@ ChildFrame FrameOfChild(PatchShape shape, size_t index);
 // One basis on one shape. Immutable.
 class ShapeBasis {
  public:
-  // Order 1 to 4, or 2 and 3 where it is flat.
+  // The order is 1 to 4, or 2 or 3 for a flat basis.
   ShapeBasis(PatchShape shape, BasisKind kind);
 
   [[nodiscard]] PatchShape Shape() const { return shape_; }
 
   [[nodiscard]] size_t NodeCount() const { return nodes_.size(); }
 
-  // The node, or the centroid of the cell.
+  // A node or, in a flat basis, the centroid of a cell.
   [[nodiscard]] UnitPoint Node(size_t i) const { return nodes_[i]; }
 
   // The share of the element's area that a coefficient stands for (of a
   // node: its quadrature weight); sums to 1.
   [[nodiscard]] double Weight(size_t i) const { return weights_[i]; }
 
-  // Where the cells of a flat basis lie; empty for others.
+  // The cells of a flat basis; empty for other bases.
   [[nodiscard]] std::span<const ChildFrame> Cells() const { return cells_; }
 
-  // The values at `p` of the basis functions, NodeCount() of them.
+  // The values of the NodeCount() basis functions at `p`.
   [[nodiscard]] std::array<double, kMaxNodes> Evaluate(UnitPoint p) const;
 
-  // The coefficient i of each basis function of `other` (of the same shape),
-  // which must not span more than this basis does.
+  // Coefficient i in this basis of each function of `other`, which has the same
+  // shape and spans no more than this basis.
   [[nodiscard]] std::array<double, kMaxNodes> CoefficientsOf(
       const ShapeBasis& other, size_t i) const;
 
@@ -111,8 +112,8 @@ class ShapeBasis {
   std::array<std::vector<double>, kChildren> pull_;
 };
 
-// What leads from the nodes of a basis to the second-order nodes of the same
-// shape, at which visibility and the oracle's bounds are sampled, and back.
+// Maps between the nodes of a basis and the samples: the second-order nodes of
+// the same shape, at which visibility and the oracle's bounds are sampled.
 inline constexpr size_t kSampleNodes = 4;
 
 struct SampleMap {
@@ -120,10 +121,11 @@ struct SampleMap {
 
   // [node][sample]: the value of a basis function at a sample.
   Rows to_samples{};
-  // [node][sample]: the coefficient of the linear function of the samples.
+  // [node][sample]: the coefficient, at a node, of the linear function with
+  // value 1 at one sample and 0 at the others.
   Rows from_samples{};
-  // [node][sample]: how much of a node belongs to the part of the element that
-  // a sample stands for; rows sum to 1.
+  // [node][sample]: the share of a node in the part of the element that a
+  // sample stands for; rows sum to 1.
   Rows share{};
 
   explicit SampleMap(const ShapeBasis& basis);
@@ -155,16 +157,16 @@ struct Basis {
                                           : parallelogram_samples;
   }
 
-  // Transfers are made at its own nodes; of M1 and M2 they are made at the
-  // second-order nodes.
+  // Whether transfers are made at the basis's own nodes; transfers of M1 and M2
+  // are made at the second-order nodes.
   [[nodiscard]] bool HasOwnNodes() const { return kind.flat || kind.order > 2; }
 };
 
 // The second-order basis M2.
 const Basis& SecondOrderBasis();
 
-// "haar" or "m1", "m2", "m3", "m4", "f2", "f3"; UsageError names the known
-// ones.
+// The basis called "haar" or "m1", "m2", "m3", "m4", "f2", "f3". Throws
+// UsageError, which lists the known names.
 BasisKind BasisNamed(const std::string& name);
 
 }  // namespace enfilade

@@ -12,16 +12,17 @@
 namespace enfilade {
 namespace {
 
-// In one round, and in all.
+// The largest raise of care in one round, and the largest care.
 constexpr double kMostRaise = 64;
 constexpr float kMostCare = 1024;
-// Which power of tau the squared error is; what is left goes into the number of
-// links, so that the squared error per link goes with the square of tau.
+// The squared error is proportional to this power of tau. The number of links
+// takes up the rest, so that the squared error per link is proportional to the
+// square of tau.
 constexpr double kSquarePerTau = 2 / kTauPerError;
-// The level is found to this ratio.
+// The bisection for the level ends at this ratio of its bounds.
 constexpr double kSameLevel = 1.01;
 
-// What is left of squares whose tau is lowered.
+// The squared error that is left once tau is divided by `raise`.
 double Left(const LinkErrors& errors, double raise) {
   return errors.square * std::pow(raise, -kSquarePerTau);
 }
@@ -77,7 +78,7 @@ double LevelOfErrors(std::span<const LinkErrors> known,
   if (left >= 1 || !(high > 0)) {
     return std::numeric_limits<double>::infinity();
   }
-  // Below the lowest of them nothing falls any further.
+  // At this low level every raise that matters is already at kMostRaise.
   double low = high * 1e-12;
   while (high > kSameLevel * low) {
     const double level = std::sqrt(low * high);

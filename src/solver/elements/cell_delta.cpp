@@ -25,7 +25,7 @@ void GrowDelta(const CellTree& tree, CoefficientArray* delta) {
   const size_t known = delta->Size();
   delta->GrowTo(tree.Size());
   for (size_t i = 0; i < tree.Size(); ++i) {
-    const ElementId parent(i);  // comes before its children
+    const ElementId parent(i);  // precedes its children
     const Element& e = tree.At(parent);
     if (e.first_child == 0 || e.first_child < known) {
       continue;

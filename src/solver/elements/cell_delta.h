@@ -1,13 +1,12 @@
-// What the elements of one cell have last sent more than before.
+// The radiosity that the elements of one cell gained in the cell's last turn.
 //
 //   paper  here      per element, channel and node
-//   dB     delta     what `sent` (element_tree.h) gained in the cell's last
-//                    turn, of which links of other cells may still have to be
-//                    told, W/m2
+//   dB     delta     the gain of `sent` (element_tree.h) in that turn,
+//                    which links of other cells may not have gathered yet, W/m2
 //
-// It is of the elements that there were in that turn; those made since, where
-// the cell was refined as a source, are added when it is asked for: so no delta
-// has to be in memory while elements are made.
+// A stored delta covers the elements that existed in that turn. GrowDelta adds
+// the elements made since, while the cell was refined as a source, when the
+// delta is needed: so no delta has to be in memory while elements are made.
 
 #pragma once
 
@@ -18,19 +17,19 @@
 
 namespace enfilade {
 
-// Of no element where there is none. DamagedStoreError if it is of more than
-// the tree of the cell has by now.
+// A delta of no elements if none is stored. Throws DamagedStoreError if the
+// stored delta has more elements than the cell's tree.
 CoefficientArray LoadDelta(const BlockStorage& store,
                            CellId cell,
                            const TreeShape& shape,
                            size_t elements);
 
-// Adds the elements that the tree has beyond the delta's: each has the
-// restriction of its parent's. `tree` may be without coefficients.
+// Grows the delta to the elements of the tree: each new element gets the
+// restriction of its parent's delta. `tree` may be without coefficients.
 void GrowDelta(const CellTree& tree, CoefficientArray* delta);
 
-// One of no element, or of zeros, leaves none. Returns what it takes in the
-// store.
+// Stores a delta; erases the stored one if `delta` is empty or zero. Returns
+// the bytes that the delta takes in the store.
 uint64_t SaveDelta(BlockStorage& store,
                    CellId cell,
                    const CoefficientArray& delta);

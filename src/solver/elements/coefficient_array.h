@@ -1,5 +1,5 @@
-// Coefficients of the elements of a cell: a fixed number of floats each, in
-// pages, so that growing neither moves nor doubles what is there.
+// Coefficients of the elements of a cell: a fixed number of floats per element,
+// stored in pages so that growing neither moves nor doubles existing data.
 
 #pragma once
 
@@ -15,7 +15,7 @@ namespace enfilade {
 
 class CoefficientArray {
  public:
-  // Elements to a page; also to a stored part of a tree.
+  // Elements per page, and per stored part of a tree.
   static constexpr size_t kPageElements = 4096;
 
   // `stride`: floats per element, more than 0.
@@ -24,7 +24,7 @@ class CoefficientArray {
   // Appends elements of zeros.
   void GrowTo(size_t elements);
 
-  // Leaves no element, and no memory taken.
+  // Removes all elements and frees their memory.
   void Clear();
 
   [[nodiscard]] size_t Size() const { return size_; }
@@ -33,7 +33,7 @@ class CoefficientArray {
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // What one of so many elements takes.
+  // The bytes that an array of so many elements takes.
   static uint64_t BytesFor(size_t elements, size_t stride) {
     return elements * stride * sizeof(float);
   }
@@ -52,7 +52,8 @@ class CoefficientArray {
     return {At(e.Index()), stride_};
   }
 
-  // The pages' values in order, for what treats all elements alike.
+  // The values of a page in order, for operations that treat all elements
+  // alike.
   [[nodiscard]] size_t PageCount() const { return pages_.size(); }
 
   std::span<float> Page(size_t i) { return pages_[i]; }
@@ -69,7 +70,7 @@ class CoefficientArray {
   // this = a * other + b * this.
   void Blend(float a, const CoefficientArray& other, float b);
 
-  // The largest absolute value; 0 if there is none.
+  // The largest absolute value; 0 for an empty array.
   [[nodiscard]] float MaxAbs() const;
   [[nodiscard]] bool IsFinite() const;
 
@@ -79,10 +80,11 @@ class CoefficientArray {
   std::vector<std::vector<float>> pages_;
 };
 
-// Floats with their bytes grouped by significance, which zstd likes.
+// Writes floats with their bytes grouped by significance, which compresses
+// well.
 void PutShuffled(std::span<const float> values, ByteWriter* out);
 
-// Fills `values`; DamagedStoreError if there are not as many.
+// Reads `values`; throws DamagedStoreError if their number differs.
 void GetShuffled(ByteReader* in, std::span<float> values);
 
 }  // namespace enfilade

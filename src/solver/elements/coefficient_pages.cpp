@@ -16,7 +16,7 @@ size_t PagesOf(size_t elements) {
   return (elements + kPageElements - 1) / kPageElements;
 }
 
-// Fills a page of the array from a block, of which the count has been read.
+// Fills a page of the array from a block whose element count is already read.
 void FillPage(ByteReader* in,
               size_t saved,
               size_t page,

@@ -9,15 +9,17 @@
 
 namespace enfilade {
 
-// Writes an array of one cell to the blocks that follow `first` by `c`: a page
-// to each. Returns what they take in the store.
+// Writes an array of one cell, one page per block; the keys count up from
+// `first` in their part `c`. Returns the bytes that the blocks take in the
+// store.
 uint64_t SavePages(BlockStorage& store,
                    BlockKey first,
                    const CoefficientArray& array);
 
-// Fills an array with what was saved, at most so many elements, and grows it
-// where it has fewer; what it has beyond them stays as it is. Returns how many
-// were saved. DamagedStoreError if that contradicts itself or is more.
+// Fills an array with what SavePages stored, and grows the array if it has
+// fewer elements; further elements of the array stay as they are. Returns the
+// number of stored elements, 0 if none. Throws DamagedStoreError if the blocks
+// contradict each other or hold more than `most_elements`.
 size_t LoadPages(const BlockStorage& store,
                  BlockKey first,
                  size_t most_elements,

@@ -11,8 +11,8 @@
 namespace enfilade {
 namespace {
 
-// How many patches and parents there are; in the keys that follow it, the
-// parents.
+// The block of the numbers of patches and parents; the parents themselves
+// follow under the next keys.
 BlockKey StructureKey(CellId cell) {
   return {BlockKind::kCellTree, cell.value, 0, 0};
 }
@@ -21,7 +21,7 @@ BlockKey PagesKey(CellId cell) {
   return {BlockKind::kCellTree, cell.value, 1, 0};
 }
 
-// Of a stored tree.
+// The counts in the structure block of a stored tree.
 struct StoredCounts {
   uint64_t patches = 0;
   uint64_t parents = 0;
@@ -40,12 +40,12 @@ std::optional<StoredCounts> StoredCountsOf(const BlockStorage& store,
   return counts;
 }
 
-// Number of levels below the root on a path.
+// The number of levels from the root to the end of a path.
 size_t LevelOf(ElementPath path) {
   return static_cast<size_t>(std::bit_width(path) - 1) / 2;
 }
 
-// The mean square of a - b over an element, of the channel where it is largest.
+// The mean square of a - b over an element, in the channel where it is largest.
 double MeanSquare(const ShapeBasis& basis,
                   const TreeShape& shape,
                   std::span<const float> a,

@@ -1,13 +1,13 @@
-// The element trees of one cell and what the elements send. What has changed of
-// that, and what they receive, is beside it: cell_delta.h, received_light.h.
+// The element trees of one cell and the radiosity that the elements send. What
+// changed of that radiosity is in cell_delta.h, what elements receive in
+// received_light.h.
 //
 //   paper  here      per element, channel and node
-//   B      sent      radiosity that the cell's own links have been told of, in
-//                    W/m2
+//   B      sent      radiosity that the cell's own links have gathered, W/m2
 //
 // Elements are numbered in the order of their creation: the roots are the
-// patches, children follow their parent, four in a row. So a loop upwards is a
-// push and a loop downwards a pull.
+// patches, and the four children of an element follow it in a row. So a push is
+// a loop over ascending numbers and a pull a loop over descending ones.
 
 #pragma once
 
@@ -33,8 +33,8 @@ struct Element {
   ElementFrame frame;
 };
 
-// A node of a tree by its way from the root: two bits per level, lowest level
-// last, below a leading 1. The root is 1.
+// The path from the root to an element: a leading 1, then two bits per level,
+// the deepest level in the lowest bits. The root has path 1.
 using ElementPath = uint64_t;
 inline constexpr ElementPath kRootPath = 1;
 inline constexpr size_t kMaxLevel = 20;
@@ -43,7 +43,7 @@ inline ElementPath ChildPath(ElementPath path, size_t child) {
   return path << 2 | static_cast<ElementPath>(child);
 }
 
-// An element that is not split further.
+// Whether an element is at the deepest level and cannot be split.
 inline bool IsDeepest(ElementPath path) {
   return path >> (2 * kMaxLevel) != 0;
 }
@@ -51,7 +51,7 @@ inline bool IsDeepest(ElementPath path) {
 // Where the element at the end of a path lies on its patch.
 ElementFrame FrameOfPath(PatchShape shape, ElementPath path);
 
-// What all trees of a solve share.
+// The properties that all trees of a solve share.
 struct TreeShape {
   const Basis* basis = nullptr;
   size_t channels = kRgbChannels;
@@ -66,37 +66,38 @@ struct TreeShape {
 
 class CellTree {
  public:
-  // One root per patch, all coefficients zero. `patches` is borrowed.
+  // A tree of one root per patch; all coefficients are zero. `patches` is
+  // borrowed.
   CellTree(TreeShape shape, std::span<const PatchGeometry> patches);
 
-  // The tree of a cell as Save left it, nothing if there is none;
-  // DamagedStoreError if it contradicts itself.
+  // Loads the tree of a cell that Save stored; nullopt if none is stored.
+  // Throws DamagedStoreError if the stored tree contradicts itself.
   static std::optional<CellTree> Load(const BlockStorage& store,
                                       CellId cell,
                                       TreeShape shape,
                                       std::span<const PatchGeometry> patches);
 
-  // The same without coefficients, for gathering from it and for reading the
-  // solution. It must not grow.
+  // Loads the tree without coefficients, for gathering from the cell and for
+  // reading the solution. Such a tree must not grow.
   static std::optional<CellTree> LoadElements(
       const BlockStorage& store,
       CellId cell,
       TreeShape shape,
       std::span<const PatchGeometry> patches);
 
-  // Elements of the stored tree; 0 if there is none.
+  // The number of elements of the stored tree; 0 if none is stored.
   static size_t StoredSize(const BlockStorage& store, CellId cell);
 
-  // What a tree of so many elements takes, and one without coefficients.
+  // The bytes of a tree of so many elements, with and without coefficients.
   static uint64_t BytesFor(size_t elements, TreeShape shape);
   static uint64_t ElementBytesFor(size_t elements);
 
-  // Writes the structure and the coefficients, both page by page. Returns what
-  // they take in the store.
+  // Stores the structure and the coefficients, both page by page. Returns the
+  // bytes that they take in the store.
   uint64_t Save(BlockStorage& store, CellId cell) const;
 
-  // Hash of what is the solution: structure and what is gathered, which is of
-  // as many elements.
+  // A hash of the solution: the tree's structure and the gathered irradiance,
+  // which has as many elements as the tree.
   [[nodiscard]] uint64_t Digest(const CoefficientArray& gathered) const;
 
   [[nodiscard]] size_t Size() const { return elements_.Size(); }
@@ -107,13 +108,13 @@ class CellTree {
     return elements_[e.Index()];
   }
 
-  // The element at the end of `path`, made if need be: its coefficients are
-  // the restriction of its parent's.
+  // The element at the end of `path`. Missing elements on the path are created;
+  // their coefficients are the restriction of their parent's.
   ElementId FindOrCreate(PatchId patch,
                          ElementPath path,
                          std::span<const PatchGeometry> patches);
 
-  // The deepest existing element on `path`, and how many levels were walked.
+  // The deepest existing element on `path`, and its level.
   [[nodiscard]] std::pair<ElementId, size_t> FindDeepest(
       PatchId patch, ElementPath path) const;
 
@@ -122,8 +123,9 @@ class CellTree {
 
   [[nodiscard]] const CoefficientArray& Sent() const { return sent_; }
 
-  // RMS over the element of what its children's `sent` has beyond its own,
-  // largest over the channels. Zero at leaves; valid after UpdateDetail.
+  // RMS over the element of the difference between the `sent` of its
+  // descendants and its own, in the channel where it is largest. Zero at
+  // leaves; valid after UpdateDetail.
   [[nodiscard]] float Detail(ElementId e) const { return detail_[e.Index()]; }
 
   void UpdateDetail();
@@ -136,7 +138,7 @@ class CellTree {
     return patch_shapes_[patch];
   }
 
-  // Children follow parents, every coefficient is finite.
+  // Whether children follow parents and every coefficient is finite.
   [[nodiscard]] bool IsValid() const;
 
  private:
@@ -150,22 +152,23 @@ class CellTree {
   TreeShape shape_;
   size_t patch_count_ = 0;
   PagedVector<Element> elements_;
-  // Those that were split, in that order, which is the order of their children:
-  // the structure.
+  // The elements that were split, in the order of their splitting, which is the
+  // order of their children. They determine the structure.
   PagedVector<uint32_t> parents_;
   std::vector<PatchShape> patch_shapes_;
   CoefficientArray sent_;
   PagedVector<float> detail_;
 };
 
-// Pushes the parent's coefficients to a child: to[c][q] = sum Push from[c][g].
+// Pushes the parent's coefficients `from` to a child: to[c][q] = sum over g of
+// Push(child, q, g) from[c][g].
 void PushTo(const ShapeBasis& basis,
             const TreeShape& shape,
             size_t child,
             std::span<const float> from,
             std::span<float> to);
 
-// Adds the child's share of the parent's coefficients.
+// Adds the pulled coefficients `from` of one child to its parent's, `to`.
 void PullFrom(const ShapeBasis& basis,
               const TreeShape& shape,
               size_t child,

@@ -68,7 +68,7 @@ size_t ChildAt(PatchShape shape, UnitPoint* p) {
   } else {
     child = (p->a >= 0.5 ? 1U : 0U) + (p->b >= 0.5 ? 2U : 0U);
     if (shape == PatchShape::kTriangle && child == 3) {
-      child = 1;  // only the rim's rounding gets here
+      child = 1;  // reached only by rounding at the hypotenuse
     }
   }
   const ChildFrame frame = FrameOfChild(shape, child);

@@ -60,7 +60,7 @@ inline Vec3f ToFloat(Vec3 v) {
           static_cast<float>(v.z)};
 }
 
-// An axis-aligned box, closed; empty at first.
+// A closed axis-aligned box, initially empty.
 struct Box {
   Vec3f low{kFar, kFar, kFar};
   Vec3f high{-kFar, -kFar, -kFar};
@@ -69,7 +69,7 @@ struct Box {
     return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   }
 
-  // Of everything that is within kFar.
+  // Whether the box holds everything within kFar.
   [[nodiscard]] bool IsEverything() const {
     return low.x <= -kFar && low.y <= -kFar && low.z <= -kFar &&
            high.x >= kFar && high.y >= kFar && high.z >= kFar;
@@ -105,7 +105,7 @@ struct PatchGeometry {
   PatchShape shape{};
   bool emits = false;
   bool reflects = false;
-  uint8_t layer = 0;  // as of the Patch
+  uint8_t layer = 0;  // Patch::layer
   MaterialId material;
   float max_reflectance = 0;  // over the channels; 0 if it does not reflect
 };
@@ -132,8 +132,8 @@ inline ElementFrame ChildOf(ElementFrame parent,
           parent.scale * static_cast<float>(frame.scale)};
 }
 
-// Which child a point of the unit shape lies in; `p` becomes its coordinates in
-// that child.
+// The child in which a point of the unit shape lies; `p` becomes the point's
+// coordinates in that child.
 size_t ChildAt(PatchShape shape, UnitPoint* p);
 
 inline Vec3f PointOn(const PatchGeometry& patch,
@@ -144,7 +144,7 @@ inline Vec3f PointOn(const PatchGeometry& patch,
          patch.v * (frame.b + frame.scale * t);
 }
 
-// What lies this close to the plane of a patch, m, may lie in it.
+// Points within this distance of a patch's plane, m, count as lying in it.
 inline float PlaneTolerance(const PatchGeometry& patch) {
   return 1e-5F * (1 + patch.diameter);
 }
@@ -170,7 +170,7 @@ struct Corners {
     return std::span(points).first(count);
   }
 
-  // A view of what is about to go would be read after it has gone.
+  // A view of a temporary would dangle.
   void View() const&& = delete;
 };
 

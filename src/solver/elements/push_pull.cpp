@@ -25,8 +25,8 @@ void ReflectAtLeaf(const TreeShape& shape,
   }
 }
 
-// Goes down the trees of some patches with the irradiance of each element and
-// back up with its radiosity: one of each per level is all that it holds.
+// Walks the trees of patches: pushes irradiance down, pulls radiosity up. Holds
+// one irradiance and one radiosity per level only.
 class TreeWalk {
  public:
   TreeWalk(const ReflectingCell& cell,
@@ -51,7 +51,8 @@ class TreeWalk {
     return std::span(*values).subspan(level * stride, stride);
   }
 
-  // Its irradiance is that of its parent, restricted, so far.
+  // On entry, the irradiance of `level` is the parent's, restricted to this
+  // element.
   void Visit(ElementId id, size_t level) {
     const std::span<float> irradiance = At(level, &irradiance_);
     const std::span<float> radiosity = At(level, &radiosity_);

@@ -21,49 +21,51 @@ struct SurfaceTable {
   std::vector<float> exitance;     // likewise, W/m2
 };
 
-// What the radiosity B = E + rho H of a cell's elements follows from; all is
-// borrowed.
+// The input of the radiosity B = E + rho H of a cell's elements; all members
+// are borrowed.
 struct ReflectingCell {
   const CellTree& tree;
   std::span<const PatchGeometry> patches;
   const SurfaceTable& surfaces;
-  // Irradiance, as ReceivedLight; none: no light has come yet.
+  // Irradiance as in ReceivedLight; null: no light has arrived yet.
   const CoefficientArray* gathered = nullptr;
-  // The shares of their irradiance that leaves keep (held_gain.h), which change
-  // only with the links; none: all.
+  // The shares of its irradiance that each leaf keeps (held_gain.h), which
+  // change only with the links; null: leaves keep all.
   const CoefficientArray* kept = nullptr;
 };
 
-// Patches whose trees are worked on one after the other; blocks of them, side
-// by side.
+// Patches per block: the trees of a block are walked one after the other, and
+// blocks run in parallel.
 inline constexpr size_t kBlockPatches = 64;
 size_t BlockCount(const ReflectingCell& cell);
 
-// Called with the radiosity of an element, [channel][node] like CellTree::Sent:
-// of all elements, children before their parent. At inner elements it is the
-// projection of their leaves. Calls of different blocks run in parallel, those
-// of one block in the same order always.
+// Called with the radiosity of every element, [channel][node] like
+// CellTree::Sent, children before their parent. The radiosity of an inner
+// element is the projection of its leaves' radiosity. Calls for different
+// blocks run in parallel; calls for one block always come in the same order.
 using RadiosityVisitor = std::function<void(
     size_t block, ElementId e, std::span<const float> radiosity)>;
 
-// Takes no memory that grows with the cell.
+// Calls `visit` for every element of the cell. Memory use does not grow with
+// the cell.
 void VisitRadiosity(const ReflectingCell& cell, const RadiosityVisitor& visit);
 
-// The same as an array.
+// The radiosity of all elements as an array.
 CoefficientArray PushPull(const ReflectingCell& cell);
 
-// Integrals over the leaves of an array of coefficients v, means of the
-// channels.
+// Integrals over leaves of a function v given by coefficients, as means over
+// the channels.
 struct LeafSums {
   double value = 0;     // integral of v
   double absolute = 0;  // integral of |v|
   double squared = 0;   // integral of v^2
 };
 
-// The sums of blocks in their order.
+// Adds up the sums of blocks in the order of the blocks.
 LeafSums Total(const std::vector<LeafSums>& blocks);
 
-// Adds those over one leaf of a patch, of its coefficients.
+// Adds the integrals over one leaf of a patch; `values` are the leaf's
+// coefficients.
 void AddLeaf(const TreeShape& shape,
              const PatchGeometry& patch,
              ElementFrame leaf,
@@ -74,17 +76,17 @@ LeafSums SumOverLeaves(const CellTree& tree,
                        std::span<const PatchGeometry> patches,
                        const CoefficientArray& values);
 
-// The flux E + rho H that leaves a cell's surfaces, mean of the channels, W.
+// The flux E + rho H that leaves a cell's surfaces, mean over the channels, W.
 double LeavingFlux(const ReflectingCell& cell);
 
-// rho H of a patch: the mean over its root element of what `radiosity` (its
-// coefficients) has beyond emission, largest channel, W/m2.
+// The mean of rho H over the root element of a patch, in the largest channel,
+// W/m2: `radiosity` (the element's coefficients) minus emission.
 float MeanReflected(const PatchGeometry& patch,
                     std::span<const float> radiosity,
                     const TreeShape& shape,
                     const SurfaceTable& surfaces);
 
-// Emitted flux of a cell, mean of the channels, W.
+// The emitted flux of a cell, mean over the channels, W.
 double EmittedFlux(std::span<const PatchGeometry> patches,
                    const SurfaceTable& surfaces);
 

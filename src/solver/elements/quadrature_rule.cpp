@@ -72,8 +72,8 @@ void AddFullOrbit(double s, double t, double weight, QuadratureRule* rule) {
 }
 
 // The symmetric rules of degree 1, 2, 4 and 6. The two orbits of degree 4
-// follow from its moment equations in closed form; those of degree 6 (Dunavant
-// 1985) solve theirs, to the last digits.
+// follow from its moment equations in closed form; the orbits of degree 6
+// (Dunavant 1985) satisfy theirs to the last digits.
 QuadratureRule TriangleRule(size_t order) {
   QuadratureRule rule;
   if (order == 1) {

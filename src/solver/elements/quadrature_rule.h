@@ -1,5 +1,5 @@
-// Quadrature rules on the unit square [0,1]^2 and the unit triangle, for means:
-// weights sum to 1.
+// Quadrature rules for means over the unit square [0,1]^2 and the unit
+// triangle: the weights of a rule sum to 1.
 
 #pragma once
 
@@ -21,10 +21,10 @@ struct QuadratureRule {
   std::vector<double> weights;  // all positive
 };
 
-// The rule of a basis of order 1 to 4. On the square the tensor product of
+// The rule for a basis of order 1 to 4. On the square: the tensor product of
 // Gauss-Legendre rules of `order` points, exact to degree 2 order - 1 in each
-// variable; on the triangle a symmetric rule that is exact to degree
-// 2 (order - 1), of 1, 3, 6 or 12 points.
+// variable. On the triangle: a symmetric rule of 1, 3, 6 or 12 points, exact to
+// degree 2 (order - 1).
 QuadratureRule RuleOfOrder(PatchShape shape, size_t order);
 
 }  // namespace enfilade

@@ -5,8 +5,8 @@
 namespace enfilade {
 namespace {
 
-// What is gathered is in blocks of its own: it is the solution, and whoever
-// only reads that need not read the rest.
+// The gathered irradiance has its own blocks because it is the solution: a
+// reader of the solution alone need not read the rest.
 BlockKey GatheredKey(CellId cell) {
   return {BlockKind::kReceived, cell.value, 0, 0};
 }

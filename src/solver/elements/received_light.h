@@ -1,18 +1,17 @@
-// What the elements of one cell have received.
+// The light that the elements of one cell have received.
 //
 //   paper  here      per element, channel and node
 //   H      gathered  irradiance that links of this very element brought, W/m2;
 //                    the irradiance of a point is the sum over its ancestors
 //
-// and per element and node
+//                    per element and node
+//          gain      the irradiance that the element's links would bring if all
+//                    sources sent 1 W/m2; the gain of a point is the sum over
+//                    its ancestors, by geometry at most 1: held_gain.h
 //
-//          gain      the irradiance that its links would bring if all sources
-//                    sent 1 W/m2. That of a point is the sum over its
-//                    ancestors, and by geometry at most 1: held_gain.h.
-//
-// Only the cell itself needs it, in its turn as a receiver; where the cell is a
-// source, its tree does, and may grow meanwhile. So there may be fewer elements
-// here than in the tree: the others have received nothing.
+// The cell needs its received light only in its own turn as a receiver. While
+// the cell is a source, only its tree is needed, and the tree may grow. So the
+// tree may have more elements than there are here, which have received nothing.
 
 #pragma once
 
@@ -29,18 +28,18 @@ struct ReceivedLight {
   CoefficientArray gathered;
   CoefficientArray gain;
 
-  // Of no element.
+  // Light of no elements.
   explicit ReceivedLight(const TreeShape& shape)
       : gathered(shape.Stride()), gain(shape.NodeStride()) {}
 
-  // What Save left, and zeros for what has been added since.
+  // Loads what Save stored; elements added to the tree since have zeros.
   static ReceivedLight Load(const BlockStorage& store,
                             CellId cell,
                             const TreeShape& shape,
                             size_t elements);
 
-  // For reading the solution: what is kept for that (below), or the same
-  // without the gains.
+  // The gathered irradiance for reading the solution: that which KeepForReaders
+  // kept, if any, else the current one.
   static CoefficientArray LoadGathered(const BlockStorage& store,
                                        CellId cell,
                                        const TreeShape& shape,
@@ -50,16 +49,16 @@ struct ReceivedLight {
                                CellId cell,
                                const CoefficientArray& gathered);
 
-  // While a cell is refined it has received only a part of its light: what the
-  // store has of it is kept for readers until they are told to forget it. Does
-  // nothing where some is kept.
+  // Keeps the stored irradiance of a cell for readers until ForgetKept, because
+  // a cell that is being refined has received only a part of its light. Does
+  // nothing if an irradiance is already kept.
   static void KeepForReaders(BlockStorage& store, CellId cell);
   static void ForgetKept(BlockStorage& store, CellId cell);
 
-  // What that of so many elements takes.
+  // The bytes that the light of so many elements takes.
   static uint64_t BytesFor(size_t elements, const TreeShape& shape);
 
-  // Returns what it takes in the store.
+  // Returns the bytes that the light takes in the store.
   uint64_t Save(BlockStorage& store, CellId cell) const;
 
   void GrowTo(size_t elements) {

@@ -17,8 +17,8 @@ namespace {
 // Links per task; a task ends where a receiver ends.
 constexpr size_t kTaskLinks = 4096;
 
-// Of the nodes of an element, side by side. Plain loops over them are not
-// vectorised where that over channels is outside of them.
+// One lane per transfer node of an element. Compilers do not vectorise plain
+// loops over nodes inside a loop over channels.
 using Lanes [[gnu::vector_size(kTransferNodes * sizeof(float))]] = float;
 using LaneBits [[gnu::vector_size(kTransferNodes * sizeof(float))]] = int32_t;
 
@@ -32,7 +32,7 @@ void StoreLanes(Lanes lanes, float* to) {
   std::memcpy(to, &lanes, sizeof(lanes));
 }
 
-// What one receiver element collects, [channel][node].
+// The irradiance that one receiver element collects, [channel][node].
 struct Collector {
   size_t channels;
   size_t stride;  // nodes per channel
@@ -66,9 +66,9 @@ void GatherWeak(const Collector& to,
   }
 }
 
-// A basis of the second order, of which transfers are made at its own nodes.
-// Its kernels are held by columns, so that the receiver's nodes lie side by
-// side in all that is done with them.
+// The kernel of a second-order basis, whose own nodes are the transfer nodes.
+// The kernel is stored by columns, so that all operations run over the
+// receiver's nodes side by side.
 using KernelLanes = std::array<Lanes, kTransferNodes>;
 
 void GatherKernel(const Collector& to,
@@ -90,11 +90,11 @@ KernelLanes InLanes(const KernelColumns& columns) {
   return lanes;
 }
 
-// QuadratureKernel of what is visible.
+// QuadratureKernel with zeros for invisible pairs of nodes.
 KernelLanes SeenQuadrature(const TransferEnd& r,
                            const TransferEnd& s,
                            int32_t visible) {
-  // By receiver node, its bit for the first source node.
+  // For each receiver node, the visibility bit of its pair with source node 0.
   constexpr LaneBits kFirstBits = {1, 1 << 4, 1 << 8, 1 << 12};
   static_assert(kTransferNodes == 4);
   const Vec3f n = r.patch->normal;
@@ -132,7 +132,8 @@ void GatherGroup(const Collector& to,
   }
 }
 
-// What the groups that the links of a block name send, by their index.
+// The radiosity of all source groups, by index, if a link of the block uses
+// one.
 std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
                                      const GatherSide& source,
                                      const CoefficientArray& radiosity) {
@@ -162,13 +163,13 @@ void ScaleKernel(uint16_t sum, KernelLanes* kernel) {
   }
 }
 
-// What a source sends: its elements, and its groups.
+// The radiosity that a source cell sends: of its elements, and of its groups.
 struct SentLight {
   const CoefficientArray* radiosity;
   std::vector<GroupRadiosity> groups;
 };
 
-// The receiver of the links that come one after the other.
+// The receiver element of consecutive links.
 struct ReceiverEnd {
   uint32_t element = UINT32_MAX;
   const Element* at = nullptr;
@@ -176,7 +177,7 @@ struct ReceiverEnd {
   size_t nodes = 0;
   Collector to{};
   bool has_end = false;
-  TransferEnd end;  // if any link asked for it
+  TransferEnd end;  // made when a link first needs it
 
   const TransferEnd& End() {
     if (!std::exchange(has_end, true)) {
@@ -216,7 +217,7 @@ void GatherRange(const LinkBlock& block,
       continue;
     }
     if (is_constant && link.kind != LinkKind::kWeak) {
-      continue;  // a constant basis has none of them
+      continue;  // a constant basis has no such links
     }
     const float* b = radiosity.At(link.source);
     if (link.kind == LinkKind::kShaped) {
@@ -244,7 +245,8 @@ void GatherRange(const LinkBlock& block,
   }
 }
 
-// Cuts the links where a receiver ends, every kTaskLinks or a little later.
+// Cuts the links into tasks of kTaskLinks links or a few more, at places where
+// a receiver ends.
 std::vector<size_t> TaskBounds(const LinkBlock& block) {
   std::vector<size_t> bounds = {0};
   for (size_t i = 1; i < block.links.size(); ++i) {

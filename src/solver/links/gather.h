@@ -1,5 +1,6 @@
-// The gather: irradiance that the links of a block bring to their receivers,
-// H_g += sum over q of K_gq V_gq B_q, kernels rebuilt on the way.
+// The gather: computes the irradiance that the links of a block bring to their
+// receivers, H_g += sum over q of K_gq V_gq B_q, and rebuilds kernels on the
+// fly.
 
 #pragma once
 
@@ -17,12 +18,13 @@ namespace enfilade {
 struct GatherSide {
   std::span<const PatchGeometry> patches;
   const CellTree* tree = nullptr;
-  const SourceGroups* groups = nullptr;  // of the source
+  const SourceGroups* groups = nullptr;  // only of a source
 };
 
-// Adds to `gathered` (that of the receiver: ReceivedLight) what
-// `radiosity` (like CellTree::Sent() of the source; totals or changes) sends.
-// Parallel over receivers; the same bits for every number of threads.
+// Adds to `gathered`, the receiver's irradiance (ReceivedLight), the irradiance
+// from `radiosity`, an array like CellTree::Sent() of the source (totals or
+// changes). Runs in parallel over receivers; the result is bit-identical for
+// every number of threads.
 void Gather(const LinkBlock& block,
             const GatherSide& receiver,
             const GatherSide& source,

@@ -6,7 +6,7 @@
 namespace enfilade {
 namespace {
 
-// Steps of receiver and source, and a value.
+// The steps of receiver and source, and a value.
 constexpr size_t kTypicalLinkBytes = 6;
 constexpr int kKindBits = 3;
 constexpr uint64_t kKindMask = (1U << kKindBits) - 1;

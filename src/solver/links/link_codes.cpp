@@ -11,7 +11,8 @@ constexpr int kExponentBias = 127 - 47;
 constexpr int kDroppedBits = 13;  // of the 23 fraction bits of a float
 constexpr int kMostRoot = 255;
 
-// The root whose square is nearest to a share of the largest coefficient.
+// The root in 0 to kMostRoot whose square is nearest to `share` of the largest
+// square.
 int RootOf(float share) {
   const float wanted =
       std::clamp(share, 0.0F, 1.0F) * static_cast<float>(kMostRoot * kMostRoot);
@@ -22,8 +23,8 @@ int RootOf(float share) {
   return std::min(nearer_below ? below : above, kMostRoot);
 }
 
-// The places of a row from its largest coefficient to its smallest, equal ones
-// as they come. By insertion: std::stable_sort would ask for memory.
+// The indices of a row's coefficients in descending order, equal ones in their
+// given order. Insertion sort, because std::stable_sort would allocate memory.
 std::array<size_t, kTransferNodes> FallingOrder(const float* row) {
   std::array<size_t, kTransferNodes> order{};
   for (size_t i = 0; i < order.size(); ++i) {
@@ -36,7 +37,7 @@ std::array<size_t, kTransferNodes> FallingOrder(const float* row) {
   return order;
 }
 
-// The roots of a row, that of its largest coefficient first.
+// Finds the roots of a row, beginning with its largest coefficient.
 void FindRoots(const float* row, float largest, uint8_t* roots) {
   const auto order = FallingOrder(row);
   float missing = 0;
@@ -81,7 +82,7 @@ EncodedKernel EncodeKernel(const Kernel& kernel) {
 }
 
 KernelColumns DecodeKernel(uint16_t sum, const KernelShape& shape) {
-  // Squares of roots, and their sum, are whole numbers that floats hold
+  // The squares of roots, and their sums, are whole numbers that floats hold
   // exactly.
   KernelColumns columns;
   std::array<float, kTransferNodes> totals{};

@@ -1,4 +1,4 @@
-// How the coefficients of links are written down.
+// The encoding of the coefficients of links.
 //
 //   EncodeCoefficient   one coefficient, 16 bits: a float without sign
 //   EncodeKernel        the 16 of a shaped link, 18 bytes: their sum as above,
@@ -35,15 +35,15 @@ struct EncodedKernel {
 // EncodeCoefficient of the sum of all.
 uint16_t EncodeSum(const Kernel& kernel);
 
-// Keeps the sum, zeros, and nearly the sums of rows: what rounding adds to a
-// row with one coefficient it takes away with the next smaller one.
+// Keeps the sum, zeros and, nearly, the sums of rows: the rounding error of one
+// coefficient is carried over to the next smaller one of its row.
 EncodedKernel EncodeKernel(const Kernel& kernel);
 
-// By the source's nodes: K_gq at [q][g].
+// The decoded kernel by the source's nodes: K_gq at [q][g].
 KernelColumns DecodeKernel(uint16_t sum, const KernelShape& shape);
 
-// What makes coefficients with these totals, by the receiver's nodes, those of
-// an encoded sum; zero if all of them are.
+// The factor that scales coefficients with these totals (one per receiver node)
+// to an encoded sum; zero if all totals are zero.
 inline float ScaleTo(uint16_t sum,
                      const std::array<float, kTransferNodes>& totals) {
   static_assert(kTransferNodes == 4);

@@ -10,10 +10,11 @@ namespace enfilade {
 namespace {
 
 // Links of a full chunk: at 4 to 14 bytes each, up to a quarter of a megabyte.
-// A chunk on its way to the store is there five times over: links, sorted,
+// A chunk that is being written is in memory five times: as links, sorted,
 // encoded, compressed and in SQLite's hands (docs/decisions/least-memory.md).
 constexpr size_t kChunkLinks = size_t{16} * 1024;
-// Of the largest: the part of refinement that fills a chunk may bring more.
+// Links of the largest chunk: the part of refinement that fills a chunk may
+// bring more than fit.
 constexpr size_t kMostChunkLinks = kChunkLinks * 3 / 2;
 
 BlockKey ChunkKey(CellPair pair, uint32_t chunk) {
@@ -72,7 +73,7 @@ void LinkWriter::Flush() {
   const size_t links = pending_.links.size();
   const size_t chunks = (links + kMostChunkLinks - 1) / kMostChunkLinks;
   for (size_t i = 0; i < chunks; ++i) {
-    writer_->Finish();  // there is room for one
+    writer_->Finish();  // only one chunk may be under way
     const size_t first = links * i / chunks;
     const size_t last = links * (i + 1) / chunks;
     LinkBlock chunk;

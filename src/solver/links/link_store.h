@@ -1,5 +1,5 @@
 // The link blocks of cell pairs in the store: written chunk by chunk while a
-// pair is refined, read again while it is gathered.
+// pair is refined, and read back while the pair is gathered.
 
 #pragma once
 
@@ -20,29 +20,29 @@ struct CellPair {
   CellId source;
 };
 
-// A chunk of a pair.
+// One chunk of a pair's links.
 struct LinkChunk {
   CellPair pair;
   uint32_t chunk = 0;
   LinkBlock block;            // sorted, its coefficients as they will be read
-  uint64_t stored_bytes = 0;  // once it is written: what it takes in the store
+  uint64_t stored_bytes = 0;  // what the chunk takes in the store, once written
 };
 
-// Writes chunks behind the work, one at a time: to encode and to compress them
-// is for one thread, and the others need not wait for it.
+// Writes chunks in the background, one at a time: one thread encodes and
+// compresses the chunk while the others go on.
 class ChunkWriter {
  public:
-  // `on_written` gets every chunk when it is in the store, on the thread that
-  // calls this.
+  // Finish passes every chunk to `on_written` once the chunk is in the store,
+  // on the thread that calls Finish.
   ChunkWriter(BlockStorage& store, std::function<void(LinkChunk&&)> on_written)
       : store_(&store), on_written_(std::move(on_written)) {}
 
-  // Begins to write a chunk; none may be under way. The block may be read until
-  // Finish.
+  // Begins to write a chunk; no other chunk may be under way. The returned
+  // block may be read until Finish.
   const LinkBlock& Start(LinkChunk&& chunk);
 
-  // Waits for the chunk that is under way, if there is one; throws what its
-  // writing threw.
+  // Waits for the chunk that is under way, if any; throws what writing it
+  // threw.
   void Finish();
 
  private:
@@ -52,18 +52,19 @@ class ChunkWriter {
   CallBeside writing_;
 };
 
-// Chunks of a pair, from 0 without gaps.
+// Writes the chunks of a pair, numbered from 0 without gaps.
 class LinkWriter {
  public:
-  // Goes on after `first_chunk` chunks, or from 0 forgets the pair's old ones.
-  // `on_chunk` gets every chunk as soon as it is on its way to the store.
+  // Continues after the pair's first `first_chunk` chunks; if `first_chunk` is
+  // 0, erases the pair's old chunks. `on_chunk` gets every chunk as soon as its
+  // writing has begun.
   LinkWriter(BlockStorage& store,
              ChunkWriter& chunks,
              CellPair pair,
              uint32_t first_chunk,
              std::function<void(const LinkBlock&)> on_chunk);
 
-  // Room for more links; write them, then call Flush when Full.
+  // The buffer for further links: append links, then call Flush if Full.
   LinkBlock& Pending() { return pending_; }
 
   [[nodiscard]] bool Full() const;
@@ -79,7 +80,7 @@ class LinkWriter {
   uint32_t chunks_ = 0;
 };
 
-// Nothing if the pair has no such chunk.
+// Returns nullopt if the pair has no such chunk.
 std::optional<LinkBlock> ReadLinks(const BlockStorage& store,
                                    CellPair pair,
                                    uint32_t chunk,

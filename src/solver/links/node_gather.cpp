@@ -6,7 +6,7 @@
 namespace enfilade {
 namespace {
 
-// The coefficients of an element, [channel][node].
+// The layout of an element's coefficients, [channel][node].
 struct Channels {
   size_t count;
   size_t stride;

@@ -1,4 +1,4 @@
-// The gather of bases whose transfers are made at their own nodes
+// The gather for bases whose transfers are made at the bases' own nodes
 // (node_transfer.h).
 
 #pragma once
@@ -13,8 +13,8 @@ struct LinkRange {
   size_t last = 0;
 };
 
-// Adds what the links of the range bring, as Gather does. Requires a basis that
-// has nodes of its own.
+// Adds the irradiance that the links of the range bring, as Gather does.
+// Requires a basis that has nodes of its own.
 void GatherAtNodes(const LinkBlock& block,
                    LinkRange range,
                    const GatherSide& receiver,

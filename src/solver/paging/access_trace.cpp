@@ -11,17 +11,17 @@ namespace enfilade {
 namespace {
 
 constexpr uint64_t kMostOwnBytes = 8 << 20;
-// The trace may take 1/32 of the budget, and no more than that.
+// The trace may take 1/32 of the budget, and at most kMostOwnBytes.
 constexpr uint64_t kShare = 32;
-// A third of it is for steps, each with its next use, the rest for things.
-// One step in so many may have sizes.
+// A third of the trace's memory is for steps, each with its next use; the rest
+// is for things. One step in kStepsPerSize may have sizes.
 constexpr size_t kStepsPerSize = 8;
 constexpr uint64_t kStepBytes =
     sizeof(CacheStep) + sizeof(uint32_t) + sizeof(CachedBytes) / kStepsPerSize;
 constexpr uint64_t kNodeBytes =
     sizeof(std::pair<CachedThing, uint32_t>) + 5 * sizeof(void*);
 constexpr uint64_t kStepParts = 3;
-// Sizes are noted anew when they have changed by one part in so many.
+// Sizes are noted again when they have changed by one part in kStepsOfSize.
 constexpr uint64_t kStepsOfSize = 32;
 
 bool DiffersMuch(uint64_t a, uint64_t b) {
@@ -59,7 +59,8 @@ void AccessTrace::SetCapacity(uint64_t bytes) {
   if (!DiffersMuch(bytes, capacity_bytes_)) {
     return;
   }
-  // What stays in memory under the larger may not under the smaller.
+  // Things that stay in memory under the larger capacity may not stay under the
+  // smaller one.
   used_bytes_ += capacity_bytes_ > bytes ? capacity_bytes_ - bytes : 0;
   capacity_bytes_ = bytes;
   sizes_.push_back({bytes, 0});
@@ -106,7 +107,8 @@ void AccessTrace::NoteSizes(uint32_t index) {
   Add(CacheAction::kResize, index);
 }
 
-// Whether it is a new step: the use before goes on otherwise.
+// Returns whether the use is a new step; otherwise the use continues the one
+// before.
 bool AccessTrace::BeginUse(uint32_t index) {
   Thing& t = things_[index];
   ENFILADE_CHECK(!t.in_use, "thing {} is in use", index);
@@ -201,7 +203,7 @@ void AccessTrace::Compact() {
     }
     if (step.action == CacheAction::kEnd ||
         step.action == CacheAction::kTouch) {
-      // Later ones of the same thing come later.
+      // If the same thing has later steps, they overwrite last_step.
       Thing& t = things_[step.thing];
       t.last_step =
           t.last_step == kNoStep ? kNoStep : static_cast<uint32_t>(kept);

@@ -1,14 +1,16 @@
-// What the solve asked of its cache, in order, whether or not it was in memory:
-// what an optimal cache of the same capacity would have read is computed from
-// it (store/belady.h), beside what was read and what must be in any case.
+// Records in order what the solve asks of its cache, whether or not it is in
+// memory. From the record follows what an optimal cache of the same capacity
+// would have read (store/belady.h), beside what was read and what any cache
+// must read.
 //
 // Things are trees, geometry, blockers and chunks of links, each with its size
-// in memory and what reading it takes. Uses that the optimal cache has in
-// memory anyway, since less than its capacity was used since the thing's last
-// one, are one long use: so a trace is short, and it takes a fixed amount of
-// memory. Where that is too little, what is measured looks ahead no further
-// than the trace goes: the cache stays as it is, but knows less of what comes.
-// With more things than there is room for, it begins empty now and then.
+// in memory and the bytes that reading it takes. If less than the capacity was
+// used since the last use of a thing, the optimal cache still has the thing in
+// memory, and the trace joins the two uses into one long use. A trace is
+// therefore short, and it takes a fixed amount of memory. If that memory is too
+// little, the simulated optimal cache looks ahead no further than the trace
+// goes: it keeps its contents but knows less of what comes. If there are more
+// things than the trace has room for, the simulated cache starts empty again.
 
 #pragma once
 
@@ -22,10 +24,10 @@
 
 namespace enfilade {
 
-// Something in memory, made of a block.
+// Something in memory that is made from a block.
 struct CachedThing {
   BlockKey block;
-  uint32_t form = 0;  // which of those that are made of it
+  uint32_t form = 0;  // tells apart the things made from one block
 
   bool operator==(const CachedThing&) const = default;
 };
@@ -43,17 +45,17 @@ struct TracedReads {
 
 class AccessTrace {
  public:
-  // `own_bytes`: what the trace itself may take, at most.
+  // `own_bytes`: the most bytes that the trace itself may take.
   explicit AccessTrace(uint64_t own_bytes);
 
-  // What of a budget a trace should have.
+  // The bytes that a trace should have under a budget.
   static uint64_t OwnBytesUnder(uint64_t budget_bytes);
 
-  // What the cache may hold from now on.
+  // Sets the bytes that the cache may hold from now on.
   void SetCapacity(uint64_t bytes);
 
-  // A thing is needed until End; it is not in use now. Its sizes: those it has
-  // by now.
+  // A use of a thing begins and lasts until End. Requires that the thing is not
+  // in use. Its sizes are those set so far.
   void Begin(const CachedThing& thing);
 
   // Like Begin, for a second thing that comes from the same block as the one
@@ -61,28 +63,29 @@ class AccessTrace {
   void BeginAlong(const CachedThing& thing);
   void End(const CachedThing& thing);
 
-  // Used for a moment only; need not stay in memory afterwards.
+  // A thing is used for a moment only and need not stay in memory afterwards.
   void Touch(const CachedThing& thing);
 
-  // Made and not read; need not stay in memory either.
+  // A thing was made and not read; it need not stay in memory either.
   void Make(const CachedThing& thing);
 
   void SetHeld(const CachedThing& thing, uint64_t bytes);
   void SetStored(const CachedThing& thing, uint64_t bytes);
 
-  // So many bytes of things were read from the store.
+  // The solver's cache has read this many bytes of things from the store.
   void AddRead(uint64_t bytes) { reads_.read += bytes; }
 
-  // Likewise of what is used only once, where no cache can help.
+  // The same for bytes that are used only once, where no cache can help.
   void AddReadOnce(uint64_t bytes);
 
-  // The sums since they were asked for last.
+  // Returns the sums since the last call.
   TracedReads TakeReads();
 
   // The cache is empty again, and nothing is in use.
   void Restart();
 
-  // What it holds now: bounded, however long the solve goes on.
+  // The bytes that the trace holds now: bounded, however long the solve goes
+  // on.
   [[nodiscard]] uint64_t SizeBytes() const;
 
  private:
@@ -90,9 +93,9 @@ class AccessTrace {
 
   struct Thing {
     CachedBytes now;
-    CachedBytes noted;             // what the steps say so far
-    uint64_t kept_until = 0;       // `used_bytes_` until which it surely stays
-    uint32_t last_step = kNoStep;  // where its use ended, if it has
+    CachedBytes noted;             // the sizes that the steps have so far
+    uint64_t kept_until = 0;       // stays while `used_bytes_` is at most this
+    uint32_t last_step = kNoStep;  // the step that ended its last use
     bool in_use = false;
   };
 
@@ -111,11 +114,11 @@ class AccessTrace {
   std::unordered_map<CachedThing, uint32_t, HashOfThing> index_;
   std::vector<Thing> things_;
   std::vector<CacheStep> steps_;
-  std::vector<CachedBytes> sizes_;  // of the steps that have them
+  std::vector<CachedBytes> sizes_;  // of kResize and kCapacity steps
   uint64_t capacity_bytes_ = 0;
-  bool begin_is_new_ = false;  // the last Begin was a step
+  bool begin_is_new_ = false;  // the last Begin added a step
   uint64_t used_bytes_ = 0;    // by all uses so far; a measure of time
-  uint64_t in_use_bytes_ = 0;  // now
+  uint64_t in_use_bytes_ = 0;  // of the things in use now
   BeladyCache cache_;
   TracedReads reads_;
 };

@@ -64,7 +64,8 @@ CellPager::Item* CellPager::Find(ItemKey key) {
   return it == items_.end() ? nullptr : &it->second;
 }
 
-// `bytes` are charged to the budget, or are so by the value itself.
+// `bytes` are charged to the budget already, by the caller or by the value
+// itself.
 void CellPager::Insert(ItemKey key,
                        std::shared_ptr<void> value,
                        uint64_t bytes) {
@@ -80,7 +81,7 @@ void CellPager::SetHeld(ItemKey key, Item* item, uint64_t bytes) {
   trace_.SetHeld(ThingOf(key), bytes);
 }
 
-// The value of an item that is there, in use as long as the pointer is held.
+// The value of an item in memory; it is in use as long as the pointer is held.
 std::shared_ptr<void> CellPager::UseItem(ItemKey key,
                                          Item* item,
                                          bool is_along) {
@@ -98,7 +99,7 @@ std::shared_ptr<void> CellPager::UseItem(ItemKey key,
   return use;
 }
 
-// What is not taken by others.
+// The capacity is the part of the budget that others than the pager do not use.
 void CellPager::NoteCapacity() {
   const uint64_t used = budget_->UsedBytes();
   const uint64_t by_others = used - std::min(used, held_bytes_);
@@ -125,7 +126,7 @@ void CellPager::Forget(ItemKey key) {
   }
 }
 
-// Of an item in use that takes `bytes` by now.
+// Charges the budget for an item in use that now takes `bytes`.
 void CellPager::Recharge(ItemKey key, uint64_t bytes, std::string_view what) {
   Item& item = items_.at(key);
   if (bytes > item.charged_bytes) {

@@ -1,8 +1,8 @@
-// What a subproblem needs of its cells, paged in under the memory budget:
-// geometry, blockers, element trees, what they have sent last and send at most,
-// what they have received, and links. All kinds share one pool, from which what
-// is needed last and not in use goes first; what is dirty is written back on
-// the way out.
+// Pages in, under the memory budget, what a subproblem needs of its cells:
+// geometry, blockers, element trees, deltas (what cells have sent last), source
+// weights (bounds of what cells send), received light and links. All kinds
+// share one pool. The item that is not in use and needed last is evicted first;
+// dirty items are written back on eviction.
 
 #pragma once
 
@@ -34,8 +34,8 @@
 
 namespace enfilade {
 
-// For one thread at a time. What it returns is in use, valid and in memory, as
-// long as the pointer is held, which must not outlive the pager.
+// For one thread at a time. What CellPager returns is in use, valid and in
+// memory as long as the pointer is held, which must not outlive the pager.
 class CellPager {
  public:
   CellPager(BlockStorage& store,
@@ -50,8 +50,8 @@ class CellPager {
 
   std::shared_ptr<const CellGeometry> Geometry(CellId cell);
 
-  // What stands in a cell, for shafts and for rays: all that is needed of cells
-  // between a receiver and a source.
+  // What stands in a cell, for shafts and for rays. Cells between a receiver
+  // and a source need nothing else.
   std::shared_ptr<const ShaftBlockers> Obstacles(CellId cell);
   std::shared_ptr<const CellBlockers> Occluder(CellId cell);
 
@@ -60,11 +60,11 @@ class CellPager {
     std::shared_ptr<const CellBlockers> occluder;
   };
 
-  // Both; reads the cell once if it must.
+  // Returns both; reads the cell at most once.
   CellObstructions Obstructions(CellId cell);
 
-  // Whether the blockers of all these cells fit in memory at once, beside all
-  // that is pinned.
+  // Whether the blockers of all these cells fit in memory at once, beside
+  // everything that is pinned.
   [[nodiscard]] bool CanHoldBlockers(const std::vector<CellId>& cells) const;
 
   // As CellMaker::BoundsOf.
@@ -77,59 +77,60 @@ class CellPager {
     return maker_.BoxOf(cell, part);
   }
 
-  // The stored tree, or a new one with the emitted radiosity sent.
+  // The stored tree, or a new tree whose sent radiosity is the emitted one.
   std::shared_ptr<CellTree> Tree(CellId cell);
 
-  // The same, or its elements alone if it is not in memory: for gathering from
-  // them. It must be there.
+  // The tree if it is in memory, otherwise its elements alone, which suffice to
+  // gather from them. The cell must have a tree, in memory or in the store.
   std::shared_ptr<const CellTree> Elements(CellId cell);
 
-  // What the cell sends at most, as it was balanced last: what its pairs are
-  // refined by before its tree is needed.
+  // Bounds of what the cell sends, as it was last balanced. Refinement of the
+  // cell's pairs uses these weights before it needs the tree.
   std::shared_ptr<const SourceWeights> Weights(CellId cell);
 
-  // The cell will be balanced: they are not to be asked for until then. They
-  // must not be in use.
+  // The cell will be balanced. Nobody may ask for its weights until
+  // RenewWeights. The weights must not be in use.
   void ForgetWeights(CellId cell);
 
-  // The cell was balanced, and its tree is in use.
+  // Makes the weights anew after the cell was balanced. Its tree is in use.
   void RenewWeights(CellId cell);
 
-  // The tree was changed, and may have grown: it will be written back.
+  // The tree was changed and may have grown: the pager will write it back.
   void MarkDirty(CellId cell);
 
-  // What the cell has sent last, of no element if there is nothing; like
-  // Received, it must be asked for anew where the tree has grown.
+  // What the cell has sent last, with no elements if it has sent nothing. If
+  // the tree has grown, the delta must be asked for again, as with Received.
   std::shared_ptr<CoefficientArray> Delta(CellId cell);
 
-  // Likewise.
+  // The delta was changed: the pager will write it back.
   void MarkDeltaDirty(CellId cell);
 
-  // Nothing was sent. It must not be in use.
+  // Erases the delta: the cell has sent nothing. The delta must not be in use.
   void ForgetDelta(CellId cell);
 
-  // What the elements of the tree have received, for the cell's turn; it must
-  // be asked for anew where the tree has grown as another's source.
+  // What the elements of the tree have received, for the cell's turn. If the
+  // tree has grown as another cell's source, the received light must be asked
+  // for again.
   std::shared_ptr<ReceivedLight> Received(CellId cell);
 
-  // Likewise.
+  // The received light was changed: the pager will write it back.
   void MarkReceivedDirty(CellId cell);
 
-  // Writes all that is dirty to the store.
+  // Writes all dirty items to the store.
   void Flush();
 
-  // Frees all unpinned items: the trace begins anew as well.
+  // Evicts all unpinned items; the trace begins anew as well.
   void EvictAll();
 
-  // Frees unpinned items until `bytes` can be charged; DoesNotFitError, naming
-  // the least cap, if that is impossible.
+  // Evicts unpinned items until `bytes` can be charged, and charges them.
+  // Throws DoesNotFitError, naming the least cap, if that is impossible.
   void MakeRoom(uint64_t bytes, std::string_view what);
 
   // Like MakeRoom, for working memory that the caller holds for a while.
   MemoryCharge Reserve(uint64_t bytes, std::string_view what);
 
-  // The same, but charges nothing where there is no room: for memory that is
-  // held for a moment, and that FindLeastMemory does not count.
+  // Like Reserve, but charges nothing if there is no room: for memory that is
+  // held for a moment and that FindLeastMemory does not count.
   MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
 
   // The receiver's turn begins, as in NextUse. An excess that eviction could
@@ -139,26 +140,27 @@ class CellPager {
     next_use_.StartTurn(receiver, sources);
   }
 
-  // Evicts while the process itself comes near the cap, whatever was charged.
-  // To be called between steps of work that allocates as it goes.
+  // Evicts while the memory of the process itself comes near the cap, whatever
+  // was charged. To be called between steps of work that allocates memory.
   void HoldResident(uint64_t coming_bytes = 0);
 
-  // Visits the chunks of a pair in order. Keeps what is needed again before
-  // other things are. `visit` must not ask the pager.
+  // Visits the chunks of a pair in order. Keeps chunks in memory in preference
+  // to things that are needed later. `visit` must not use the pager.
   void VisitLinks(CellPair pair,
                   const LinkEnds& ends,
                   const std::function<void(const LinkBlock&)>& visit);
 
-  // A chunk was written; keeps it if it is needed soon.
+  // A chunk was written; keeps it in memory if it is needed soon.
   void KeepLinks(LinkChunk&& written);
 
-  // Drops all links from memory: they will be made anew.
+  // Drops all links from memory, because they will be made anew.
   void ForgetLinks();
 
-  // Where the work is: what comes next decides what is evicted.
+  // The place of the work in its order: what comes next decides what is
+  // evicted.
   NextUse& Order() { return next_use_; }
 
-  // What was asked for; other readers of the store may add to it.
+  // The record of what was asked for; other readers of the store may add to it.
   AccessTrace& Trace() { return trace_; }
 
  private:
@@ -177,7 +179,7 @@ class CellPager {
   struct ItemKey {
     ItemKind kind{};
     uint32_t cell = 0;
-    uint32_t source = 0;  // of links; NextUse::kItself if it is the cell
+    uint32_t source = 0;  // for links; kItself if equal to the cell
     uint32_t chunk = 0;
 
     // NOLINTNEXTLINE(modernize-use-nullptr): see base/ids.h
@@ -186,8 +188,8 @@ class CellPager {
 
   struct Item {
     std::shared_ptr<void> value;
-    std::weak_ptr<void> use;     // what callers hold, if any does
-    uint64_t held_bytes = 0;     // what it takes
+    std::weak_ptr<void> use;     // what callers hold, if any do
+    uint64_t held_bytes = 0;     // size of the value
     uint64_t charged_bytes = 0;  // to the budget, by the pager
     uint64_t last_use = 0;
     bool dirty = false;
@@ -219,16 +221,17 @@ class CellPager {
                                std::string_view what,
                                const Bytes& bytes,
                                const Read& read);
-  // `what` names it to the budget.
+  // `what` names the item to the budget.
   template <typename T>
   void MarkItemDirty(ItemKey key, std::string_view what);
-  // It must not be in use, and is not written back.
+  // Drops an item without writing it back. The item must not be in use.
   void Forget(ItemKey key);
   void NoteCapacity();
   using Items = std::map<ItemKey, Item>;
 
-  // What is needed last and not in use, and when; of those needed last
-  // together, what was used longest ago.
+  // The item that is needed last and not in use, with the time of its next use.
+  // Among items with the same next use, the least recently used one is the
+  // victim.
   struct Victim {
     Items::iterator item;
     bool exists = false;
@@ -246,23 +249,25 @@ class CellPager {
   Items::iterator LastLinks();
   bool TryMakeRoom(uint64_t bytes, uint64_t needed_at);
   void KeepBlock(ItemKey key, LinkBlock&& block);
-  // False where nothing is left to evict.
+  // Returns false if nothing is left to evict.
   bool EvictUntil(const std::function<bool()>& is_enough);
-  // The same, of what is needed at `first_use` or later.
+  // The same for items that are needed at `first_use` or later.
   bool EvictNeededFrom(uint64_t first_use,
                        const std::function<bool()>& is_enough);
   [[nodiscard]] uint64_t EvictionMargin() const;
   void Drop(Items::iterator item);
-  // Of the cell's tree in the store: read once, not each time the tree is.
+  // The element count of the cell's stored tree, read once and not at each read
+  // of the tree.
   size_t StoredElements(CellId cell);
-  // Writes an item to the store; returns what it takes there. From any thread.
+  // Writes an item to the store and returns the bytes that it takes there. May
+  // be called from any thread.
   uint64_t Save(ItemKey key, const Item& item) const;
   void NoteSaved(ItemKey key, Item* item, uint64_t stored_bytes);
   void Recharge(ItemKey key, uint64_t bytes, std::string_view what);
 
   BlockStorage* store_;
   const Partition* partition_;
-  std::vector<uint32_t> stored_elements_;  // per cell; 0: none, or not known
+  std::vector<uint32_t> stored_elements_;  // per cell; 0: none or unknown
   SurfaceTable surfaces_;
   TreeShape shape_;
   const OcclusionDevice* device_;

@@ -1,4 +1,4 @@
-// The part of the pager that makes things of cells, or reads them.
+// The part of the pager that makes items from stored cells, or reads them.
 
 #include "base/check.h"
 #include "base/error.h"
@@ -22,8 +22,8 @@ constexpr std::string_view kWeightsPurpose = "what a cell sends at most";
 
 }  // namespace
 
-// The use of an item that `read` takes from the store if it is not there. Room
-// first, of `bytes()`: it is in nobody's charge while it is read.
+// Uses an item; if it is not in memory, `read` takes it from the store. Room of
+// `bytes()` is made first, because nothing charges the item while it is read.
 template <typename T, typename Bytes, typename Read>
 std::shared_ptr<T> CellPager::UseStored(ItemKey key,
                                         std::string_view what,
@@ -47,7 +47,8 @@ std::shared_ptr<T> CellPager::UseStored(ItemKey key,
 std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   const ItemKey key{ItemKind::kGeometry, cell.value};
   if (Find(key) == nullptr) {
-    // Room first: of what it is made of, and while it is made.
+    // Makes room first for the patches and for the work space of making
+    // geometry.
     MemoryCharge room =
         ReserveIfPossible(maker_.GeometryWorkBytes(cell), kGeometryPurpose);
     const CellPatches stored = ReadPatches(cell, {key.kind});
@@ -61,7 +62,8 @@ std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
   return Use<const CellGeometry>(key);
 }
 
-// Reads the patches of a cell, from which items of some kinds will be made.
+// Reads the patches of a cell, from which items of the kinds `made` will be
+// made.
 CellPatches CellPager::ReadPatches(CellId cell,
                                    std::initializer_list<ItemKind> made) {
   const uint64_t read_before = store_->Stats().bytes_read;
@@ -121,7 +123,7 @@ CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
 }
 
 void CellPager::MakeObstacles(CellId cell, const CellPatches& stored) {
-  // The patches too, while the obstacles are made of them.
+  // The room includes the patches while the obstacles are made from them.
   const size_t count = BlockerCount(stored);
   const uint64_t bytes = ShaftBlockers::BytesFor(count);
   MemoryCharge work =
@@ -134,7 +136,7 @@ void CellPager::MakeObstacles(CellId cell, const CellPatches& stored) {
 }
 
 void CellPager::MakeOccluder(CellId cell, const CellPatches& stored) {
-  // Embree charges the budget itself; this only makes the room.
+  // Embree charges the budget itself; MakeRoom here only makes the room.
   const uint64_t estimate = BlockersBuildBytes(BlockerCount(stored));
   MakeRoom(estimate, "the blockers of a cell");
   budget_->Release(estimate);
@@ -161,8 +163,8 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
         patches * sizeof(PatchGeometry));
     add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
   }
-  // What is pinned cannot be evicted when the process itself comes near the
-  // cap.
+  // Pinned items cannot be evicted when the memory of the process comes near
+  // the cap.
   need += build + budget_->ResidentBeyondCharges();
   uint64_t room = budget_->FreeBytes();
   for (auto it = items_.begin(); room < need && it != items_.end(); ++it) {
@@ -186,7 +188,7 @@ std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
   }
   if (const auto elements = items_.find({ItemKind::kElements, cell.value});
       elements != items_.end()) {
-    Drop(elements);  // what it shows may change from now on
+    Drop(elements);  // the tree may change from now on
   }
   const auto geometry = Geometry(cell);
   const auto& patches = geometry->patches;
@@ -240,7 +242,8 @@ std::shared_ptr<CoefficientArray> CellPager::Delta(CellId cell) {
   if (delta->Size() > 0 && delta->Size() < tree->Size()) {
     Reserve(bytes_for(tree->Size() - delta->Size()), kDeltaPurpose).Reset();
     GrowDelta(*tree, delta.get());
-    // In the store too, whether it was there or only here: the same bits.
+    // The grown delta must reach the store, whether the delta came from there
+    // or was only in memory: the bits are the same either way.
     MarkDeltaDirty(cell);
   }
   return delta;
@@ -268,7 +271,7 @@ std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
 std::shared_ptr<const SourceWeights> CellPager::Weights(CellId cell) {
   const ItemKey key{ItemKind::kWeights, cell.value};
   if (Find(key) == nullptr && !HasSourceWeights(*store_, cell)) {
-    RenewWeights(cell);  // nothing was sent yet but what is emitted
+    RenewWeights(cell);  // only emitted light was sent so far
   }
   const auto geometry = Geometry(cell);
   return UseStored<SourceWeights>(

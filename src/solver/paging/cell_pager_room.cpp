@@ -1,5 +1,5 @@
-// The part of the pager that makes room, and that keeps links where there is
-// room for them.
+// The part of the pager that makes room, and that keeps links in memory if
+// there is room for them.
 
 #include "solver/paging/cell_pager.h"
 
@@ -55,7 +55,7 @@ uint64_t CellPager::NextUseOf(ItemKey key) const {
   return 0;
 }
 
-// None where it is in use.
+// Returns no victim if the item is in use.
 CellPager::Victim CellPager::AsVictim(Items::iterator item) const {
   if (item == items_.end() || !item->second.use.expired()) {
     return {};
@@ -63,8 +63,8 @@ CellPager::Victim CellPager::AsVictim(Items::iterator item) const {
   return {item, true, {NextUseOf(item->first), clock_ - item->second.last_use}};
 }
 
-// Of the links, those that are needed last: right before the work's place in
-// the order of receivers and sources, which goes round.
+// The links that are needed last: those right before the work's place in the
+// order of receivers and sources, which is cyclic.
 CellPager::Items::iterator CellPager::LastLinks() {
   const auto first = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
   if (first == items_.end()) {
@@ -75,7 +75,7 @@ CellPager::Items::iterator CellPager::LastLinks() {
   return here == first ? std::prev(items_.end()) : std::prev(here);
 }
 
-// All but links, a heap.
+// Returns all victims except links, as a heap.
 std::vector<CellPager::Victim> CellPager::FindVictims() {
   std::vector<Victim> victims;
   const auto links = items_.lower_bound({ItemKind::kLinks, 0, 0, 0});
@@ -114,8 +114,8 @@ bool CellPager::EvictNeededFrom(uint64_t first_use,
   return true;
 }
 
-// What is evicted beyond what is needed now: to look for victims, and to give
-// memory back to the system, takes as long for one as for many.
+// The bytes evicted beyond those needed now: finding victims, and giving memory
+// back to the system, takes as long for one item as for many.
 uint64_t CellPager::EvictionMargin() const {
   constexpr uint64_t kMost = 4 << 20;
   constexpr uint64_t kParts = 256;
@@ -134,23 +134,23 @@ void CellPager::MakeRoom(uint64_t bytes, std::string_view what) {
   if (!budget_->TryCharge(bytes)) {
     const uint64_t wanted = bytes + EvictionMargin();
     EvictUntil([&] { return budget_->FreeBytes() >= wanted; });
-    budget_->Charge(bytes, what);  // throws, naming the least cap
+    budget_->Charge(bytes, what);  // may throw, naming the least cap
   }
   HoldResident(bytes);
 }
 
-// What is evicted may be of use for what is coming: only what is left of it
-// beyond that is given back.
+// Memory freed by eviction may serve what is coming. Only what is left of the
+// freed memory beyond that is given back to the system.
 void CellPager::HoldResident(uint64_t coming_bytes) {
   if (budget_->ResidentExcess(coming_bytes) <= accepted_excess_) {
     return;
   }
-  // Room for what is freed until the next time.
+  // Leaves room for memory that is freed before the next call.
   const uint64_t headroom = EvictionMargin();
   const auto excess_in_use = [&] {
     return budget_->InUseExcess(coming_bytes + headroom);
   };
-  bool is_gone = true;  // what was to be evicted
+  bool is_gone = true;  // whether eviction reached `wanted`
   while (is_gone && held_bytes_ > 0) {
     const uint64_t excess = excess_in_use();
     if (excess == 0) {
@@ -180,8 +180,8 @@ MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
   return fits ? MemoryCharge(*budget_, bytes, what) : MemoryCharge();
 }
 
-// Makes room for something that need not be kept: evicts only what is needed
-// later than that.
+// Makes room for an item that need not be kept in memory: evicts only items
+// that are needed later than `needed_at`.
 bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
   const auto is_resident_far = [&] {
     return budget_->ResidentExcess(bytes) <= accepted_excess_;
@@ -189,7 +189,7 @@ bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
   if (is_resident_far() && budget_->TryCharge(bytes)) {
     return true;
   }
-  // What is evicted stays resident until it is given back.
+  // Evicted memory stays resident until it is given back to the system.
   const auto has_room = [&](uint64_t wanted) {
     return budget_->FreeBytes() >= wanted &&
            budget_->InUseExcess(wanted) <= accepted_excess_;

@@ -1,6 +1,7 @@
-// The cells that stand between a receiver and a source while their links are
-// refined: all held in memory where they fit; else the two ends, and the others
-// one after the other as they are met (paged_blockers.h).
+// The cells between a receiver and a source while their links are refined. If
+// all of them fit in memory, all are held. Otherwise only the two ends are
+// held, and the others are paged in one after the other as rays and shafts meet
+// them (paged_blockers.h).
 
 #pragma once
 
@@ -17,15 +18,16 @@ namespace enfilade {
 
 class CellsBetween {
  public:
-  // `pager` and `gates` (Blockers::gates) are borrowed. Nothing is in memory
-  // yet.
+  // `pager` and `gates` (Blockers::gates) are borrowed. The constructor takes
+  // nothing into memory.
   CellsBetween(CellPager& pager,
                CellId receiver,
                const VisibleCell& source,
                std::vector<const ShaftBlockers*> gates);
 
-  // Takes them into memory unless they are: after it the blockers may be asked,
-  // and the pager by nobody else, until Release() or the end.
+  // Takes the cells into memory unless they are there. Until Release() or the
+  // end of this object, the blockers may be asked, and nobody else may ask the
+  // pager.
   void Hold();
   void Release();
 

@@ -20,7 +20,7 @@ NextUse::NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget)
   seers_.reserve(LoadVisibilitySummary(store).visible_pairs);
   first_.push_back(0);
   for (size_t i = 0; i < cells; ++i) {
-    // Visibility is symmetric: who sees the cell is whom it sees.
+    // Visibility is symmetric: the cells that see a cell are those it sees.
     for (const VisibleCell& v : LoadVisibleSet(store, CellId(i))) {
       Seer seer{};
       seer.cell = v.source.value & ((1U << 30) - 1);
@@ -48,7 +48,7 @@ std::span<const NextUse::Seer> NextUse::SeersOf(uint32_t cell) const {
                                    first_[cell + 1] - first_[cell]);
 }
 
-// From a cell on.
+// The part of the cell's list that begins at the cell `first`.
 std::span<const NextUse::Seer> NextUse::SeersFrom(uint32_t cell,
                                                   uint32_t first) const {
   const auto seers = SeersOf(cell);
@@ -92,7 +92,8 @@ bool NextUse::IsLinked(CellId receiver, CellId source) const {
   return SeerOf(source, receiver).gathers != 0;
 }
 
-// Where in the receiver's turn the source comes: itself last.
+// The place of the source in the receiver's turn; the receiver itself comes
+// last.
 uint64_t NextUse::Place(uint32_t receiver, uint32_t source) const {
   return source == receiver ? TurnLength() - 1 : source + uint64_t{1};
 }
@@ -133,7 +134,7 @@ bool NextUse::HasNews(uint32_t receiver, uint32_t source) const {
          (*rows_)[source].published > (*rows_)[receiver].processed;
 }
 
-// Whether the seer will have `cell` for a source when it has its turn.
+// Whether the seer will use `cell` as a source in its turn.
 bool NextUse::Gathers(const Seer& seer,
                       uint32_t cell,
                       bool is_next_sweep) const {
@@ -143,12 +144,13 @@ bool NextUse::Gathers(const Seer& seer,
   if (sweep_ == SweepKind::kRefine) {
     return !is_next_sweep || seer.gathers != 0;
   }
-  // A cell whose turn is still to come in this sweep may yet change.
+  // A cell whose turn is yet to come in this sweep may still change.
   return seer.gathers != 0 &&
          (HasNews(seer.cell, cell) || (is_next_sweep && cell > receiver_));
 }
 
-// Whether a cell that comes later in the sweep has something to gather then.
+// Whether a cell that comes later in this sweep will have something to gather
+// in its turn.
 bool NextUse::HasTurn(uint32_t cell) const {
   if (sweep_ == SweepKind::kRefine) {
     return true;
@@ -176,7 +178,7 @@ uint64_t NextUse::OfNews(CellId id) const {
   return sweep_ == SweepKind::kRefine ? next : std::min(AsSource(cell), next);
 }
 
-// In this sweep.
+// The distance to the cell's next use as a source in this sweep.
 uint64_t NextUse::AsSource(uint32_t cell) const {
   const uint64_t place = Place(receiver_, cell);
   for (const Seer& seer : SeersFrom(cell, receiver_)) {
@@ -226,7 +228,7 @@ uint64_t NextUse::OfBlockers(CellId id) const {
   if (in_turn != between_.end() && in_turn->first == cell) {
     return in_turn->second - place_;
   }
-  // A cell that has this one between itself and a source also sees it.
+  // If a cell has this one between itself and a source, it also sees this one.
   for (const Seer& seer : SeersFrom(cell, receiver_)) {
     if (between_.empty() && seer.cell == receiver_) {
       return 1;
@@ -245,7 +247,7 @@ uint64_t NextUse::OfLinks(CellId receiver, CellId source) const {
   }
   const bool is_ahead = receiver.value > receiver_ ||
                         (receiver.value == receiver_ && place > place_);
-  // Refinement replaces those that it comes to.
+  // Refinement replaces the links of the pairs that it comes to.
   if (sweep_ == SweepKind::kRefine && is_ahead) {
     return kNever;
   }

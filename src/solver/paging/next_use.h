@@ -1,10 +1,11 @@
-// When something is needed next. The order of the work is known: receivers come
-// by id, round and round, and each has its sources by id, itself last. So of
-// what is in memory that can go which is needed last (Belady 1966, "A study of
-// replacement algorithms").
+// Knows when something is needed next. The order of the work is fixed:
+// receivers come by id, sweep after sweep, and each receiver has its sources by
+// id, itself last. Of the items in memory, the one that is needed last can
+// therefore be evicted (Belady 1966, "A study of replacement algorithms").
 //
-// A sweep that refines links needs all pairs and what stands between them; one
-// that propagates needs pairs that have links and whose source has changed.
+// A sweep that refines links needs all pairs and what stands between their
+// cells. A sweep that propagates needs only the pairs that have links and whose
+// source has changed.
 
 #pragma once
 
@@ -29,27 +30,27 @@ class NextUse {
  public:
   static constexpr uint64_t kNever = std::numeric_limits<uint64_t>::max() / 2;
 
-  // Reads each visible set once, and which pairs have links.
+  // Reads each visible set once, and finds which pairs have links.
   NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget);
 
-  // What it holds of so many cells and visible pairs.
+  // The bytes that NextUse takes for these numbers of cells and visible pairs.
   static uint64_t BytesFor(size_t cells, uint64_t visible_pairs);
 
-  // Learns from these rows (borrowed) which cells have something new to send.
-  // Until it is called, all have.
+  // From now on, these rows (borrowed) say which cells have something new to
+  // send. Before this call, all cells do.
   void Watch(const std::vector<CellRow>& rows) { rows_ = &rows; }
 
-  // A sweep begins. No cell has its turn yet.
+  // A sweep begins; no cell has had its turn yet.
   void StartSweep(SweepKind kind) { sweep_ = kind; }
 
-  // The receiver's turn begins. `sources`: what it sees, for refinement; else
-  // it may be empty.
+  // The receiver's turn begins. `sources`: what the receiver sees, for
+  // refinement; otherwise it may be empty.
   void StartTurn(CellId receiver, std::span<const VisibleCell> sources);
 
   // The work is at this pair.
   void MoveTo(CellId receiver, CellId source);
 
-  // A source that is the receiver itself, which comes last.
+  // Stands for a source that is the receiver itself, which comes last.
   static constexpr uint32_t kItself = std::numeric_limits<uint32_t>::max();
 
   // The pair that the work is at: receiver, and source or kItself.
@@ -62,44 +63,47 @@ class NextUse {
 
   [[nodiscard]] bool IsLinked(CellId receiver, CellId source) const;
 
-  // What a cell sees, itself included, ascending.
+  // The cells that a cell sees, including itself, in ascending order.
   [[nodiscard]] std::vector<CellId> SeenFrom(CellId cell) const;
 
-  // Distance to the next use, in units that only compare; 0: in use now. This
-  // one is of the geometry of a cell.
+  // The distance to the next use of a cell's geometry, in units that serve only
+  // for comparison; 0: in use now. The functions below return the same for
+  // other things.
   [[nodiscard]] uint64_t OfCell(CellId id) const;
 
-  // Of its tree: in propagation a source does with its elements.
+  // The same for a cell's tree: in propagation a source needs only its
+  // elements.
   [[nodiscard]] uint64_t OfTree(CellId id) const {
     return sweep_ == SweepKind::kPropagate ? OfTurn(id) : OfCell(id);
   }
 
-  // Of what it sends at most: it is a source in refinement.
+  // The same for a cell's source weights: used when the cell is a source in
+  // refinement.
   [[nodiscard]] uint64_t OfWeights(CellId id) const {
     return sweep_ == SweepKind::kRefine ? OfCell(id) : kNever;
   }
 
-  // Of its elements and what they have sent last: it is a source in
+  // The same for a cell's elements and delta: used when the cell is a source in
   // propagation.
   [[nodiscard]] uint64_t OfNews(CellId id) const;
 
-  // Of what a cell has received: its next turn.
+  // The same for what a cell has received: used in the cell's next turn.
   [[nodiscard]] uint64_t OfTurn(CellId id) const;
 
-  // Of what stands in a cell.
+  // The same for the blockers of a cell.
   [[nodiscard]] uint64_t OfBlockers(CellId id) const;
 
-  // Of the links of a pair: those of a cell with itself come again and again
-  // while its light is balanced.
+  // The same for the links of a pair. The links of a cell with itself are used
+  // again and again while its light is balanced.
   [[nodiscard]] uint64_t OfLinks(CellId receiver, CellId source) const;
 
  private:
-  // An entry of a cell's list: a cell that sees it, and which of the two has
-  // links from the other.
+  // An entry of a cell's list: a cell that sees it, and which of the two cells
+  // has links from the other.
   struct Seer {
     uint32_t cell : 30;
-    uint32_t gathers : 1;  // it has links from the list's cell
-    uint32_t sends : 1;    // the list's cell has links from it
+    uint32_t gathers : 1;  // this cell has links from the list's cell
+    uint32_t sends : 1;    // the list's cell has links from this cell
   };
 
   [[nodiscard]] bool See(CellId cell, CellId seer) const;
@@ -116,7 +120,7 @@ class NextUse {
 
   [[nodiscard]] uint64_t Place(uint32_t receiver, uint32_t source) const;
 
-  // To a place in the turn that comes after so many.
+  // The distance to a place in the turn that comes after this many turns.
   [[nodiscard]] uint64_t Distance(uint64_t turns, uint64_t place) const {
     return turns * TurnLength() + place - place_;
   }
@@ -130,15 +134,15 @@ class NextUse {
   [[nodiscard]] uint64_t AsSourceInNextSweep(uint32_t cell) const;
 
   std::vector<uint32_t> first_;  // by cell: where its list begins
-  std::vector<Seer> seers_;      // those of a cell ascending, itself included
+  std::vector<Seer> seers_;      // lists, ascending, with the cell itself
   MemoryCharge charge_;
   const std::vector<CellRow>* rows_ = nullptr;
   SweepKind sweep_ = SweepKind::kRefine;
   uint32_t receiver_ = 0;
   uint32_t source_ = 0;
-  uint64_t place_ = 0;  // of the pair in the turn
-  // Cells between the receiver and its sources, each with the place of the
-  // source in the turn. Empty where the budget has no room for them.
+  uint64_t place_ = 0;  // of the current pair in the turn
+  // The cells between the receiver and its sources, each with the place of the
+  // source in the turn. Empty if the budget has no room for them.
   std::vector<std::pair<uint32_t, uint32_t>> between_;
   MemoryBudget* budget_;
   MemoryCharge between_charge_;

@@ -6,7 +6,7 @@
 namespace enfilade {
 namespace {
 
-// Some segments of a packet, and where they stand in it.
+// Some segments of a packet, and their lanes in that packet.
 struct Part {
   SegmentPacket packet;
   std::array<uint8_t, 16> lane{};
@@ -28,7 +28,7 @@ struct Passage {
   float begin = 0;
   float end = 1;
 
-  // Cuts it to what lies between two planes across an axis.
+  // Clips the passage to the part between two planes across an axis.
   void Clip(float from, float to, float low, float high) {
     const float d = to - from;
     if (d == 0) {

@@ -1,6 +1,6 @@
-// What stands in cells that do not fit in memory at once: each is paged in when
-// a ray or a shaft meets its box. Slower than to hold them all, with the same
-// answers.
+// The blockers of cells that do not fit in memory at once: a cell is paged in
+// when a ray or a shaft meets its box. PagedBlockers gives the same answers as
+// holding all cells, but more slowly.
 
 #pragma once
 
@@ -22,12 +22,12 @@ class PagedBlockers : public DistantBlockers {
  public:
   explicit PagedBlockers(CellPager& pager) : pager_(&pager) {}
 
-  // Which cells they are; the pager must know them.
+  // Sets the cells; the pager must know them.
   void Assign(const std::vector<CellId>& cells);
 
-  // Thread-safe while nobody else asks the pager; one thread at a time, so that
-  // one cell at a time must be in memory. DoesNotFitError if there is no room
-  // for a cell.
+  // Thread-safe while nobody else asks the pager. Only one thread at a time
+  // uses the pager, so only one cell at a time must be in memory. Throws
+  // DoesNotFitError if there is no room for a cell.
   uint32_t Occlude(const SegmentPacket& packet, uint32_t blocked) override;
   bool LeaveEmpty(const Shaft& shaft) override;
   ShadowSum SumOfShadows(const CastShadow& shadow, uint64_t enough) override;

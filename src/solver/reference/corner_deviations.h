@@ -1,6 +1,6 @@
-// How far radiosity is from even within each panel, by the corners that it
-// shares with its neighbours: what tells progressive radiosity with
-// substructuring where to split (Cohen, Chen, Wallace and Greenberg 1988).
+// How much the radiosity varies within each panel, by the corners that the
+// panel shares with its neighbours. Progressive radiosity with substructuring
+// splits panels by this measure (Cohen, Chen, Wallace and Greenberg 1988).
 
 #pragma once
 

@@ -43,8 +43,9 @@ Projection ProjectionNamed(const std::string& name) {
   return name == "galerkin" ? Projection::kGalerkin : Projection::kCollocation;
 }
 
-// A_j h_i h_j / (pi r^4) of the heights of each center above the plane of the
-// other end; that above the source is raised to `least_height`.
+// A_j h_i h_j / (pi r^4), where h_i and h_j are the heights of each center
+// above the plane of the other end. The height above the source is raised to
+// `least_height`.
 float BetweenCenters(const TransferEnd& receiver,
                      const TransferEnd& source,
                      float least_height) {
@@ -56,7 +57,7 @@ float BetweenCenters(const TransferEnd& receiver,
   return source.area * above_receiver * above_source * kInversePi / (r2 * r2);
 }
 
-// Close for the size of either.
+// Whether the ends are close for the size of either one.
 bool AreNear(const TransferEnd& a, const TransferEnd& b) {
   return IsNear(a, b) || IsNear(b, a);
 }

@@ -1,5 +1,5 @@
-// The kinds of form factors that the reference methods compare, and those of
-// them that have a formula. Occlusion is not in these.
+// The kinds of form factors that the reference methods compare, and the
+// formulas of the kinds that have one. The formulas leave out occlusion.
 //
 //   paper                      here                (W: Willmott, Heckbert 1997)
 //   F_ij (W, eq. 4)            PointToPoint
@@ -7,8 +7,8 @@
 //   E_ij (W, eq. 6)            ModifiedEstimate
 //   FormFactor (W, 2.1)        SwitchOver
 //
-// All are of a receiver i to a source j: the share of i's hemisphere that j
-// fills.
+// Each is the form factor from a receiver i to a source j: the share of i's
+// hemisphere that j fills.
 
 #pragma once
 
@@ -22,7 +22,7 @@ namespace enfilade {
 enum class FormFactorKind : uint8_t {
   kExact,       // polygons where close, Gauss points elsewhere
   kPoint,       // between the centers
-  kPolygon,     // of the receiver's center to the source
+  kPolygon,     // from the receiver's center to the source
   kSwitch,      // point, and polygon where the source looks large
   kHemicube,    // pixels about the center (panel_rays.h)
   kMonteCarlo,  // random rays (panel_rays.h)
@@ -37,10 +37,10 @@ struct FormFactorOptions {
   FormFactorKind kind = FormFactorKind::kExact;
   Projection projection = Projection::kGalerkin;
 
-  // A_i F_ij = A_j F_ji to the last bit.
+  // Whether A_i F_ij = A_j F_ji to the last bit.
   [[nodiscard]] bool AreSymmetric() const;
 
-  // Found by rays that stop at what they hit first, a whole row at once.
+  // Whether rays that stop at their first hit find a whole row at once.
   [[nodiscard]] bool AreTraced() const;
 };
 
@@ -52,18 +52,19 @@ float PointToPoint(const TransferEnd& receiver, const TransferEnd& source);
 // Zero where the center lies behind the source.
 float CenterToPolygon(const TransferEnd& receiver, const TransferEnd& source);
 
-// PointToPoint where the source is not seen edge-on. There it does not go to
-// zero as PointToPoint does, though the source may be close.
+// Like PointToPoint unless the source is seen edge-on. Seen edge-on, a source
+// may be close although PointToPoint goes to zero; this estimate does not go to
+// zero there.
 float ModifiedEstimate(const TransferEnd& receiver, const TransferEnd& source);
 
-// PointToPoint where the estimate is below a hundredth, else CenterToPolygon.
-// On the axis of a disk with estimate E the form factor is E / (1 + E), so that
-// the switch costs about a percent; it comes at 5.6 edges of a square source
-// that is faced.
+// PointToPoint if ModifiedEstimate is below a hundredth, else CenterToPolygon.
+// On the axis of a disk with estimate E the form factor is E / (1 + E), so the
+// switch costs about a percent. For a square source that is faced, the switch
+// is at a distance of 5.6 edges.
 float SwitchOver(const TransferEnd& receiver, const TransferEnd& source);
 
-// Of the receiver's center by what `exact` uses: the polygon where the ends are
-// close, else the source's Gauss points.
+// The form factor from the receiver's center, computed as `exact` does: by the
+// polygon if the ends are close, else by the source's Gauss points.
 float ExactFromCenter(const TransferEnd& receiver, const TransferEnd& source);
 
 }  // namespace enfilade

@@ -4,7 +4,7 @@ namespace enfilade {
 namespace {
 
 constexpr uint64_t kMonteCarloStream = 0x3c4a7;
-// Of one row: its rays, what they meet, and the panels by their places.
+// Bytes for one row: its rays, their hits, and the panels by their places.
 constexpr uint64_t kIndexBytesPerPanel = 128;
 constexpr uint64_t kTracedRowBytes =
     3 * kHemicubePixels * kHemicubePixels *

@@ -27,11 +27,11 @@ class FormFactors {
 
   [[nodiscard]] const FormFactorOptions& Options() const { return options_; }
 
-  // A_i F_ij, m2, as i sees j. Not of kinds that are traced. Thread-safe.
+  // A_i F_ij, m2, as i sees j. Requires a kind that is not traced. Thread-safe.
   [[nodiscard]] float Exchange(const Panel& i, const Panel& j) const;
 
-  // A_i F_ij of one panel to all that the index has, by their numbers. Of kinds
-  // that are traced alone; from one thread at a time.
+  // A_i F_ij, m2, from one panel to all panels of the index, by their numbers.
+  // Requires a kind that is traced. Not thread-safe.
   [[nodiscard]] std::vector<float> TraceRow(const Panel& i,
                                             const PanelIndex& panels);
 

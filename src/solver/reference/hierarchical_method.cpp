@@ -20,7 +20,8 @@ namespace {
 constexpr float kPartialShare = 0.15F;
 // Elements are not split below this share of the scene's longest edge.
 constexpr float kLeastEdgeShare = 1.0F / 512;
-// The end is where a pass changes this much of what the first one did.
+// The passes end when one changes no more than this share of what the first
+// pass changed.
 constexpr double kChangeRatio = 1e-4;
 constexpr uint64_t kMostPasses = 300;
 
@@ -30,10 +31,10 @@ struct HierarchicalLink {
   uint32_t source_patch = 0;  // of all cells
   ElementId receiver;
   ElementId source;
-  bool made = false;  // what follows is known
+  bool made = false;  // the members below are known
   bool dropped = false;
-  bool abut = false;       // may: only then are children asked
-  bool inherited = false;  // the share holds for all below
+  bool abut = false;       // may abut; else children do not, either
+  bool inherited = false;  // the share holds for all links below
   SeenShare share;
   std::vector<float> kernel;  // [receiver node][source node]
 };
@@ -130,7 +131,7 @@ void Hierarchy::Gather() {
   });
 }
 
-// The change of the radiosity, W.
+// Returns the change of the radiosity, W.
 double Hierarchy::PushAndPull() {
   double change = 0;
   for (size_t c = 0; c < solution_.trees.size(); ++c) {
@@ -146,7 +147,7 @@ double Hierarchy::PushAndPull() {
   return change;
 }
 
-// Every link at most once. False: none was worse than epsilon.
+// Splits every link at most once. Returns false if no link was split.
 bool Hierarchy::Refine() {
   std::vector<std::vector<Verdict>> verdicts(links_.size());
   ParallelFor(links_.size(), [&](size_t patch) {
@@ -206,7 +207,7 @@ void Hierarchy::AddLight(const HierarchicalLink& link,
   }
 }
 
-// From all patches that send light to all that reflect it.
+// Links all patches that send light to all patches that reflect light.
 void Hierarchy::LinkPatches() {
   const auto count = static_cast<uint32_t>(links_.size());
   std::vector<size_t> pairs(count);
@@ -308,7 +309,7 @@ void Hierarchy::AppendChildren(uint32_t receiver,
   }
 }
 
-// All links that are not made yet.
+// Makes all links that are not made yet.
 void Hierarchy::MakeLinks() {
   size_t count = 0;
   for (const auto& links : links_) {

@@ -1,7 +1,7 @@
 // Hierarchical wavelet radiosity as Willmott and Heckbert ran it (1997, 2.4):
-// in core, patch by patch without clusters, links refined until an oracle says
-// that none is worse than epsilon. It is what the solver's own choices are
-// compared with; the solver itself is solver/engine.h.
+// in core, without clusters of patches, with links refined until an oracle
+// finds none worse than epsilon. The solver's own choices are compared with
+// this method; the solver itself is solver/engine.h.
 //
 //   paper        here                       unit
 //   B            CellTree::Sent             W/m2
@@ -31,11 +31,11 @@ struct HierarchicalSolution {
   uint64_t links = 0;                      // that bring light
   uint64_t passes = 0;
   double residual = 0;   // the last pass's change over the reflected power
-  bool complete = true;  // settled within the most passes
+  bool complete = true;  // settled within the allowed passes
 };
 
-// The basis is borrowed by the trees. DoesNotFitError when the links do not fit
-// the budget, which shows only as they are made.
+// The trees borrow the basis. Throws DoesNotFitError if the links do not fit
+// the budget, which is known only while they are made.
 HierarchicalSolution SolveByHierarchy(const ReferenceScene& scene,
                                       const Basis& basis,
                                       const HierarchicalOptions& options,

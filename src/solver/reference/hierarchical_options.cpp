@@ -38,7 +38,7 @@ constexpr std::array<Name<OracleKind>, 4> kOracles = {{
     {"transfer", OracleKind::kTransfer},
 }};
 
-// `usual` if the name is empty.
+// Returns `usual` if the name is empty.
 template <typename Kind>
 Kind KindNamed(const char* option,
                const std::string& name,

@@ -1,6 +1,6 @@
-// What the hierarchical method of the study of 1997 can be told to do in more
-// than one way: how visibility is found, what is done where the kernel is
-// singular, and what decides that a link is good enough.
+// The options of the hierarchical method of the study of 1997: how visibility
+// is found, how a singular kernel is treated, and which oracle decides that a
+// link is good enough.
 //
 //   paper                       here
 //   vis1 (W, 2.6)               VisibilityMode::kRay
@@ -23,7 +23,7 @@ namespace enfilade {
 enum class VisibilityMode : uint8_t {
   kRay,         // one ray between the centers
   kFractional,  // the share of 16 jittered rays, for the whole link
-  kTriage,      // likewise; none or all of them is so for all below as well
+  kTriage,      // likewise; links below inherit a share of 0 or 1
   kQuadrature,  // one ray for each pair of nodes
   kStratified,  // one ray for each pair of parts, random: the solver's own
 };
@@ -31,15 +31,15 @@ enum class VisibilityMode : uint8_t {
 enum class SingularRule : uint8_t {
   kNone,      // nothing: plain quadrature
   kSwitch,    // from centers to polygons where a source looks large
-  kFlatlets,  // of touching ends, transfers between flatlets: C-C
-  kNear,      // exact rows or columns of close ends: the solver's own
+  kFlatlets,  // touching ends: transfers between flatlets (C-C)
+  kNear,      // close ends: exact rows or columns; the solver's own
 };
 
 enum class OracleKind : uint8_t {
   kFormFactor,  // the larger form factor of both ends
   kPower,       // the power that goes over the link
   kPolynomial,  // how far the kernel is from a polynomial, times that power
-  kTransfer,    // what the receiver gets beyond its basis: the solver's own
+  kTransfer,    // light beyond the basis of the ends: the solver's own
 };
 
 struct HierarchicalOptions {
@@ -49,8 +49,9 @@ struct HierarchicalOptions {
   OracleKind oracle = OracleKind::kPower;
 };
 
-// What is not given is as the study had it for the basis. Throws UsageError
-// where a name is unknown or does not go with the basis.
+// Options that are not given are as in the study for this basis. Throws
+// UsageError if a name is unknown or does not fit the basis, or if epsilon is
+// not above 0.
 HierarchicalOptions HierarchicalOptionsOf(const MethodOptions& method,
                                           const std::string& basis);
 

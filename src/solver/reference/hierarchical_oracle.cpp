@@ -15,7 +15,8 @@ float HeightOver(const TransferEnd& plane, Vec3f p) {
   return Dot(p - plane.center, plane.patch->normal);
 }
 
-// The size of an end as the other one sees it, times their squared distance.
+// The solid angle of an end as the other end sees it, times their distance
+// cubed.
 float ProjectedArea(const TransferEnd& end, const TransferEnd& seen_from) {
   return end.area * std::max(0.0F, HeightOver(end, seen_from.center));
 }

@@ -1,6 +1,6 @@
-// How wrong a link of the hierarchical method would be: the oracles of the
-// study of 1997 and the solver's own, each of a unit of its own, so that equal
-// epsilons do not mean equal work.
+// The oracles that estimate the error of a link of the hierarchical method:
+// those of the study of 1997 and the solver's own. Each has its own unit, so
+// equal epsilons do not mean equal work.
 //
 //   paper                            here
 //   F (W, eq. 6; of its oracle)      FormFactorEstimate
@@ -38,22 +38,22 @@ struct CandidateLink {
   const NodeEnd& receiver;
   const NodeEnd& source;
   std::span<const float> radiosity;  // of the source, [channel][node], W/m2
-  float detail = 0;                  // what its children have beyond that
+  float detail = 0;                  // what the source's children add
 };
 
 struct LinkError {
   float error = 0;
-  bool source_is_worse = false;  // that end is to be split
+  bool source_is_worse = false;  // the source is to be split
 };
 
-// W's eq. 6 with both heights raised to half the size of the larger end, so
-// that it is zero nowhere where light may pass; at most 1.
+// W's eq. 6 with both heights raised to half the diameter of the larger end, so
+// that the estimate is above 0 wherever light may pass; at most 1.
 float FormFactorEstimate(const TransferEnd& receiver,
                          const TransferEnd& source);
 
 class HierarchicalOracle {
  public:
-  // All light of the scene: what errors are shares of.
+  // The light of the whole scene, to which errors are relative.
   struct Light {
     double emitted_power = 0;  // W, mean of the channels
     double area = 0;           // of all patches, m2

@@ -9,9 +9,9 @@
 
 namespace enfilade {
 
-// Writes the solution as the wavelet solver does, committed at the end alone: a
-// run that was stopped begins anew. It does not know its error, which is
-// reported as 1.
+// Writes the solution in the form of the wavelet solver and commits only at the
+// end, so a run that was stopped begins anew. The method does not know its
+// error and reports 1.
 void SolveHierarchically(BlockStorage& store,
                          const SolveOptions& options,
                          MemoryBudget& budget);

@@ -7,7 +7,7 @@
 namespace enfilade {
 namespace {
 
-// Points nearer than this share of the shorter edge are one.
+// Points nearer than this share of the shorter edge count as one.
 constexpr float kTouch = 1e-3F;
 
 struct Edge {
@@ -56,7 +56,8 @@ NodeKernel BetweenCells(const Coupling& coupling,
   return kernel;
 }
 
-// to_g = sum over h of the coefficient g of function h of `from`.
+// change[g][h] is the coefficient g, in the basis `to`, of function h of
+// `from`.
 NodeKernel ChangeOf(const ShapeBasis& to, const ShapeBasis& from) {
   NodeKernel change{};
   for (size_t g = 0; g < to.NodeCount(); ++g) {

@@ -1,5 +1,5 @@
-// The unoccluded transfer of a link between two elements, by what is done where
-// the kernel is singular.
+// The unoccluded transfer of a link between two elements, by the chosen rule
+// for singular kernels.
 //
 //   paper   here
 //   K_gq    NodeKernel: irradiance of receiver node g per radiosity of source
@@ -18,15 +18,15 @@
 
 namespace enfilade {
 
-// They share a part of an edge that is not a point.
+// Whether two ends share a part of an edge that is more than a point.
 bool AbutAlongEdge(const TransferEnd& a, const TransferEnd& b);
 
-// The part of an element that cell i of a flat basis covers; of other bases the
-// whole element.
+// The part of an element that cell i of a flat basis covers; for other bases
+// the whole element.
 TransferEnd CellOf(const NodeEnd& end, size_t i);
 
-// Two ends with the nodes between which their transfer is made: those of the
-// basis, or of the flatlets in its stead.
+// Two ends with the nodes between which their transfer is computed: the nodes
+// of the basis, or those of the flatlets instead.
 struct Coupling {
   NodeEnd receiver;
   NodeEnd source;
@@ -51,14 +51,14 @@ class HierarchicalTransfer {
   // K_gq between the nodes of the coupling, at [g * kMaxNodes + q].
   [[nodiscard]] NodeKernel Unoccluded(const Coupling& coupling) const;
 
-  // From the coupling's nodes to those of the basis.
+  // Converts the kernel from the coupling's nodes to those of the basis.
   [[nodiscard]] NodeKernel InBasis(const Coupling& coupling,
                                    const NodeKernel& kernel) const;
 
  private:
   const Basis& basis_;
   SingularRule rule_;
-  std::optional<Basis> flatlets_;  // of the same order; of C-C beyond Haar
+  std::optional<Basis> flatlets_;  // of the same order; for C-C beyond Haar
   std::array<NodeKernel, 2> to_nodes_{};     // R, by shape
   std::array<NodeKernel, 2> to_flatlets_{};  // S, likewise
 };

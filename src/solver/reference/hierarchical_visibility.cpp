@@ -18,7 +18,8 @@ constexpr uint64_t kPartStream = 0x9a27;
 
 using Order = std::array<uint32_t, kGridCells>;
 
-// Which cell of the source's grid goes with each of the receiver's.
+// The cells of the source's grid in random order: one for each cell of the
+// receiver's grid.
 Order RandomOrder(Random* random) {
   Order order;
   std::iota(order.begin(), order.end(), 0U);
@@ -93,7 +94,7 @@ void HierarchicalVisibility::Mask(const Coupling& coupling,
   }
 }
 
-// A pair that exchanges nothing needs no ray.
+// Traces one ray for each pair of nodes that exchanges light.
 void HierarchicalVisibility::MaskByNodes(const Coupling& coupling,
                                          NodeKernel* kernel) const {
   SegmentPacket packet;
@@ -121,8 +122,8 @@ void HierarchicalVisibility::MaskByNodes(const Coupling& coupling,
   trace();
 }
 
-// Pairs of parts that do not face each other count as seen: their kernel says
-// what they exchange.
+// Pairs of parts that do not face each other count as seen, since their kernel
+// already says what they exchange.
 void HierarchicalVisibility::MaskByParts(const Coupling& coupling,
                                          uint64_t key,
                                          NodeKernel* kernel) const {

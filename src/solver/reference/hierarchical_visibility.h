@@ -1,5 +1,5 @@
-// What stands between the ends of a link, in the ways of the study of 1997 and
-// in the solver's own.
+// The visibility between the ends of a link, found in the ways of the study of
+// 1997 and in the solver's own.
 //
 //   paper          here
 //   Vis1, Vis16    Share
@@ -16,12 +16,12 @@
 
 namespace enfilade {
 
-// The rays between two panels, of those whose ends face each other.
+// The rays between two panels; only rays whose ends face each other count.
 struct SeenShare {
   uint32_t rays = 0;
   uint32_t seen = 0;
 
-  // Where no points face each other nothing is known to stand in between.
+  // 1 if no points face each other, since nothing is known to block them.
   [[nodiscard]] float Value() const {
     return rays == 0 ? 1 : static_cast<float>(seen) / static_cast<float>(rays);
   }
@@ -35,17 +35,18 @@ class HierarchicalVisibility {
   HierarchicalVisibility(const ReferenceScene& scene, VisibilityMode mode)
       : scene_(scene), mode_(mode) {}
 
-  // Panels below inherit a share of none or all.
+  // Whether links below inherit a share of none or all.
   [[nodiscard]] bool IsInherited() const {
     return mode_ == VisibilityMode::kTriage;
   }
 
-  // What decides on refinement; of kRay by one ray, else by 16. Thread-safe.
+  // The share that decides on refinement: by one ray for kRay, else by 16 rays.
+  // Thread-safe.
   [[nodiscard]] SeenShare Share(const Panel& receiver,
                                 const Panel& source) const;
 
-  // The kernel between the nodes of the coupling becomes what gets through.
-  // Thread-safe.
+  // Multiplies the kernel between the nodes of the coupling by their
+  // visibility. Thread-safe.
   void Mask(const Coupling& coupling,
             const SeenShare& share,
             uint64_t key,

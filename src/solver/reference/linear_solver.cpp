@@ -14,8 +14,8 @@ double RelativeResidual(const RadiositySystem& system,
   return rhs > 0 ? (system.rhs - system.Apply(z)).norm() / rhs : 0;
 }
 
-// One sweep: every unknown in turn from the newest values of the others.
-// omega = 1 is Gauss-Seidel, above 1 is successive overrelaxation.
+// Every sweep updates each unknown in turn from the newest values of the
+// others. omega = 1 is Gauss-Seidel, above 1 is successive overrelaxation.
 LinearResult Relax(const RadiositySystem& system,
                    double omega,
                    const LinearOptions& options) {
@@ -95,8 +95,8 @@ LinearResult SolveLinear(const RadiositySystem& system,
                    options.solver == "sor" ? options.overrelaxation : 1.0,
                    options);
   }
-  // The true residual of conjugate gradients may end a little above the one
-  // that they carry along.
+  // The true residual of conjugate gradients may end a little above the
+  // residual that they update from step to step.
   result.converged = result.residual <= 2 * options.tolerance;
   return result;
 }

@@ -7,8 +7,8 @@
 //                                       rows of F sum to at most 1, rho < 1
 //
 // The paper ran conjugate gradients on the unsymmetric I - rho F and could not
-// say why that worked; symmetrised it is conjugate gradients as they should be.
-// On z, Gauss-Seidel and SOR take the same steps as on B.
+// say why that worked; the symmetrised system is one that conjugate gradients
+// are made for. Gauss-Seidel and SOR take the same steps on z as on B.
 
 #pragma once
 

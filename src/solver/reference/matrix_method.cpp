@@ -13,12 +13,14 @@ namespace {
 
 using Index = Eigen::Index;
 
-// Rows that are made at once, between two looks at the stop request.
+// Rows that are made in parallel between two checks for a stop request.
 constexpr size_t kRowGroup = 64;
-// Twice the entries: the upper half as it is made, then the matrix.
+// Bytes for a facing pair: two entries of the matrix, and one or two entries of
+// the rows that it is made from (of its upper half if it is symmetric).
 constexpr uint64_t kBytesPerPair = 2 * 8 + 8;
 constexpr uint64_t kBytesPerUnsymmetricPair = 2 * 8 + 2 * 8;
-// The scaling of row sums ends when all are this near to what they should be.
+// The scaling of row sums ends when all sums are within kHeld of their target,
+// or after kMostHoldPasses; a pass scales by at most kMostScale.
 constexpr int kMostHoldPasses = 200;
 constexpr double kHeld = 1e-6;
 constexpr double kMostScale = 2;
@@ -101,7 +103,8 @@ std::vector<std::vector<Entry>> TraceRows(const ReferenceScene& scene,
   return rows;
 }
 
-// By rows from above, so that every row is filled from left to right.
+// Inserts the rows from the top down, so that every row, mirrored entries
+// included, is filled from left to right.
 ExchangeMatrix MatrixOf(const std::vector<std::vector<Entry>>& rows,
                         bool mirror) {
   Eigen::VectorXi counts =

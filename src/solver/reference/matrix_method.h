@@ -13,18 +13,18 @@
 
 namespace enfilade {
 
-// G_ij = A_i F_ij of all panels, m2. DoesNotFitError, naming the least cap,
-// before any work if the budget does not hold them.
+// G_ij = A_i F_ij of all panels, m2. Throws DoesNotFitError, which names the
+// least cap, before any work if the budget does not hold the matrix.
 ExchangeMatrix MakeExchangeMatrix(const ReferenceScene& scene,
                                   FormFactors& form_factors,
                                   const std::vector<Panel>& panels,
                                   const RunControl& control,
                                   MemoryBudget& budget);
 
-// Holds the row sums of F to 1 where a panel is enclosed, and to at most 1
-// elsewhere, by G_ij <- d_i d_j G_ij, which keeps reciprocity. Errors of
-// quadrature and of sampled visibility would otherwise make or lose light at
-// every bounce.
+// Scales the row sums of F to 1 for enclosed panels and to at most 1 for
+// others, by G_ij <- d_i d_j G_ij, which keeps reciprocity, or by G_ij <- d_i
+// G_ij if the matrix is not symmetric. Errors of quadrature and of sampled
+// visibility would otherwise make or lose light at every bounce.
 void HoldRowSums(const ReferenceScene& scene,
                  const std::vector<Panel>& panels,
                  bool symmetric,

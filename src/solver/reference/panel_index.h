@@ -16,8 +16,8 @@ class PanelIndex {
   // The scene is borrowed.
   explicit PanelIndex(const ReferenceScene& scene) : scene_(&scene) {}
 
-  // Panels of one patch are cut into as many strips, below them as they like,
-  // and do not overlap.
+  // Adds a panel. All panels of one patch must be cut into the same number of
+  // strips and must not overlap; each strip may be cut further in any way.
   void Add(const Panel& panel, size_t number);
 
   // One more than the largest number.

@@ -22,8 +22,8 @@ float PixelCenter(size_t k) {
          1;
 }
 
-// cos cos' dA / (pi r^2) of a pixel that the ray to (a, b) at distance 1 from
-// the center meets, where cos' = 1 / r and cos = height / r.
+// cos cos' dA / (pi r^2) of the pixel at (a, b) on a face at distance 1 from
+// the center, where cos' = 1 / r and cos = height / r.
 float DeltaFormFactor(float a, float b, float height) {
   constexpr float kEdge = 2 / static_cast<float>(kHemicubePixels);
   const float r2 = a * a + b * b + 1;

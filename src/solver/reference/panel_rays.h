@@ -1,5 +1,6 @@
-// Rays from a panel whose shares of the panel's hemisphere are known: what they
-// hit says the panel's form factors to all others at once, occlusion included.
+// Rays from a panel with known shares of the panel's hemisphere. Their hits
+// give the panel's form factors to all other panels at once, occlusion
+// included.
 //
 //   paper      here
 //   delta F    PanelRay::share: of the cosine-weighted hemisphere
@@ -22,7 +23,7 @@ namespace enfilade {
 struct PanelRay {
   Vec3f from;       // on the panel, m
   Vec3f direction;  // above it; any length
-  float share = 0;  // of all rays of a panel sum to 1
+  float share = 0;  // the shares of a panel's rays sum to 1
 };
 
 // Pixels along the edge of a hemicube, which has 3 N^2 in all.
@@ -30,15 +31,15 @@ inline constexpr size_t kHemicubePixels = 64;
 // Rays from a panel by montecarlo.
 inline constexpr size_t kCosineRays = 4096;
 
-// Through the centers of the pixels of a hemicube about the center of the
+// Rays through the centers of the pixels of a hemicube about the center of the
 // panel: the top and the upper halves of four sides, aligned with the panel's
-// first edge. The shares sum to 1 but for the midpoint rule (1e-4).
+// first edge. The shares sum to 1 up to the error of the midpoint rule (1e-4).
 std::vector<PanelRay> HemicubeRays(const TransferEnd& end);
 
-// From random points of the panel.
+// Cosine-distributed rays from random points of the panel.
 std::vector<PanelRay> CosineRays(const TransferEnd& end, uint64_t key);
 
-// From its center.
+// Cosine-distributed rays from the center of the panel.
 std::vector<PanelRay> CosineRaysFromCenter(const TransferEnd& end,
                                            uint64_t key);
 

@@ -8,8 +8,8 @@
 namespace enfilade {
 namespace {
 
-// Of two trees below a and b, which lie on the same part of a patch: the
-// integral of the squared difference per area of that part.
+// The mean squared difference of two trees below their elements a and b, which
+// lie on the same part of a patch.
 double MeanSquare(const CellTree& tree_a,
                   ElementId a,
                   const CellTree& tree_b,

@@ -176,7 +176,7 @@ double ReferenceScene::LongestEdge() const {
 ReferenceScene::Cuts ReferenceScene::CutsFor(size_t patch,
                                              double longest_edge) const {
   const PatchGeometry& p = patches_[patch];
-  // A hair of tolerance: edges that should be equal are not, in floats.
+  // The tolerance is for edges that should be equal but differ in floats.
   const auto halvings = [&](double edge) {
     size_t count = 0;
     for (edge *= 0.9999; edge > longest_edge && count < kMaxLevel; ++count) {
@@ -269,7 +269,8 @@ std::vector<ElementPath> ReferenceScene::TreePaths(const Panel& panel) const {
   if (panel.strip == 0) {
     return {panel.path};
   }
-  // Squares of the patch's coordinates that are as short as the panel is.
+  // Covers the panel with squares in patch coordinates whose side is the
+  // panel's shorter side.
   const PanelRect rect = RectOf(panel);
   const float size =
       std::min(rect.a_high - rect.a_low, rect.b_high - rect.b_low);
@@ -312,7 +313,7 @@ float ReferenceScene::Exchange(const Panel& i, const Panel& j) const {
   return form_factor > 0 ? i.end.area * form_factor * VisibleShare(i, j) : 0;
 }
 
-// One ray for each pair of nodes, the rest anywhere.
+// Traces one ray for each pair of nodes, and the rest for random pairs.
 float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
   if (ComesBefore(j, i)) {
     return VisibleShare(j, i);

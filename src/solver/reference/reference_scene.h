@@ -51,9 +51,9 @@ bool ComesBefore(const Panel& i, const Panel& j);
 
 class ReferenceScene {
  public:
-  // Reads scene and partition from the store. DoesNotFitError, naming what
-  // would do, when the scene has more than kMostPanels patches or the budget
-  // does not hold it.
+  // Reads scene and partition from the store. Throws DoesNotFitError, which
+  // names what would do, if the scene has more than kMostPanels patches or the
+  // budget does not hold the scene.
   ReferenceScene(const BlockStorage& store,
                  uint64_t seed,
                  MemoryBudget& budget);
@@ -91,11 +91,12 @@ class ReferenceScene {
   // Requires a panel of a parallelogram.
   [[nodiscard]] PanelRect RectOf(const Panel& panel) const;
 
-  // Which of the 2^k strips of a patch a point lies in; the point, in patch
-  // coordinates, becomes its place in that strip.
+  // The number of the strip, of the 2^k strips of a patch, in which the point
+  // lies. The point is converted from patch coordinates to coordinates in that
+  // strip.
   [[nodiscard]] uint32_t StripAt(uint32_t patch, size_t k, UnitPoint* p) const;
 
-  // `inner` is part of `outer`, if it is no larger.
+  // Whether `inner` is part of `outer`. Requires that `inner` is no larger.
   [[nodiscard]] bool Covers(const Panel& outer, const Panel& inner) const;
 
   // The elements of the patch's tree that make up a panel.
@@ -104,11 +105,13 @@ class ReferenceScene {
   // How many panels Dice would return.
   [[nodiscard]] size_t DiceCount(double longest_edge) const;
 
-  // Every patch cut until no edge is longer (16 strips at most); patches that
-  // see no other patch stay whole. In the order of patches, strips and paths.
+  // Cuts every patch until no edge is longer than `longest_edge`, into at most
+  // 16 strips; a patch that sees no other patch stays whole. The panels are in
+  // the order of patches, strips and paths.
   [[nodiscard]] std::vector<Panel> Dice(double longest_edge) const;
 
-  // Parts of both lie in front of each other: there may be an exchange.
+  // Whether parts of both panels lie in front of each other, so that they may
+  // exchange light.
   [[nodiscard]] static bool Face(const Panel& i, const Panel& j);
 
   // A_i F_ij, in m2, visibility included. Thread-safe.
@@ -118,30 +121,31 @@ class ReferenceScene {
   // (i, j) and (j, i). Thread-safe.
   [[nodiscard]] float VisibleShare(const Panel& i, const Panel& j) const;
 
-  // The share of rays from the center of i that reach j, of those to points of
-  // j above the horizon of i. Thread-safe.
+  // The share of rays from the center of i to j that are not blocked. Only rays
+  // to points of j above the horizon of i count. Thread-safe.
   [[nodiscard]] float ShareSeenFromCenter(const Panel& i, const Panel& j) const;
 
-  // Bit i: segment i of the packet is blocked. Thread-safe.
+  // Bit i is set if segment i of the packet is blocked. Thread-safe.
   [[nodiscard]] uint32_t Blocked(const SegmentPacket& packet) const {
     return Occluded(blockers_, packet);
   }
 
-  // By which the random numbers of a panel are drawn.
+  // The key from which the random numbers of a panel are drawn.
   [[nodiscard]] uint64_t KeyOf(const Panel& panel) const;
 
   // World coordinates of the origin of all panels.
   [[nodiscard]] Point3 Origin() const { return device_.Origin(); }
 
-  // Of 256 rays no more than one leaves the scene from here (one may slip
-  // through where surfaces meet): form factors sum to 1.
+  // Whether at most one of 256 rays from the panel leaves the scene (one may
+  // slip through where surfaces meet). If so, the form factors of the panel sum
+  // to 1.
   [[nodiscard]] bool IsEnclosed(const Panel& panel) const;
 
  private:
   // How often a patch is halved across its length and its width.
   struct Cuts {
     size_t strips = 0;    // halvings of the length alone
-    size_t quarters = 0;  // of both
+    size_t quarters = 0;  // halvings of length and width
   };
 
   [[nodiscard]] Cuts CutsFor(size_t patch, double longest_edge) const;

@@ -18,14 +18,15 @@
 namespace enfilade {
 namespace {
 
-// Finenesses before the first one whose estimate counts: symmetric scenes look
+// The number of the first fineness whose estimate counts: symmetric scenes look
 // converged while a patch is one panel or four.
 constexpr size_t kFirstFinenesses = 4;
 // Shares of the requested error that unshot light and steepness may take.
 constexpr double kUnshotShare = 0.05;
 constexpr double kGradientShare = 1;
-// Error per error at twice the edge: 1/2 where radiosity is smooth (error goes
-// with the edge), sqrt(1/2) where the edges of shadows rule it.
+// The ratio of the error to the error at twice the edge: 1/2 where radiosity is
+// smooth (the error is proportional to the edge), sqrt(1/2) where the edges of
+// shadows dominate.
 constexpr double kSmoothRate = 0.5;
 constexpr double kShadowRate = 0.70710678;
 
@@ -204,7 +205,7 @@ void ReferenceSolve::Write(const TreeSolution& solution) {
   WriteSolution(solution.trees, solution.gathered, state_, store_);
 }
 
-// The last fineness that was committed; nothing if there is none.
+// The trees of the last fineness that was committed; nothing if there is none.
 std::optional<std::vector<CellTree>> ReferenceSolve::StoredTrees() const {
   std::vector<CellTree> trees;
   for (size_t c = 0; c < scene_.CellCount() && !state_.rounds.empty(); ++c) {

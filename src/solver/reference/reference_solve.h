@@ -1,7 +1,7 @@
-// Solve by matrix, progressive or substructuring: finer and finer dicings of
-// the whole scene, each solved from scratch, until the difference of the last
-// two says that the requested error is met. Estimate:
-// docs/reference-methods.md.
+// Solves by matrix, progressive or substructuring radiosity: on finer and finer
+// dicings of the whole scene, each from scratch, until the difference of the
+// last two solutions shows that the requested error is met. The estimate is
+// explained in docs/reference-methods.md.
 
 #pragma once
 
@@ -11,10 +11,10 @@
 
 namespace enfilade {
 
-// Writes the solution as element trees of the constant basis and the state as
-// the wavelet solver does, committed after every fineness. Resuming begins at
-// the last fineness that was committed. DoesNotFitError, naming the least cap,
-// when not even the coarsest dicing fits.
+// Writes the solution as element trees of the constant basis, and the state in
+// the form of the wavelet solver; commits both after every fineness. Resuming
+// begins after the last fineness that was committed. Throws DoesNotFitError,
+// which names the least cap, if not even the coarsest dicing fits.
 void SolveByReference(BlockStorage& store,
                       const SolveOptions& options,
                       MemoryBudget& budget);

@@ -12,13 +12,14 @@
 
 namespace enfilade {
 
-// The state's cells and mean reflected radiosity become those of the trees.
-// Returns the area of what reflects, m2.
+// Sets the state's cells and mean reflected radiosity from the trees. Returns
+// the area of all reflecting patches, m2.
 double TakeCellRows(const ReferenceScene& scene,
                     const std::vector<CellTree>& trees,
                     SolveState* state);
 
-// Writes trees, what they have gathered, both by cell, and state, and commits.
+// Writes the trees and the irradiance that they have gathered, both by cell,
+// and the state; then commits.
 void WriteSolution(const std::vector<CellTree>& trees,
                    const std::vector<CoefficientArray>& gathered,
                    const SolveState& state,

@@ -25,8 +25,8 @@ struct Source {
   Rgb reflectance{};
   Rgb unshot{};  // W/m2
   Rgb shot{};    // W/m2, in all
-  // What makes the source's form factors hold no more than all its light, and
-  // exactly that where it is enclosed; 0: not known yet.
+  // The factor that makes the form factors of the source sum to at most 1, and
+  // to exactly 1 if the source is enclosed; 0 if not known yet.
   double hold = 0;
   std::vector<float> form_factors;  // F_ep times hold, by receiver
 };
@@ -141,7 +141,7 @@ void Shooting::Shoot(Source* source) {
   ++solution_.steps;
 }
 
-// Splits receivers until none is steep. False: none was.
+// Splits receivers until none is steep. Returns false if none was.
 bool Shooting::SplitSteepReceivers() {
   bool any = false;
   while (true) {
@@ -195,7 +195,7 @@ Shooting::Shooting(const ReferenceScene& scene,
   }
   const auto receivers = scene.Dice(options.gradient ? options.source_edge / 2
                                                      : options.source_edge);
-  size_t first = 0;  // source of the patch
+  size_t first = 0;  // first source of the patch
   for (const Panel& panel : receivers) {
     while (sources_[first].panel.patch != panel.patch) {
       ++first;
@@ -214,7 +214,7 @@ Shooting::Shooting(const ReferenceScene& scene,
                   receivers_.size()));
 }
 
-// The one with the most unshot power.
+// The source with the most unshot power.
 size_t Shooting::BrightestSource() const {
   size_t best = 0;
   double most = -1;
@@ -245,8 +245,8 @@ void Shooting::FindFormFactors(Source* source) {
   }
 }
 
-// F_ep of a source and the receivers from `first` on; 0 for split ones. What is
-// traced is so from the source: A_e F_ep = A_p F_pe.
+// F_ep from the receivers e, from `first` on, to a source p; 0 for split
+// receivers. Traced kinds trace from the source: A_e F_ep = A_p F_pe.
 std::vector<float> Shooting::FormFactorsTo(const Panel& source, size_t first) {
   std::vector<float> exchanges(receivers_.size() - first);
   if (form_factors_.Options().AreTraced()) {
@@ -270,7 +270,7 @@ std::vector<float> Shooting::FormFactorsTo(const Panel& source, size_t first) {
   return exchanges;
 }
 
-// The steepest first.
+// The receivers that are to be split, the steepest first.
 std::vector<size_t> Shooting::SteepReceivers() const {
   const std::vector<double> deviations = Deviations();
   const double most = *options_.gradient * ReflectedPower() / area_;
@@ -298,8 +298,9 @@ void Shooting::AppendChildren(size_t parent) {
   }
 }
 
-// New receivers, still with their parent's irradiance, gather what all sources
-// have shot; their sources learn by how much that is more or less.
+// New receivers, which still have their parent's irradiance, gather what all
+// sources have shot. The difference goes into the unshot light of the sources
+// that they belong to.
 void Shooting::GatherFrom(size_t first_child) {
   const size_t count = receivers_.size() - first_child;
   charges_.emplace_back(budget_,
@@ -338,7 +339,7 @@ void Shooting::GatherFrom(size_t first_child) {
   }
 }
 
-// Per receiver, of those that are not split; 0 for the others.
+// The deviation of each receiver that is not split; 0 for the others.
 std::vector<double> Shooting::Deviations() const {
   std::vector<const Panel*> panels;
   std::vector<Rgb> radiosities;
@@ -356,8 +357,8 @@ std::vector<double> Shooting::Deviations() const {
   return deviations;
 }
 
-// Corners of a linear function deviate by sqrt(3) times what the constant
-// leaves out. Without substructuring nothing is claimed.
+// The corners of a linear function deviate by sqrt(3) times the RMS error of a
+// constant. Without substructuring, the result is 0.
 double Shooting::SeenError() const {
   if (!options_.gradient) {
     return 0;
@@ -380,7 +381,7 @@ Rgb Shooting::RadiosityOf(const Receiver& receiver) const {
   return radiosity;
 }
 
-// Of all sources, mean of the channels, W.
+// The reflected power of all sources, mean of the channels, W.
 double Shooting::ReflectedPower() const {
   double power = 0;
   for (const Source& s : sources_) {
@@ -393,7 +394,7 @@ double Shooting::ReflectedPower() const {
   return power;
 }
 
-// Unshot power times R, W: what it and all its bounces will be.
+// Unshot power times R, W: the unshot light with all its bounces.
 Rgb Shooting::LightStillToCome() const {
   Rgb power{};
   for (const Source& s : sources_) {
@@ -405,7 +406,8 @@ Rgb Shooting::LightStillToCome() const {
   return power;
 }
 
-// The ambient term of Cohen et al. 1988: that light, spread over all panels.
+// Adds the ambient term of Cohen et al. 1988: the light still to come, spread
+// over all panels.
 void Shooting::AddAmbient() {
   double area = 0;
   for (const Source& s : sources_) {

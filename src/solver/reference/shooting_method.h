@@ -1,5 +1,5 @@
 // Progressive radiosity by shooting (Cohen, Chen, Wallace and Greenberg 1988),
-// and its elements under patches: substructuring with refinement where the
+// optionally with substructuring: elements below patches, refined where the
 // radiosity is steep (Cohen, Greenberg, Immel and Brock 1986).
 //
 //   paper            here
@@ -10,13 +10,13 @@
 //
 // At every moment the irradiance of every receiver e is exactly
 //   H_e = sum over sources p of F_ep shot_p,
-// and unshot_p is what the mean radiosity of p's receivers has beyond shot_p:
-// so receivers can be split at any time, and the children gather what has been
-// shot so far. (Willmott and Heckbert 1997, figure 5, split while shooting, and
-// children inherit; that is where their over-refinement came from.)
+// and unshot_p is the mean radiosity of p's receivers less shot_p. Receivers
+// can therefore be split at any time, and the children gather what has been
+// shot so far. (Willmott and Heckbert 1997, figure 5, split while shooting and
+// let children inherit, which caused their over-refinement.)
 //
-// Form factors are kept, which the papers do not do: a source that shoots
-// again needs no rays. Memory: 4 bytes per pair of source and receiver.
+// Unlike in the papers, form factors are kept: a source that shoots again needs
+// no rays. Memory: 4 bytes per pair of source and receiver.
 
 #pragma once
 
@@ -31,16 +31,18 @@ namespace enfilade {
 
 struct ShootingOptions {
   double source_edge = 1;  // m, the longest of a source
-  // Substructuring: receivers start at half that edge, and are split while the
-  // deviation of the radiosities at their corners (eq. 8) is above this share
-  // of the mean reflected radiosity. None: receivers are the sources.
+  // Substructuring: receivers start at half of `source_edge`, and are split
+  // while the deviation of the radiosities at their corners (eq. 8) is above
+  // this share of the mean reflected radiosity. If not set, the sources are the
+  // receivers.
   std::optional<double> gradient;
-  // Of receivers, split ones included: then the steepest come first.
+  // The most receivers, split ones included. If they do not suffice, the
+  // steepest are split first.
   size_t most_receivers = 2 * kMostPanels;
   // Shooting ends when the estimate of all light still to come (unshot power
   // times R, eq. 7) is below this share of the reflected power.
   double still_to_come = 1e-3;
-  bool ambient = false;  // add that light, evenly, to what is returned
+  bool ambient = false;  // add the light still to come, evenly
 };
 
 PanelSolution SolveByShooting(const ReferenceScene& scene,

@@ -15,36 +15,40 @@
 namespace enfilade {
 namespace {
 
-// A point is covered if this many random directions, cosine-weighted, are all
-// blocked within the reach, and so are as many others, and these again. In a
-// corner between two walls half of them are, below a cover all.
+// A test traces this many random, cosine-weighted directions from a point. The
+// point passes if all of them are blocked within the reach, and is covered if
+// it passes three tests. In a corner between two walls half of the directions
+// are blocked, below a cover all.
 constexpr int kDirectionsPerTest = 8;
-// Points that a narrow view is left to, as in a bowl, pass a test now and then
-// and fail the next. There is no edge to be found where not this share of those
-// that pass two tests pass the third; fewer failures than these are chance.
+// Points with a narrow open view, as in a bowl, pass one test and fail the next
+// by chance. If less than this share of the points that passed two tests pass
+// the third, there is no edge to be found. Fewer failures than kLeastFailures
+// are chance.
 constexpr float kSharpShare = 0.7F;
 constexpr size_t kLeastFailures = 4;
 // One sample point per this area of each projection that may cover. The foot of
 // a chair's leg is about a tenth of the projections of its sides, margins
 // included.
 constexpr float kAreaPerPoint = 8e-4F;  // m2
-// At least so many points of a projection; overlapping ones share them.
+// At least this many points per projection; overlapping projections share the
+// points.
 constexpr float kPoints = 32;
 constexpr size_t kLeastPoints = 2;
 constexpr size_t kMostPoints = 256;
-// Where more may cover, the parts of a surface are looked at instead of all.
+// If more candidates may cover a surface, its parts are looked at instead.
 constexpr size_t kMostCandidates = 64;
 // Levels of elements whose children are looked at in parallel.
 constexpr size_t kParallelLevels = 4;
-// Receivers of a cell: as many, and so many for each of its patches.
+// The most receivers of a cell: kMostReceivers, plus kMostReceiversPerPatch for
+// each patch.
 constexpr size_t kMostReceivers = 16384;
 constexpr size_t kMostReceiversPerPatch = 8;
-// Where there would be more, larger edges are left.
+// If there would be more receivers, tau is multiplied by this factor.
 constexpr double kCoarser = 4;
 // Rays that are traced together.
 constexpr size_t kPacket = std::tuple_size_v<decltype(SegmentPacket::from_x)>;
 
-// The element's, or of a triangle that of the parallelogram around it.
+// The rectangle of an element; for a triangle, of the parallelogram around it.
 PatchRect PatchRectOf(ElementFrame frame) {
   const float end_a = frame.a + frame.scale;
   const float end_b = frame.b + frame.scale;
@@ -54,9 +58,10 @@ PatchRect PatchRectOf(ElementFrame frame) {
           std::max(frame.b, end_b)};
 }
 
-// The receivers of all patches of a cell so far, those included that others
-// have replaced: so it does not depend on the order whether there are too many.
-// Then all searches end: what they found is of no use.
+// Counts the receivers of all patches of a cell so far, including those that
+// others have replaced. Whether there are too many therefore does not depend on
+// the order of the searches. If there are too many, all searches end, and what
+// they have found is of no use.
 struct Found {
   std::atomic<size_t> receivers = 0;
   size_t most = 0;
@@ -113,9 +118,8 @@ class Search {
     ReflectedElement light = {};
   };
 
-  // The largest error that a cover of a share of the element may make, W/m.
-  // What it hides is what the element has on the whole, and may be all that is
-  // finer.
+  // The largest error that a cover of this share of the element may make, W/m.
+  // A cover hides the mean reflected light and may hide all finer detail.
   [[nodiscard]] float ErrorOf(const Place& at, float share) const {
     if (share <= 0 || share >= 1) {
       return 0;
@@ -127,13 +131,13 @@ class Search {
 
   // Whether a cover of a part of the element could matter.
   [[nodiscard]] bool CanMatter(const Place& at) const {
-    // No cover at all can hide more than that of a half.
+    // The error is largest if the cover hides half of the element.
     return ErrorOf(at, 0.5F) > static_cast<float>(options_->tau) &&
            DiameterOf(*patch_, at.frame) > options_->least_diameter &&
            !IsDeepest(at.path);
   }
 
-  // If nothing covers any of an element it is one receiver.
+  // Returns one receiver if nothing covers any part of the element.
   [[nodiscard]] Finding Visit(const Place& at,
                               const std::vector<PatchRect>& candidates) const {
     if (all_->TooMany()) {
@@ -175,7 +179,8 @@ class Search {
                            cell_->light->OfChild(at.light, c)},
                           candidates);
     };
-    // A hall is one floor: the patches of a cell are not enough to share out.
+    // The floor of a hall may be one patch, so the patches of a cell alone are
+    // too few to share out among the threads.
     if (at.level < kParallelLevels) {
       ParallelForInside(kChildren, visit);
     } else {
@@ -202,7 +207,8 @@ class Search {
     return within;
   }
 
-  // A point that may be covered, and for how much of the element it counts.
+  // A point that may be covered, and the share of the element that it stands
+  // for.
   struct Suspect {
     Vec3f point;
     float share = 0;
@@ -233,17 +239,17 @@ class Search {
                : std::min(thrice, 1.0F);
   }
 
-  // Points are drawn on each of the candidates, which may overlap: one that
-  // lies on several could have come from any of them.
+  // Draws points on each candidate. Candidates may overlap: the share of a
+  // point is divided by the number of candidates that contain it.
   [[nodiscard]] std::vector<Suspect> DrawSuspects(
       ElementFrame frame,
       const std::vector<PatchRect>& candidates,
       Random* random) const {
-    // Of the parallelogram around the element.
+    // The share of the parallelogram around the element that the element fills.
     const float fill = patch_->shape == PatchShape::kTriangle ? 0.5F : 1.0F;
     const float area = AreaOf(*patch_, frame) / fill;
     const float rect_area = PatchRectOf(frame).Area();
-    float layers = 0;  // of candidates, mean over the element
+    float layers = 0;  // candidates over a point, on average
     for (const PatchRect& rect : candidates) {
       layers += rect.Area() / rect_area;
     }
@@ -275,7 +281,7 @@ class Search {
     return suspects;
   }
 
-  // Drops the points from which one of the directions is free.
+  // Drops the points from which at least one of the directions is free.
   void KeepCovered(std::vector<Suspect>* suspects,
                    Random* random,
                    uint64_t* rays) const {
@@ -295,7 +301,7 @@ class Search {
     }
   }
 
-  // From which points a random direction is blocked.
+  // Returns the points, as bits, from which a random direction is blocked.
   [[nodiscard]] uint32_t Look(std::span<const Suspect> suspects,
                               Random* random) const {
     SegmentPacket packet;
@@ -323,7 +329,7 @@ class Search {
   Found* all_;
 };
 
-// False, and nothing found, if there are too many receivers.
+// Returns false and finds nothing if there are too many receivers.
 bool FindWith(const CoverOptions& options,
               const CoverSide& cell,
               Covers* covers) {

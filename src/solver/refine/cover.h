@@ -1,8 +1,9 @@
-// Where a surface is covered: below a lamp hung close to the ceiling, where a
-// chair leg stands, behind a shelf. All light is cut off there, whatever its
-// source; so the edge of the cover is an error that every link to the element
-// shares. No single link can see that it matters, hence it is looked for
-// before links are made: elements that are partly covered are split first.
+// Finds where a surface is covered: below a lamp hung close to the ceiling,
+// under a chair leg, behind a shelf. A cover cuts off all light, whatever its
+// source, so every link to an element shares the error at the edge of the
+// cover. No single link can see that this error matters. FindCovers therefore
+// looks for covers before links are made and splits partly covered elements
+// first.
 
 #pragma once
 
@@ -18,16 +19,16 @@
 namespace enfilade {
 
 struct CoverOptions {
-  double tau = 1;  // W/m: largest weighted error that may stay at an edge
+  double tau = 1;  // W/m: largest weighted error allowed at an edge
   uint64_t seed = 0;
   float least_diameter = 0.001F;  // m
-  // Where a cell would have more, larger edges are left. At least as many as
-  // it has patches.
+  // If a cell would have more receivers, FindCovers allows larger errors at
+  // edges. Must be at least the number of patches of the cell.
   size_t most_receivers = SIZE_MAX;
 };
 
-// The elements of a cell at which refinement begins: its reflecting patches,
-// those that are partly covered split until the edges of the covers are found.
+// The elements of a cell at which refinement begins: its reflecting patches, of
+// which partly covered ones are split until the edges of the covers are found.
 struct Covers {
   std::vector<ClusterItem> receivers;
   uint64_t rays = 0;

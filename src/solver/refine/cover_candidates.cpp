@@ -6,10 +6,11 @@
 namespace enfilade {
 namespace {
 
-// A surface can only be covered below what stands on it or hangs before it, or
-// inside of it: within this distance of what is projected onto it.
+// A patch can cover a surface only inside of the patch's projection onto the
+// surface or within this distance of the projection.
 constexpr float kCoverMargin = 0.05F;  // m
-// What is nearer to its plane than this does not stand before a surface.
+// A patch that is nearer to the plane of a surface than this does not stand
+// before the surface.
 constexpr float kInPlane = 1e-4F;  // m
 
 struct Range {
@@ -22,7 +23,7 @@ struct Range {
   }
 };
 
-// Where on a patch others can cover it: their projections, widened.
+// Where on a patch other patches can cover it: their projections, widened.
 class Projections {
  public:
   Projections(const CoverSide& cell, size_t patch)

@@ -1,5 +1,5 @@
-// What may cover a part of a patch: what stands before it within reach,
-// projected onto it.
+// Finds what may cover a part of a patch: the other patches that stand before
+// it within reach, projected onto it.
 
 #pragma once
 
@@ -11,10 +11,10 @@
 
 namespace enfilade {
 
-// Light that is cut off within this distance of a surface is covered.
+// A blocker covers a surface if it is within this distance of the surface.
 inline constexpr float kCoverReach = 0.35F;  // m
 
-// A part of a patch, in its coordinates.
+// A part of a patch, in the coordinates of the patch.
 struct PatchRect {
   float low_a, high_a, low_b, high_b;
 
@@ -35,8 +35,8 @@ struct PatchRect {
   }
 };
 
-// Where on a patch others can cover it: their projections, widened. They
-// may overlap, and reach beyond the patch.
+// Where on a patch other patches can cover it: their projections, widened. The
+// rectangles may overlap and reach beyond the patch.
 std::vector<PatchRect> CoverCandidates(const CoverSide& cell, size_t patch);
 
 }  // namespace enfilade

@@ -10,23 +10,24 @@
 namespace enfilade {
 namespace {
 
-// The sources of a cell are about so many items of work for each few receivers:
-// more would be in vain, as most are too far or too dark to be looked at.
+// For each few receivers, the sources of a cell are split into about this many
+// items of work. More items would be in vain, because most sources are too far
+// or too dark to be looked at.
 constexpr size_t kSourceParts = 16;
-constexpr size_t kMostSources = 2048;  // of an item
+constexpr size_t kMostSources = 2048;  // per item
 
 size_t SourcesOfItem(size_t sources) {
   return std::clamp(sources / kSourceParts, kItemSources, kMostSources);
 }
 
-// Pairs of clusters are sampled where each pair of their items is kept with at
-// most this probability, and these many are to be expected.
+// Pairs of clusters are sampled if each pair of their items is kept with less
+// than this probability and fewer than kFewLinks links are expected.
 constexpr float kMostProbable = 0.5F;
 constexpr float kFewLinks = 2;
 
-// A sampled transfer is kept at least with this multiple of its form factor,
-// so that no coefficient exceeds its inverse: what is dark now may be lit
-// later.
+// A sampled transfer is kept with at least this multiple of its form factor as
+// probability, so that no coefficient exceeds the inverse of kWeakGain: what is
+// dark now may be lit later.
 constexpr float kWeakGain = 1;
 
 }  // namespace
@@ -143,8 +144,8 @@ void PairWork::FindGroups(ClusterPair pair) {
   }
 }
 
-// By receiver, so that links come nearly as they will be stored; no two items
-// compare equal.
+// Sorts items by receiver, so that links come nearly in the order in which they
+// are stored. No two items compare equal.
 void PairWork::SortItems() {
   const auto key = [this](const WorkItem& item) {
     const uint32_t source =

@@ -1,8 +1,8 @@
-// The work between a receiver and a source cell: which clusters of the one are
-// worth a look from the other, by bounds alone. Between cells that hardly see
-// each other there is next to none, and to know that takes neither the light of
-// the source nor what stands between: such pairs are most of a large
-// building's.
+// The work between a receiver and a source cell: which clusters of one cell may
+// exchange light with clusters of the other, judged by bounds alone. Cells that
+// hardly see each other have next to no work. Finding that out needs neither
+// the light of the source nor what stands between; most pairs of a large
+// building are of this kind.
 
 #pragma once
 
@@ -17,33 +17,35 @@
 
 namespace enfilade {
 
-// Sources are looked at by so many.
+// The number of sources that are looked at together.
 inline constexpr size_t kItemSources = 32;
 
-// A cluster of receivers, and one of sources or a group.
+// A cluster of receivers, and a cluster of sources or a group.
 struct ClusterPair {
   uint32_t receiver = 0;
   uint32_t source = 0;
 };
 
-// What is known of the pairs of items of two clusters.
+// Bounds on the pairs of items of two clusters.
 struct ClusterVisit {
-  bool hidden = false;    // no item of one faces, or sees, one of the other
-  float form_factor = 0;  // at most
-  float probability = 0;  // with which each is kept, at most
-  float expected = 0;     // so many links, at most, where they are weak
+  bool hidden = false;    // no item of one faces or sees any of the other
+  float form_factor = 0;  // upper bound
+  float probability = 0;  // upper bound, that a pair is kept
+  float expected = 0;     // upper bound: number of weak links
 
-  // Whether the few that are kept are drawn without a look at the others.
+  // Whether so few pairs are kept that they are drawn without a look at the
+  // others.
   [[nodiscard]] bool IsFew() const;
   [[nodiscard]] bool IsUnlikely() const;
 };
 
-// What is looked at in one go, of all transfers from a cell to another.
+// The part of all transfers from one cell to another that is looked at
+// together.
 struct WorkItem {
   uint32_t receiver = 0;  // cluster
   uint32_t source = 0;    // cluster, or group
   bool is_group = false;
-  bool is_drawn = false;  // few among them will be kept: those are drawn
+  bool is_drawn = false;  // few pairs are kept: they are drawn
 };
 
 class PairWork {
@@ -59,27 +61,28 @@ class PairWork {
 
   [[nodiscard]] const RefineSide& Source() const { return source_; }
 
-  // By receiver, so that links come nearly as they will be stored. Their number
-  // grows with that of the receivers and with what they may get, not with that
-  // of all pairs.
+  // Items are sorted by receiver, so that links come nearly in the order in
+  // which they are stored. The number of items grows with the number of
+  // receivers and of the links that they may get, not with the number of all
+  // pairs.
   [[nodiscard]] std::span<const WorkItem> Items() const { return items_; }
 
-  // What a pair of clusters is, by its bounds.
+  // The bounds on a pair of clusters.
   [[nodiscard]] ClusterVisit LookAt(ClusterPair pair) const;
-  // The same of a cluster and a group.
+  // The bounds on a cluster of receivers and a group.
   [[nodiscard]] ClusterVisit LookAtGroup(ClusterPair pair) const;
 
-  // Which of the `count` transfers of a pair are looked at, where those are
-  // few.
+  // Draws which of the `count` transfers of a pair are looked at. Requires that
+  // few are kept (ClusterVisit::IsFew or IsUnlikely).
   [[nodiscard]] RareDraws DrawsOf(ClusterPair pair,
                                   const ClusterVisit& visit,
                                   uint64_t count) const;
 
-  // With which probability a transfer is kept, by bounds of itself (W/m,
-  // weighted) and of its form factor.
+  // The probability with which a transfer is kept, from bounds of the transfer
+  // (W/m, weighted) and of its form factor.
   [[nodiscard]] float WeakProbability(float transfer, float form_factor) const;
 
-  // For random numbers of this pair of cells.
+  // The key of the random numbers of this pair of cells.
   [[nodiscard]] uint64_t Key() const;
 
  private:
@@ -94,7 +97,8 @@ class PairWork {
   std::vector<WorkItem> items_;
 };
 
-// A bound, from a point within `radius` of `middle`; 1 where that may touch.
+// An upper bound of the form factor from a point within `radius` of `middle` to
+// the group; 1 if the two spheres around them may touch.
 float FormFactorOfGroup(const SourceGroup& group, Vec3f middle, float radius);
 
 float LongestExtent(const Cluster& cluster);

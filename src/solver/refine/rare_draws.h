@@ -1,5 +1,6 @@
-// Which of many trials of one small probability succeed, at the cost of the
-// successes alone: it jumps from one to the next.
+// Draws which of many trials with one small probability succeed. RareDraws
+// jumps from one success to the next, so the cost depends on the successes
+// alone.
 
 #pragma once
 
@@ -20,7 +21,7 @@ class RareDraws {
 
   [[nodiscard]] bool AtEnd() const { return at_ >= trials_; }
 
-  // The trial that succeeded. Requires that it is not at the end.
+  // The trial that succeeded. Requires !AtEnd().
   [[nodiscard]] uint64_t Trial() const { return at_; }
 
   void Next() {
@@ -29,8 +30,8 @@ class RareDraws {
   }
 
  private:
-  // All of n trials fail where u, even in [0, 1), exceeds 1 - (1 - p)^n, which
-  // is at most n p: mostly that says it without a logarithm.
+  // All n trials fail if u, uniform in [0, 1), exceeds 1 - (1 - p)^n, which is
+  // at most n p. Comparing u with n p mostly decides without a logarithm.
   void Jump() {
     constexpr double kRounding = 1e-9;
     const double u = random_.Next();

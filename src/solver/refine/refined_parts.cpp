@@ -9,19 +9,19 @@
 namespace enfilade {
 namespace {
 
-// Parts looked at together.
+// The most parts that are looked at together.
 constexpr size_t kMostParts = 512;
-// No other part is begun while so many links wait for their turn. Those that
-// are under way may make some more.
+// No further part is begun while more than this many links wait for their turn.
+// Parts under way may still add links.
 constexpr size_t kManyLinks = 12000;
 
-// The first parts are refined alone until they were so much work, in rays: to
-// wake another thread takes longer.
+// One thread refines the first parts until they have taken this much work,
+// counted in rays: to wake other threads takes longer.
 constexpr uint64_t kWorkAlone = 150;
-// So is a part without rays.
+// The work of a part apart from its rays.
 constexpr uint64_t kWorkOfPart = 10;
 
-// Of what is whole, nothing is.
+// Whether a part has too many links and can be cut. A whole part never has.
 bool IsTooLarge(const WorkPart& work, const RawLinks& links) {
   return links.links.size() > RefinedParts::kMostPartLinks &&
          work.depth < WorkPart::kMostDepth;
@@ -66,7 +66,7 @@ std::vector<RefinedParts::Part*> RefinedParts::Missing() {
   return missing;
 }
 
-// Parts are begun in their order, so that the links of few have to wait.
+// Parts are begun in their order, so that few links have to wait.
 void RefinedParts::RefineTogether(const std::vector<Part*>& missing) {
   std::atomic<size_t> links = 0;
   for (const Part& part : parts_) {
@@ -81,7 +81,7 @@ void RefinedParts::RefineTogether(const std::vector<Part*>& missing) {
     const uint64_t work = kWorkOfPart + part.links.rays;
     part.is_whole = !part.links.overflowed;
     if (!part.is_whole && !IsTooLarge(part.work, part.links)) {
-      part.links = {};  // there was no room for them
+      part.links = {};  // too many links were waiting
     }
     return work;
   };

@@ -1,7 +1,8 @@
 // The links of a cell pair, refined in parallel and handed out part by part in
-// a fixed order. What a part makes depends on nothing but the part: so parts
-// may be refined ahead of their turn, together with any others, and are kept
-// until it comes; and a run that goes on from Next() makes the same links.
+// a fixed order. The links of a part depend on nothing but the part. Parts may
+// therefore be refined ahead of their turn, together with any others, and are
+// kept until their turn comes. A run that resumes from Next() makes the same
+// links.
 
 #pragma once
 
@@ -16,28 +17,29 @@ namespace enfilade {
 
 class RefinedParts {
  public:
-  // A part that makes more links is cut, at the same places in every run.
+  // A part that makes more links is cut, in every run at the same places.
   static constexpr size_t kMostPartLinks = 8000;
-  // At most so many wait for their turn, beside those of the part whose turn it
-  // is.
+  // At most this many links wait for their turn, beside those of the part whose
+  // turn it is.
   static constexpr size_t kMostLinks = 32000;
 
-  // From a part on. The refiner is borrowed.
+  // Begins with the part `first`. The refiner is borrowed.
   RefinedParts(const Refiner& refiner, WorkPart first);
 
   // Whether all links were handed out.
   [[nodiscard]] bool AtEnd() const;
 
-  // Refines some parts, the next one among them. Requires that there is one.
+  // Refines some parts, including the next one. Requires !AtEnd().
   void Refine();
 
   // The links of the next part; null if it must be refined first.
   [[nodiscard]] const RawLinks* Front() const;
 
-  // Done with them.
+  // Drops the links of the next part.
   void Pop() { parts_.pop_front(); }
 
-  // The first part that was not handed out; of item ItemCount() at the end.
+  // The first part that was not handed out; at the end, its item is
+  // ItemCount().
   [[nodiscard]] WorkPart Next() const;
 
  private:
@@ -53,7 +55,7 @@ class RefinedParts {
 
   const Refiner* refiner_;
   std::deque<Part> parts_;  // consecutive
-  WorkPart after_;          // what comes after them
+  WorkPart after_;          // the part after those
 };
 
 }  // namespace enfilade

@@ -10,25 +10,27 @@
 namespace enfilade {
 namespace {
 
-// Constants of the oracle: docs/decisions/0011-oracle.md.
-// What sixteen rays leave unknown, as a share of the unoccluded transfer: per
-// root of p (1 - p) where some are blocked, and where all are; where none is:
-// kUnprovenClear.
+// Constants of the oracle: docs/decisions/0011-oracle.md. The occlusion that
+// sixteen rays leave unknown, as a share of the unoccluded transfer:
+// kMixedVisibility per root of p (1 - p) if the share p of the rays gets
+// through, kUnprovenBlocked if no ray does, kUnprovenClear if all do.
 constexpr float kMixedVisibility = 0.5F;
 constexpr float kUnprovenBlocked = 0.04F;
-// Sixteen rays seldom miss shadows of more of the receiver: one time in ten.
+// Sixteen rays miss a shadow that covers more than this share of the receiver
+// only one time in ten.
 constexpr float kMostMissed = 0.125F;
-// Shadows cost bases of higher order more, on their larger elements, than rays
-// tell: measured, docs/decisions/0017-higher-orders.md.
+// On the larger elements of higher-order bases, shadows cost more than rays
+// tell. Measured: docs/decisions/0017-higher-orders.md.
 constexpr std::array<float, 5> kShadowsOfOrder = {1, 1, 1, 1.25F, 1.4F};
-// Of a part of what was blocked already, a quarter: so many halvings.
+// Each split of a transfer whose rays are all blocked reduces the unknown share
+// to a quarter: this many halvings.
 constexpr int kBlockedHalvings = 2;
-// The first four rays decide alone where they agree and what they leave unknown
-// is at most this share of tau.
+// The first four rays, if they agree, leave the share kUnprovenByFour of the
+// transfer unknown. They decide alone if that is at most kDecidedByFour of tau.
 constexpr float kUnprovenByFour = 0.15F;
 constexpr float kDecidedByFour = 0.25F;
 
-// What is unknown where a share is visible, or hidden.
+// The unknown share of a transfer of which the share `visible` gets through.
 float MixedShare(float visible) {
   return kMixedVisibility * std::sqrt(visible * (1 - visible));
 }
@@ -113,8 +115,8 @@ void Refiner::VisitSeen(const Receiver& r,
                        MissedShadow(r, s, judgement.transfer, look);
   const float by_receiver = error_at_receiver + share * unknown + missed;
   const float by_source = error_at_source + (1 - share) * unknown;
-  // What cannot be split cannot be helped: splitting the other end instead
-  // would only make more links of the same error together.
+  // An end that cannot be split does not count: splitting the other end instead
+  // would only make more links with the same error together.
   const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
   const float at_source = CanSplit(s.end, s.path) ? by_source : 0;
   if (r.weight * (at_receiver + at_source) > static_cast<float>(options_.tau)) {
@@ -140,7 +142,8 @@ void Refiner::VisitSeen(const Receiver& r,
   Accept(r, s, judgement, bits, task);
 }
 
-// A transfer of which few rays saw nothing. Others may see something of it.
+// Accepts a transfer whose first four rays are all blocked. The link gets its
+// visibility from new rays, which may get through.
 void Refiner::AcceptBlocked(const Receiver& r,
                             const Source& s,
                             float error,
@@ -156,13 +159,14 @@ void Refiner::AcceptBlocked(const Receiver& r,
   }
 }
 
-// What rays that are all blocked leave unknown, per unoccluded transfer.
+// The share of the unoccluded transfer that rays leave unknown if all of them
+// are blocked.
 float Refiner::UnknownBlocked(bool few, int blocked) {
   return std::ldexp(few ? kUnprovenByFour : kUnprovenBlocked,
                     -kBlockedHalvings * blocked);
 }
 
-// The error that the rays of a link leave, likewise.
+// The share of the unoccluded transfer that the rays of a link leave unknown.
 float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
   if (proven) {
     return 0;
@@ -173,9 +177,9 @@ float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
   return MixedShare(visible) + (few ? kUnprovenByFour : kUnprovenClear);
 }
 
-// What the outlines of blockers say of shadows where all rays got through,
-// likewise, beyond what is taken for unknown. Looked for only where it could
-// decide by itself.
+// The share of the unoccluded transfer that shadows may hide if all rays got
+// through, by the outlines of blockers, beyond what counts as unknown anyway.
+// The outlines are looked at only if the result could force a split by itself.
 float Refiner::MissedShadow(const Receiver& r,
                             const Source& s,
                             float transfer,
@@ -190,8 +194,8 @@ float Refiner::MissedShadow(const Receiver& r,
   return std::max(0.0F, MixedShare(hidden) - kUnprovenClear);
 }
 
-// Whether what four rays leave unknown of a transfer, where they agree, is
-// little.
+// Whether four rays that agree leave so little of a transfer unknown that they
+// decide alone.
 bool Refiner::FewDecide(float transfer, int blocked) const {
   return transfer * UnknownBlocked(true, blocked) <=
          kDecidedByFour * static_cast<float>(options_.tau);

@@ -11,12 +11,14 @@
 //
 // The error of a link has three parts: what the basis cannot follow on the
 // receiver, what the nodes cannot see of the source's radiosity, and occlusion
-// that the rays leave unknown. The end that contributes most is split.
-// Transfers below tau as a whole become weak links: each is kept with the
-// probability that its bound has of tau, and is then divided by it, so that
-// their sum is unbiased and their number follows the light and not the square
-// of the patches. Neither does the time: where the bounds of two clusters say
-// that few of their pairs will be kept, those few are drawn at once.
+// that the rays leave unknown. The end that contributes most is split. A
+// transfer whose bound is below tau_weak as a whole becomes a weak link: it is
+// kept with the probability bound / tau_weak, but at least with its form factor
+// bound, and is then divided by that probability. The sum of weak links is
+// therefore unbiased, and their number grows with the light and not with the
+// square of the number of patches. Nor does the time grow with that square: if
+// the bounds of two clusters say that few of their pairs will be kept, those
+// few are drawn at once.
 
 #pragma once
 
@@ -44,13 +46,14 @@ namespace enfilade {
 // A link before its elements have ids.
 struct RawLink {
   uint32_t receiver_patch = 0;
-  uint32_t source_patch = 0;  // group: which group
+  uint32_t source_patch = 0;  // the index of a group if kGroup
   ElementPath receiver_path = kRootPath;
   ElementPath source_path = kRootPath;
   LinkKind kind{};
   uint16_t value = 0;
-  uint32_t more = 0;  // as of a Link; shaped: which of the RawLinks' shapes
-  // What a source of 1 W/m2 brings to the receiver's nodes, W/m2.
+  uint32_t more = 0;  // as Link::more; shaped: index into RawLinks::shapes
+  // The irradiance that a source of 1 W/m2 brings to the receiver's nodes,
+  // W/m2.
   std::array<float, kTransferNodes> gain{};
 };
 
@@ -60,15 +63,15 @@ struct RawLinks {
   // The sum of the squares of weighted errors that count, (W/m)^2.
   double squared_error = 0;
   uint64_t rays = 0;
-  bool overflowed = false;  // there were too many: of no use
+  bool overflowed = false;  // too many links: they are of no use
 };
 
 // How many links a part of the work may make.
 struct LinkLimit {
-  // A part that makes more is to be cut, if it can be.
+  // A part that makes more links is to be cut, if it can be.
   size_t most = SIZE_MAX;
   // Counts the links of all parts that are made at the same time. A part that
-  // brings it above `most_together` is to be made again later.
+  // brings the counter above `most_together` is to be made again later.
   std::atomic<size_t>* together = nullptr;
   size_t most_together = SIZE_MAX;
 };
@@ -95,9 +98,10 @@ class Refiner {
 
   [[nodiscard]] size_t ItemCount() const { return work_.Items().size(); }
 
-  // Appends the links of a part of an item; stops, overflowed, where there are
-  // too many. Thread-safe: touches nothing but `out` and the limit. The same
-  // links however much the trees have grown since the cells were balanced.
+  // Appends the links of a part of an item. Stops and sets `overflowed` if
+  // there are too many links. Thread-safe: writes only to `out` and the limit's
+  // counter. The links are the same however much the trees have grown since the
+  // cells were balanced.
   void Refine(const WorkPart& part,
               const LinkLimit& limit,
               RawLinks* out) const;
@@ -106,7 +110,7 @@ class Refiner {
   struct Source : RadiantEnd {
     uint32_t patch = 0;
     ElementPath path = kRootPath;
-    ElementId element;  // itself, or an ancestor that has no detail
+    ElementId element;  // this one, or an ancestor without detail
   };
 
   struct Receiver {
@@ -126,7 +130,7 @@ class Refiner {
     bool few = false;  // four rays sufficed
   };
 
-  // What is known when visibility is looked at.
+  // What is known of a transfer before its visibility is looked at.
   struct Sight {
     const Judgement* judgement = nullptr;
     const Shaft* shaft = nullptr;
@@ -157,7 +161,8 @@ class Refiner {
     return enfilade::PeakOf(s.radiosity, s.detail);
   }
 
-  // Whether both lie in what their cells see of each other.
+  // Whether both elements reach into the parts of their cells that see the
+  // other cell.
   [[nodiscard]] bool MaySee(const Receiver& r, const Source& s) const {
     return !is_partial_ || (ReachesInto(r.end, receiver_.part) &&
                             ReachesInto(s.end, source_.part));
@@ -175,7 +180,8 @@ class Refiner {
   const Receiver& ReceiverAt(uint32_t item, Task* task) const;
   const Source& SourceAt(uint32_t item, Task* task) const;
 
-  // `blocked`: how many splits ago no ray got through any more.
+  // `blocked`: how many of the transfers split on the way here had all of their
+  // rays blocked.
   void Visit(const Receiver& r, const Source& s, int blocked, Task* task) const;
   void SplitReceiver(const Receiver& r,
                      const Source& s,
@@ -211,8 +217,8 @@ class Refiner {
                                    const Source& s,
                                    float transfer,
                                    const Visibility& look) const;
-  // Writes the coefficients of a link down: scaled quadrature where that says
-  // enough, otherwise each of them.
+  // Encodes the coefficients of a link: as scaled quadrature if that is
+  // accurate enough, otherwise each coefficient.
   void Encode(const Receiver& r,
               const Source& s,
               const Kernel& kernel,
@@ -220,8 +226,9 @@ class Refiner {
               Task* task) const;
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
 
-  // What an error adds to those of the solution: without the care of the
-  // receiver, and nothing where that is black.
+  // What a weighted error adds to the error of the solution: the error without
+  // the receiver's care, or 0 if the receiver is black and
+  // options_.counts_black is not set.
   [[nodiscard]] float TrueError(const Receiver& r, float weighted) const {
     const bool counts =
         options_.counts_black || r.end.patch->max_reflectance > 0;
@@ -248,20 +255,20 @@ class Refiner {
               uint16_t visible,
               Task* task) const;
 
-  // The groups: refiner_groups.cpp.
-  // What rays say of a transfer from one.
+  // The members below handle groups: refiner_groups.cpp. GroupLook is what rays
+  // say of a transfer from a group.
   struct GroupLook {
     GroupSight sight;
-    bool few = false;     // one of each node sufficed
-    bool agreed = false;  // all of one point's rays did alike
+    bool few = false;     // one ray per node sufficed
+    bool agreed = false;  // the rays of one point per node agreed
   };
 
-  // What is known when a group is looked at.
+  // What is known of a group when it is visited.
   struct GroupVisit {
     uint32_t group = 0;
     int blocked = 0;  // as in Visit
-    // The probability with which it was chosen to be looked at; below 1 only
-    // where the transfer is weak.
+    // The probability with which the group was chosen to be looked at; below 1
+    // only if the transfer is weak.
     float drawn = 1;
   };
 
@@ -315,14 +322,14 @@ class Refiner {
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, const Source& s) const;
 
   PairWork work_;
-  RefineOptions options_;  // of the work, and so are the sides
+  RefineOptions options_;  // copied from the work, as are the sides
   RefineSide receiver_;
-  RefineSide source_;  // with its tree, which the work does without
+  RefineSide source_;  // with its tree, which the work does not need
   const Blockers* blockers_;
   const Basis* basis_;
-  float shadows_;  // weight of unknown occlusion; more in higher orders
+  float shadows_;  // weight of unknown occlusion, by order
   bool constant_basis_;
-  bool is_partial_;  // the cells see parts of each other
+  bool is_partial_;  // the cells see only parts of each other
 };
 
 }  // namespace enfilade

@@ -1,5 +1,6 @@
-// The part of refinement that goes from items of work down to pairs of elements
-// at which refinement begins, or draws the few that matter among many.
+// The part of refinement that goes from items of work down to the pairs of
+// elements at which refinement begins, or draws the few pairs that are kept
+// among many.
 
 #include "solver/refine/refiner_task.h"
 
@@ -19,7 +20,7 @@ void Refiner::Refine(const WorkPart& part,
   const Cluster& r = receiver_.clusters->Clusters()[item.receiver];
   task.first_receiver = r.first;
   if (item.is_drawn && part.part == 0) {
-    task.part = {part.item};  // they are too few to be cut
+    task.part = {part.item};  // a drawn item has too few links to be cut
     DrawItem(item, &task);
   } else if (!item.is_drawn && item.is_group) {
     VisitGroups(r, item.source, &task);
@@ -31,8 +32,9 @@ void Refiner::Refine(const WorkPart& part,
   out->rays += task.rays.traced;
 }
 
-// From the sources of an item down to those of kItemSources, or to where
-// few links are to be expected: what is far or dark is never looked at.
+// Goes from the sources of an item down to clusters of at most kItemSources, or
+// to clusters from which few links are expected: far or dark sources are never
+// looked at.
 void Refiner::VisitSources(uint32_t receiver,
                            uint32_t source,
                            Task* task) const {
@@ -94,7 +96,7 @@ void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
   }
 }
 
-// An item whose links are few.
+// Does an item that is expected to have few links.
 void Refiner::DrawItem(const WorkItem& item, Task* task) const {
   const ClusterPair pair{item.receiver, item.source};
   if (item.is_group) {
@@ -106,8 +108,9 @@ void Refiner::DrawItem(const WorkItem& item, Task* task) const {
 }
 
 // Draws the pairs of items whose weak links are kept, without looking at the
-// others: first by `probability`, which none of them exceeds, jumping from one
-// success to the next; then, of those, by what is their own.
+// other pairs. The first draw uses `visit.probability`, an upper bound for all
+// pairs, and jumps from one success to the next. AddWeak then draws among the
+// successes by each pair's own probability.
 void Refiner::SamplePairs(ClusterPair pair,
                           const ClusterVisit& visit,
                           Task* task) const {
@@ -148,7 +151,7 @@ const Refiner::Receiver& Refiner::ReceiverAt(uint32_t item, Task* task) const {
   });
 }
 
-// Of the sources that the task is at.
+// The source must be among the task's current sources.
 const Refiner::Source& Refiner::SourceAt(uint32_t item, Task* task) const {
   return task->sources.At(item - task->first_source, [&] {
     return RootSource(source_.clusters->Items()[item]);

@@ -1,5 +1,5 @@
-// The part of refinement that knows its two ends, from those at which it begins
-// down to the elements below.
+// The part of refinement that makes the two ends of a transfer: the elements at
+// which refinement begins, and the elements below them.
 
 #include "solver/refine/refiner_task.h"
 #include "solver/refine/source_weights.h"
@@ -11,7 +11,8 @@
 namespace enfilade {
 namespace {
 
-// By how much detail may be concentrated for it to be looked for.
+// NearDetail looks for concentrated detail only if this multiple of the
+// source's detail could reach tau.
 constexpr float kMostConcentration = 16;
 
 // Which child of an element lies nearest to a point.
@@ -65,8 +66,8 @@ Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
     SetRadiosity(&s);
     return s;
   }
-  // Children that are there say nothing beyond their parent; whether they are
-  // must not matter: links may have been made to them meanwhile.
+  // If the parent has no detail, its children carry nothing beyond it. Whether
+  // they exist must not matter, because links may have created them meanwhile.
   s.radiosity = Pushed(parent.radiosity, patch.shape, child);
   for (float& b : s.radiosity) {
     b = std::abs(b);
@@ -74,7 +75,7 @@ Refiner::Source Refiner::ChildSource(const Source& parent, size_t child) const {
   return s;
 }
 
-// Radiosity at the transfer nodes, of a child by that of its parent.
+// The radiosity at a child's transfer nodes, from that at its parent's.
 std::array<float, kTransferNodes> Refiner::Pushed(
     const std::array<float, kTransferNodes>& parent,
     PatchShape shape,
@@ -122,11 +123,12 @@ bool Refiner::CanSplit(const TransferEnd& end, ElementPath path) const {
   return end.diameter > options_.least_diameter && !IsDeepest(path);
 }
 
-// How wrong the source's nodes are where it lies closest to the receiver, W/m2
-// of irradiance. The oracle takes detail as spread over all of the source, and
-// so is the kernel if the receiver is far. A bulb before a wall lights a spot
-// of it and the shade beside the spot: then both are concentrated, and where,
-// the elements say that lie below the source.
+// The error of the source's nodes where the source lies closest to the
+// receiver, W/m2 of irradiance. The oracle takes the source's detail as spread
+// over all of the source; the kernel is likewise spread if the receiver is far.
+// But if a bulb before a wall lights a spot of the wall and the shade beside
+// the spot, detail and kernel are both concentrated. The elements below the
+// source say where.
 float Refiner::NearDetail(const Receiver& r,
                           const Source& s,
                           const Judgement& judgement) const {

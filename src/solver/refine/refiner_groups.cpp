@@ -12,25 +12,25 @@
 namespace enfilade {
 namespace {
 
-// Rays of a look: points about each of the receiver's nodes, and rays of each.
-// What many rays leave unknown is what V varies by over the receiver, and their
-// noise, which strata make about half as large.
+// The rays of a look: points about each of the receiver's nodes, and rays from
+// each point. Many rays leave unknown how V varies over the receiver, and their
+// own noise, which stratification makes about half as large.
 constexpr size_t kManyPoints = 4;
 constexpr size_t kManyRays = 4;
 constexpr float kUnknownByReceiver = 0.5F;
 constexpr float kStratified = 0.5F;
-// Makes the keys of groups others than those of patches.
+// Keeps the keys of groups distinct from those of patches.
 constexpr uint64_t kGroupKey = uint64_t{1} << 31;
 
-// What rays leave unknown, as a share of the transfer, and how much of that is
-// the receiver's, whose points see different shares of the group, and not the
-// group's, whose points are seen or not.
+// `share`: what rays leave unknown, as a share of the transfer. `of_receiver`:
+// the part of that due to the receiver, whose points see different shares of
+// the group. The rest is due to the group, whose points are seen or not.
 struct Unknown {
   float share = 0;
   float of_receiver = 0;
 };
 
-// Where all rays agree it is the larger end's.
+// If all rays agree, most of the unknown share is due to the larger end.
 Unknown UnknownByAgreed(float share,
                         float receiver_diameter,
                         const Box& group) {
@@ -61,7 +61,7 @@ void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
   }
 }
 
-// As SamplePairs.
+// Draws the receivers of a cluster for a group, as SamplePairs draws pairs.
 void Refiner::SampleGroup(ClusterPair pair,
                           const ClusterVisit& visit,
                           Task* task) const {
@@ -76,8 +76,9 @@ void Refiner::SampleGroup(ClusterPair pair,
   }
 }
 
-// Looks at a group, or not: most pairs of a hall with many lamps are so weak
-// that the box of the group says so. `drawn`: as of AddWeak.
+// Looks at a group with a probability that the bound by the group's box gives:
+// in a hall with many lamps, most pairs are so weak that the box shows it.
+// `drawn`: as for AddWeak.
 void Refiner::DrawGroup(const Receiver& r,
                         uint32_t group,
                         float drawn,
@@ -123,8 +124,9 @@ void Refiner::VisitGroup(const Receiver& r,
   VisitSeenGroup(r, visit, &transfer, task);
 }
 
-// One ray, more from one point, or from several: until they say enough.
-// `light`: what the group sends at most, weighted.
+// Traces one ray per node, then more from one point per node, then rays from
+// several points, until they say enough. `light`: the unoccluded transfer from
+// the group, weighted.
 Refiner::GroupLook Refiner::LookAtGroup(const Receiver& r,
                                         float light,
                                         int blocked,
@@ -135,8 +137,8 @@ Refiner::GroupLook Refiner::LookAtGroup(const Receiver& r,
   if (!look.few) {
     look.sight = rays->Look(1, kManyRays);
   }
-  // One point of an element that mostly faces away says little, unless little
-  // is at stake.
+  // If an element mostly faces away, one point per node says little; that is
+  // accepted only if little is at stake.
   look.agreed = look.sight.Agrees() &&
                 (look.few || 2 * look.sight.points >= r.end.node_count);
   if (!look.agreed) {
@@ -169,7 +171,7 @@ void Refiner::VisitSeenGroup(const Receiver& r,
   const float hidden = light * shadows_ * unknown.share;
   float by_receiver = rough + unknown.of_receiver * hidden;
   float by_source = (1 - unknown.of_receiver) * hidden;
-  // A proof costs as much as a kernel: only where it decides.
+  // A proof costs as much as a kernel, so it is tried only where it decides.
   const bool proven = visible >= 1 && rough <= tau && rough + hidden > tau &&
                       transfer->IsProvenClear(*blockers_);
   if (proven) {
@@ -256,7 +258,7 @@ void Refiner::AcceptGroup(const Receiver& r,
   AddLink(link, task);
 }
 
-// As AddWeak.
+// Draws a weak link from a group, as AddWeak does from an element.
 void Refiner::AddWeakGroup(const Receiver& r,
                            GroupVisit visit,
                            const GroupTransfer& transfer,

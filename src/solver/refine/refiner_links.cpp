@@ -1,5 +1,5 @@
-// The part of refinement that makes links: of transfers that are accepted, of
-// weak ones that are drawn, and in the blocks of cells.
+// The part of refinement that makes links: from accepted transfers, from weak
+// transfers that are drawn, and in the link blocks of cells.
 
 #include "base/random.h"
 #include "solver/refine/refiner_task.h"
@@ -11,8 +11,8 @@
 namespace enfilade {
 namespace {
 
-// What quadrature scaled to the true sum may add to a near link's error, in
-// tau.
+// The error that quadrature scaled to the true sum may add to a near link, as a
+// share of tau.
 constexpr float kRebuiltShare = 0.03125F;
 
 // Adds gains at transfer nodes to those at the nodes of a basis.
@@ -40,7 +40,7 @@ GroupCoefficients EncodedGain(const std::array<float, kTransferNodes>& gain) {
   return coefficients;
 }
 
-// QuadratureKernel of what is visible, scaled to a sum.
+// The QuadratureKernel of the visible pairs of nodes, scaled to a sum.
 Kernel ScaledQuadrature(const TransferEnd& receiver,
                         const TransferEnd& source,
                         uint16_t visible,
@@ -63,9 +63,8 @@ bool IsZero(const Kernel& kernel) {
       kernel.begin(), kernel.end(), [](float k) { return k == 0; });
 }
 
-// By what the irradiance that a source with these nodes and this detail brings
-// differs for another kernel, W/m2, root of the mean square over the receiver's
-// nodes.
+// The difference between the irradiances that two kernels bring from a source
+// with these nodes and this detail, W/m2, RMS over the receiver's nodes.
 float Difference(const Kernel& kernel,
                  const Kernel& other,
                  const std::array<float, kTransferNodes>& radiosity,
@@ -142,15 +141,15 @@ void Refiner::AddError(float error, Task* task) {
       static_cast<double>(error) * static_cast<double>(error);
 }
 
-// Where all rays of a link are blocked, what may have got through depends on
-// how many do elsewhere: behind a wall none.
+// If all rays of a link are blocked, the light that may still get through
+// depends on how many rays get through elsewhere: behind a wall, none do.
 void Refiner::AddBlockedError(float error, Task* task) {
   task->blocked_squared +=
       static_cast<double>(error) * static_cast<double>(error);
 }
 
-// The sources that the task was at are done. Weak links wait for their rays
-// beyond that, but where these decide on what was blocked.
+// Finishes the task's current sources. Weak links may wait for their rays
+// beyond that, unless the rays decide on blocked errors.
 void Refiner::TakeBlocked(Task* task) const {
   if (task->blocked_squared > 0) {
     FlushWeak(task);
@@ -208,7 +207,7 @@ void Refiner::Encode(const Receiver& r,
   const Kernel rebuilt = ScaledQuadrature(
       r.end, s.end, static_cast<uint16_t>(link->more), link->value);
   const float error = Difference(kernel, rebuilt, s.radiosity, s.detail);
-  // Quadrature that finds nothing has no sum to be scaled.
+  // Quadrature that is zero everywhere cannot be scaled to a sum.
   if (IsZero(rebuilt) ||
       r.weight * error > kRebuiltShare * static_cast<float>(options_.tau)) {
     auto& shapes = task->out->shapes;

@@ -1,5 +1,5 @@
-// A part of the work of a Refiner while it is done: shared by the files that
-// implement it.
+// A part of a Refiner's work while it is being done; shared by the files that
+// implement Refiner.
 
 #pragma once
 
@@ -16,16 +16,17 @@
 
 namespace enfilade {
 
-// What sixteen rays that all get through leave unknown, as a share of the
-// transfer.
+// The occlusion that sixteen rays leave unknown if all get through, as a share
+// of the transfer.
 constexpr float kUnprovenClear = 0.03F;
 
 // Rays that are traced together.
 constexpr size_t kPacketRays =
     std::tuple_size_v<decltype(SegmentPacket::from_x)>;
 
-// Values made when they are first asked for. Nothing is written for the others:
-// most parts of a large building's work ask for none.
+// Values that are made when they are first asked for. Values that are never
+// asked for are not written: most parts of a large building's work ask for
+// none.
 template <typename T, size_t kCount>
 class Slots {
   static_assert(std::is_trivially_destructible_v<T> && kCount <= 64);
@@ -49,7 +50,7 @@ class Slots {
 
   void Clear() { made_ = 0; }
 
-  // Requires that it was made.
+  // Requires that the value was made.
   const T& operator[](size_t i) const {
     return *std::launder(reinterpret_cast<const T*>(bytes_) + i);
   }
@@ -59,19 +60,21 @@ class Slots {
   alignas(T) std::byte bytes_[kCount * sizeof(T)];
 };
 
-// A part of an item of work.
+// The state of a part of an item of work.
 struct Refiner::Task {
-  // Whether links to a receiver on the part's way belong to it.
+  // Whether links to a receiver on the way to the part's element belong to the
+  // part.
   [[nodiscard]] bool Takes(const Receiver& r) const {
     return part.Owns(r.level);
   }
 
-  // Whether the part has a share in a child of a receiver on its way.
+  // Whether the part reaches into a child of a receiver on the way to the
+  // part's element.
   [[nodiscard]] bool Enters(const Receiver& r, size_t child) const {
     return r.level >= part.Levels() || part.ChildAt(r.level) == child;
   }
 
-  // Whether one of the item's receivers [first, first + count) is of the part.
+  // Whether one of the item's receivers [first, first + count) is in the part.
   [[nodiscard]] bool Meets(uint32_t first, uint32_t count) const {
     if (part.depth == 0) {
       return true;
@@ -83,15 +86,15 @@ struct Refiner::Task {
   RawLinks* out = nullptr;
   WorkPart part;
   LinkLimit limit;
-  // The item's receivers and the sources that it is at, made when first asked
-  // for.
+  // The item's receivers and its current sources, made when first asked for.
   uint32_t first_receiver = 0;
   uint32_t first_source = 0;
   Slots<Receiver, kItemReceivers> receivers;
   Slots<Source, kItemSources> sources;
   RayCount rays;
-  // What blocked transfers from these sources would add to the squared error if
-  // half of all rays to them were blocked, and the rays before them.
+  // What blocked transfers from the current sources would add to the squared
+  // error if half of all rays to them were blocked, and the ray counts before
+  // these sources.
   double blocked_squared = 0;
   RayCount rays_before;
   // Weak links wait for their rays until the packet is full.

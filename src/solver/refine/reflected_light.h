@@ -1,6 +1,6 @@
-// What the elements of a cell reflect, as it was balanced last: from its
-// patches down to where nothing finer is known. The same however much the tree
-// has grown since.
+// What the elements of a cell reflected when the cell was last balanced: from
+// the patches down to the finest elements with known detail. The values are the
+// same however much the tree has grown since.
 
 #pragma once
 
@@ -16,16 +16,17 @@
 
 namespace enfilade {
 
-// Of one element, largest channel, times the care of its patch, W/m2.
+// The reflected light of one element, in its largest channel, times the care of
+// its patch, W/m2.
 struct ReflectedElement {
-  ElementId element;  // itself, or an ancestor that has no detail
+  ElementId element;  // this one, or an ancestor without detail
   float mean = 0;     // rho H
-  float detail = 0;   // RMS over the element of what is finer than its own
+  float detail = 0;   // RMS over the element of all finer light
 };
 
 class ReflectedLight {
  public:
-  // All are borrowed. `care` is by patch; empty: 1 for all.
+  // All arguments are borrowed. `care` is by patch; empty: 1 for all.
   ReflectedLight(const CellTree& tree,
                  std::span<const PatchGeometry> patches,
                  const SurfaceTable& surfaces,

@@ -13,7 +13,7 @@
 namespace enfilade {
 namespace {
 
-// Of a basis that has nodes of its own, at a transfer node.
+// The value at a transfer node, for a basis that has nodes of its own.
 float SampleAt(size_t node,
                PatchShape patch,
                const Basis& basis,
@@ -58,7 +58,7 @@ uint64_t SourceWeights::SizeBytes() const {
          groups.capacity() * sizeof(GroupWeight);
 }
 
-// A cluster tree has its root, and less than two nodes per item.
+// A cluster tree has its root and fewer than two further nodes per item.
 uint64_t SourceWeights::BytesFor(size_t patches) {
   return 2 * sizeof(float) +
          patches * (4 * sizeof(float) + sizeof(GroupWeight));

@@ -1,7 +1,7 @@
-// What a cell sends at most: bounds by which the items of work of its pairs are
-// found. They are far smaller than the tree that they are made of, and most
-// cells that see a source get no links from it: so they are kept beside the
-// tree.
+// Bounds of what a cell sends, by which the items of work of its pairs are
+// found. The bounds are far smaller than the tree from which they are made, and
+// most cells that see a source get no links from it. The bounds are therefore
+// kept beside the tree.
 
 #pragma once
 
@@ -20,10 +20,10 @@
 
 namespace enfilade {
 
-// What a group sends, of the brightest channel, W/m2.
+// What a group sends in its brightest channel, W/m2.
 struct GroupWeight {
   float radiosity = 0;
-  float spread = 0;  // RMS of what its patches deviate from it
+  float spread = 0;  // RMS deviation of its patches from `radiosity`
 
   [[nodiscard]] float Most() const { return radiosity + spread; }
 };
@@ -32,44 +32,46 @@ template <>
 inline constexpr bool kIsPacked<GroupWeight> = sizeof(GroupWeight) ==
                                                2 * sizeof(float);
 
-// What a cell sends at most: the same for all receivers, until it has had its
-// next turn.
+// Bounds of what a cell sends. They are the same for all receivers until the
+// cell's next turn is over.
 struct SourceWeights {
-  // Per cluster, the largest of its items that are in no group.
+  // Per cluster, the largest value of its items that are in no group.
   std::vector<float> peaks;         // radiosity, W/m2
   std::vector<float> fluxes;        // radiosity times area, W
   std::vector<GroupWeight> groups;  // as in SourceGroups::All()
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // An upper bound of what SizeBytes() of a cell of so many patches will be.
+  // An upper bound of SizeBytes() for a cell with this many patches.
   static uint64_t BytesFor(size_t patches);
 };
 
-// Of the side of a source, of which all but `sent` is there. What whole patches
-// send decides: it is the same after the tree has grown.
+// Makes the bounds of a source, whose `sent` is not needed. The bounds come
+// from what whole patches send, so they are the same after the tree has grown.
 SourceWeights WeighSource(const RefineSide& source);
 
 [[nodiscard]] bool HasSourceWeights(const BlockStorage& store, CellId id);
 
-// There must be some. DamagedStoreError if they do not fit the cell.
+// Requires stored weights. Throws DamagedStoreError if they do not fit the
+// cell.
 SourceWeights LoadSourceWeights(const BlockStorage& store,
                                 CellId id,
                                 const CellGeometry& cell);
 
-// Returns what they take in the store.
+// Returns the bytes that the weights take in the store.
 uint64_t SaveSourceWeights(BlockStorage& store,
                            CellId id,
                            const SourceWeights& weights);
 
 void EraseSourceWeights(BlockStorage& store, CellId id);
 
-// What an element sends at its transfer nodes, of the brightest channel, W/m2.
+// What an element sends at its transfer nodes, in the brightest channel, W/m2.
 std::array<float, kTransferNodes> NodeRadiosity(const CellTree& tree,
                                                 ElementId element,
                                                 PatchShape patch);
 
-// The largest radiosity of an element, by that at its nodes and by its detail.
+// The largest radiosity of an element: the largest at its nodes, plus its
+// detail.
 float PeakOf(const std::array<float, kTransferNodes>& radiosity, float detail);
 
 }  // namespace enfilade

@@ -9,12 +9,12 @@
 namespace enfilade {
 namespace {
 
-// What a lamp could send to x at most, up to a factor; 0 if it is behind x or x
-// behind it.
+// A rough bound, up to a constant factor, of what a lamp sends to x; 0 if the
+// lamp is behind x or x is behind the lamp.
 double Importance(const Lamp& lamp, Point3 x, Vec3 normal) {
   const Patch& p = lamp.patch;
   const bool is_triangle = p.shape == PatchShape::kTriangle;
-  double highest = 0;  // of its corners over x
+  double highest = 0;  // of the lamp's corners above x
   for (const Point3 corner : {p.origin,
                               p.origin + p.u,
                               p.origin + p.v,

@@ -1,5 +1,5 @@
-// The patches that emit, and their choice as seen from a point: for sampling
-// direct light.
+// The patches that emit (lamps), and the choice of a lamp from a point, for
+// sampling direct light.
 //
 // Notation, from a point x
 //   w_e        importance of lamp e, a rough bound of what it sends to x
@@ -32,10 +32,10 @@ struct Lamp {
   Rgb exitance{};   // W/m2
 };
 
-// All of a building, by cell and patch.
+// All lamps of a building, in the order of cells and patches.
 class Lamps {
  public:
-  // What so many take while they are found.
+  // The bytes that so many lamps take while they are found.
   static uint64_t BytesFor(size_t lamps) {
     constexpr uint64_t kGrowth = 3;  // old and new while the array grows
     return kGrowth * lamps * sizeof(Lamp);
@@ -47,10 +47,10 @@ class Lamps {
         size_t cells,
         MemoryBudget& budget);
 
-  // Those of a cell.
+  // The lamps of a cell.
   [[nodiscard]] std::span<const Lamp> Of(CellId cell) const;
 
-  // The lamp of this patch, nullptr if it is none.
+  // The lamp of this patch, nullptr if the patch does not emit.
   [[nodiscard]] const Lamp* Find(CellId cell, PatchId patch) const;
 
  private:
@@ -58,19 +58,19 @@ class Lamps {
   MemoryCharge charge_;
 };
 
-// The lamps of some cells as a point sees them.
+// The choice among the lamps of some cells by their importance for a point.
 class LampChoice {
  public:
-  // `cells` ascend; borrowed.
+  // `cells` are in ascending order; they are borrowed.
   LampChoice(const Lamps& lamps,
              std::span<const CellId> cells,
              Point3 x,
              Vec3 normal);
 
-  // Nothing can be chosen: no lamp is in front of the point.
+  // Whether no lamp can be chosen, since none is in front of the point.
   [[nodiscard]] bool IsEmpty() const { return entries_.empty(); }
 
-  // By `s`, uniform in [0, 1). Requires !IsEmpty().
+  // Chooses a lamp by `s`, uniform in [0, 1). Requires !IsEmpty().
   [[nodiscard]] const Lamp& Choose(double s) const;
 
   // P_e / A_e; 0 if the lamp cannot be chosen.
@@ -79,7 +79,7 @@ class LampChoice {
  private:
   struct Entry {
     const Lamp* lamp = nullptr;  // ascending
-    double sum = 0;              // of the importance up to this one
+    double sum = 0;              // of the importances up to this one's
   };
 
   std::vector<Entry> entries_;

@@ -35,7 +35,8 @@ class OutlierSum {
 
   [[nodiscard]] uint64_t Count() const { return count_; }
 
-  // Without the so many numbers of the largest magnitude; 0 if none is left.
+  // The mean of all numbers but the `outliers` of largest magnitude; 0 if no
+  // number is left.
   [[nodiscard]] SampledMean MeanWithout(size_t outliers) const {
     double sum = sum_;
     double squares = squares_;

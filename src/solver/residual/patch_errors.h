@@ -1,5 +1,5 @@
-// What the probes of the residual say of single patches: the integral of its
-// square over each.
+// The integral of the squared residual over each single patch, estimated from
+// the probes of the residual.
 
 #pragma once
 
@@ -17,37 +17,39 @@ class PatchErrors {
  public:
   PatchErrors() = default;
 
-  // What it takes.
+  // The bytes that a PatchErrors takes.
   static uint64_t BytesFor(size_t cells, size_t most_probes);
 
-  // `first_patch`, by cell: patches are counted through all cells. Grows with
-  // the probes, for which it takes room now, and not with the patches.
+  // `first_patch` holds, by cell, the number of the cell's first patch, counted
+  // through all cells. The memory is proportional to `most_probes`, for which
+  // it is reserved here, and not to the patches.
   PatchErrors(std::span<const uint32_t> first_patch,
               size_t most_probes,
               MemoryBudget& budget);
 
-  // A probe on a patch: an estimate of the integral of r^2 over all patches,
-  // W^2/m2. `share`: of all probes, those that fall on this patch.
+  // Adds a probe on a patch. `square` is the probe's estimate of the integral
+  // of r^2 over all patches, W^2/m2; `share` is the share of all probes that
+  // fall on this patch.
   void Add(CellId cell, PatchId patch, double share, double square);
 
-  // After the last probe.
+  // Must be called after the last Add().
   void Sort();
 
-  // The integral over each of a cell's patches, as many as asked for, less its
-  // standard deviation: 0 where too few probes were to know of it. After
-  // Sort().
+  // For each of the cell's first `patches` patches, the integral of r^2 less
+  // its standard deviation; 0 if too few probes fell on the patch to tell.
+  // Requires Sort().
   [[nodiscard]] std::vector<float> Of(CellId cell, size_t patches) const;
 
   // Upper bound of the patches with a known error; each needs two probes.
   [[nodiscard]] size_t MostKnown() const { return probes_.size() / 2; }
 
-  // The integral over all.
+  // The integral of r^2 over all patches, W^2/m2.
   [[nodiscard]] double OfAll() const;
 
  private:
   struct Probe {
     uint32_t patch = 0;
-    float square = 0;  // over the patch
+    float square = 0;  // integral over the patch
   };
 
   MemoryCharge charge_;

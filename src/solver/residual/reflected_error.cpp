@@ -9,18 +9,18 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kMostGroups = 256;
-// A place is two groups: what is narrow, and the rest.
+// Each place has two groups: its narrow parts and the rest.
 constexpr size_t kMostPlaces = kMostGroups / 2;
-// Narrow, as a share of the longest edge of a place.
+// A distance below this share of the longest edge of a place is narrow.
 constexpr double kNarrow = 0.25;
-// Of the size of groups by groups, at a time.
+// The matrices of groups x groups that Spread() needs at a time.
 constexpr size_t kWorkMatrices = 3;
 
 double Along(Vec3 v, size_t axis) {
   return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-// At most `most` boxes, about as long as wide.
+// Boxes along each axis: at most `most` in all, each about as long as wide.
 std::array<size_t, 3> BoxesOf(const Box3& bounds, size_t most) {
   std::array<size_t, 3> boxes = {1, 1, 1};
   for (size_t all = 1; 2 * all <= most; all *= 2) {
@@ -139,8 +139,8 @@ Eigen::MatrixXd ReflectedError::Residuals(size_t channel) const {
   return residuals;
 }
 
-// s = (1 - rho F)^-1 rho F r. What a group sees of others is at most 1 in all,
-// and what it reflects of that less: the matrix is diagonally dominant.
+// s = (1 - rho F)^-1 rho F r. The rows of F sum to at most 1 and rho is below
+// 1, so the matrix is diagonally dominant.
 Eigen::MatrixXd ReflectedError::Spread(const Eigen::MatrixXd& residuals,
                                        size_t channel) const {
   Eigen::MatrixXd reflected = Eigen::MatrixXd::Zero(kMostGroups, kMostGroups);
@@ -160,7 +160,8 @@ Eigen::MatrixXd ReflectedError::Spread(const Eigen::MatrixXd& residuals,
 ErrorIntegral ReflectedError::Integral() const {
   double added = 0;     // e^2 - r^2 = 2 r s + s^2
   double variance = 0;  // of s, integrated
-  // What `added` becomes, to the first order, where a part is all there is.
+  // `added`, linearised in the residuals of each part; its scatter over the
+  // parts gives the deviation.
   Eigen::VectorXd by_part = Eigen::VectorXd::Zero(kParts);
   for (size_t c = 0; c < kRgbChannels; ++c) {
     const Eigen::MatrixXd r = Residuals(c);
@@ -169,7 +170,8 @@ ErrorIntegral ReflectedError::Integral() const {
       const double share = groups_[k].weight / kRgbChannels;
       const Eigen::VectorXd rs = r.row(EigenIndex(k));
       const Eigen::VectorXd ss = s.row(EigenIndex(k));
-      // Products of different parts only, whose noise is independent.
+      // Only products of different parts count, since their noise is
+      // independent.
       added +=
           share * (OfDifferentParts(ss, ss) + 2 * OfDifferentParts(rs, ss));
       by_part += 2 * share * (ss.mean() * ss + ss.mean() * rs + rs.mean() * ss);

@@ -1,15 +1,17 @@
-// What the error of a solution becomes on its way through the building. With
-// the residual r of the equation (residual_check.h), the error is
+// The error of a solution from its residual and what reflection makes of it.
+// With the residual r of the radiosity equation (residual_check.h), the error
+// is
 //
-//   e = r + rho F e = r + s,     s = rho F (r + s):
+//   e = r + rho F e = r + s,     s = rho F (r + s).
 //
-// what is left out at one place is missed again at every bounce. Where light is
-// reflected often, errors that cancel out nowhere near (a whole wall too
-// bright by a hundredth) so grow to many times their size, and s is far larger
-// than r. It is smooth, as all reflected light is: so it is found from means
-// over groups of surface, as many as fit a small matrix, all of whose numbers
-// come from the probes and rays of the residual. (The coarse grid of a two-grid
-// method, used to estimate instead of to correct.)
+// Light that is missing at one place is missing again at every bounce. If light
+// is reflected often, an error of one sign over a large surface (a whole wall
+// too bright by a hundredth) grows to many times its size, and s is far larger
+// than r. Since s is smooth, as all reflected light is, it is found from means
+// over groups of surface, few enough for a small matrix. All entries of that
+// matrix come from the probes and rays of the residual. (The matrix is the
+// coarse grid of a two-grid method, used to estimate the error instead of
+// correcting it.)
 //
 //   r      residual, W/m2 of radiosity, mean of a group's probes
 //   F      form factors of groups: shares of the probes' rays
@@ -32,10 +34,10 @@
 
 namespace enfilade {
 
-// Where a residual was measured.
+// A residual that was measured at a point.
 struct ErrorProbe {
   size_t group = 0;
-  double weight = 0;  // m2: the area that it stands for, times all probes
+  double weight = 0;  // m2: area of the probe, times all probes
   Rgb residual{};     // without bias, W/m2
   Rgb reflectance{};
 };
@@ -50,35 +52,37 @@ class ReflectedError {
  public:
   ReflectedError(std::span<const CellInfo> cells, MemoryBudget& budget);
 
-  // The group of a point of a cell's surfaces: a box of a few in the cell, or
-  // several cells together where there are many. What is narrow there is a
-  // group of its own: light that leaks into the slot behind a cupboard comes
-  // back in it again and again, and hardly into the room.
+  // The group of a point on a cell's surfaces. The place of the point is one of
+  // a few boxes in the cell or, if there are many cells, several cells
+  // together. The narrow parts of a place are a group of their own: light that
+  // leaks into the slot behind a cupboard bounces in the slot again and again
+  // and hardly returns to the room.
   [[nodiscard]] size_t GroupOf(CellId cell, Point3 x, bool is_narrow) const;
 
-  // A point most of whose rays end within this distance is in a narrow place,
-  // m.
+  // If most rays of a point end within this distance, m, the point is in a
+  // narrow part.
   [[nodiscard]] double NarrowBelow(CellId cell) const;
 
-  // Probes are counted by turns to independent parts.
+  // Adds a probe to one of the independent parts, each in turn.
   void AddProbe(const ErrorProbe& probe);
 
-  // A ray from a probe of `from` that met a surface of `to`; `weight`: the
-  // probe's, times the share of its light that the ray stands for.
+  // Adds a ray from a probe of group `from` that met a surface of group `to`.
+  // `weight` is the probe's weight times the share of its light that the ray
+  // stands for.
   void AddRay(size_t from, size_t to, double weight);
 
-  // The integral of e^2 - r^2, mean of the channels; without bias by the noise
+  // The integral of e^2 - r^2, mean of the channels, without bias by the noise
   // of r.
   [[nodiscard]] ErrorIntegral Integral() const;
 
  private:
-  // Two would do for a square without bias. How sure it is takes more: where
-  // all is one room, two that agree by chance say nothing.
+  // Two parts suffice for an unbiased square, but its deviation needs more: if
+  // all is one room, two parts that agree by chance tell nothing.
   static constexpr size_t kParts = 16;
 
   struct Group {
-    double weight = 0;  // of its probes
-    Rgb reflectance{};  // likewise, times weight
+    double weight = 0;  // sum over the group's probes
+    Rgb reflectance{};  // likewise, each times its weight
     std::array<Rgb, kParts> residual{};
   };
 
@@ -90,7 +94,8 @@ class ReflectedError {
 
   [[nodiscard]] size_t PlaceOf(CellId cell, Point3 x) const;
 
-  // Residuals of one channel, [group][part], and what they become.
+  // The residuals r of one channel and the reflected errors s that they cause,
+  // both [group][part].
   [[nodiscard]] Eigen::MatrixXd Residuals(size_t channel) const;
   [[nodiscard]] Eigen::MatrixXd Spread(const Eigen::MatrixXd& residuals,
                                        size_t channel) const;
@@ -98,7 +103,7 @@ class ReflectedError {
   size_t cells_per_place_ = 1;
   size_t places_per_cell_ = 1;
   std::vector<double> narrow_below_;  // by cell
-  std::vector<Grid> grids_;           // by cell, unless several are one group
+  std::vector<Grid> grids_;           // by cell; empty if places are larger
   MemoryCharge charge_;
   std::vector<Group> groups_;
   std::vector<double> seen_;  // [from][to]: sum of the weights of rays

@@ -22,14 +22,15 @@ namespace {
 
 // Keeps the samples apart from those of every other part of the program.
 constexpr uint64_t kSeedDomain = 0x726573696475616cULL;
-// Points of the first rounds; every four rounds twice as many, up to eight
-// times.
+// Points of each of the first rounds. The number doubles every four rounds, up
+// to eight times the first.
 constexpr uint32_t kPointsPerRound = 3072;
 constexpr uint64_t kRoundsOfASize = 4;
 constexpr uint64_t kMostDoublings = 3;
 constexpr uint64_t kRaysPerPoint = ResidualSamples::kRaysPerProbe;
 
-// Of a point whose rays are traced, and of one that is looked up.
+// Bytes of a point while its rays are traced, and of a point while the solution
+// is looked up for it.
 constexpr uint64_t kTracedBytes = ResidualRays::kBytesPerProbe;
 constexpr uint64_t kPointBytes = BatchSight::kBytesPerProbe +
                                  sizeof(ResidualProbe) +
@@ -37,19 +38,21 @@ constexpr uint64_t kPointBytes = BatchSight::kBytesPerProbe +
 constexpr uint64_t kMostTracedBytes = 8ULL << 20;
 constexpr uint64_t kMostLookedUpBytes = 24ULL << 20;
 constexpr size_t kLeastBatchPoints = 8;
-// One part in so many of what is free. The number of points that are looked up
-// together says how often cells are read; to trace few at a time costs nothing
-// where the building is in memory.
+// Tracing and look-up each take one part in so many of the free memory. The
+// number of points that are looked up together determines how often cells are
+// read; tracing few points at a time costs nothing if the building is in
+// memory.
 constexpr uint64_t kTracedParts = 8;
 constexpr uint64_t kLookedUpParts = 4;
 
-// How many points of so many bytes fit.
+// How many points of `bytes` bytes each fit into `room`, within limits.
 size_t PointsIn(uint64_t room, uint64_t bytes) {
   return std::clamp<uint64_t>(
       room / bytes, kLeastBatchPoints, kPointsPerRound << kMostDoublings);
 }
 
-// A round begins as long as there are rays left.
+// The first round runs whatever `most_rays` is; a later round runs only if all
+// its rays are left.
 size_t MostProbes(uint64_t most_rays) {
   return most_rays / kRaysPerPoint + kPointsPerRound;
 }
@@ -59,7 +62,8 @@ size_t TracedPoints(const MemoryBudget& budget) {
                   kTracedBytes);
 }
 
-// With what their cells see, in the mean.
+// A point's bytes include the mean size of the list of cells that its cell
+// sees.
 size_t LookedUpPoints(const BlockStorage& store,
                       size_t cells,
                       const MemoryBudget& budget) {
@@ -70,7 +74,7 @@ size_t LookedUpPoints(const BlockStorage& store,
       kPointBytes + seen);
 }
 
-// Takes half of what is free beside a cell's solution.
+// Makes a tracer, which takes half of what is free beside a cell's solution.
 std::unique_ptr<RayTracer> TracerBeside(const Solution& solution,
                                         const BlockStorage& store,
                                         MemoryBudget& budget) {
@@ -194,7 +198,7 @@ class ResidualMeter {
   std::unique_ptr<RayTracer> tracer_;
   ResidualRays rays_;
   ResidualSum sum_;
-  ResidualEstimate estimate_;  // by all rounds that are done
+  ResidualEstimate estimate_;  // from all finished rounds
   uint64_t traced_ = 0;        // rays
 };
 

@@ -7,10 +7,11 @@
 namespace enfilade {
 namespace {
 
-// An interval of this half-width, relative, is narrow.
+// An interval is narrow if its half-width is below this share of the value.
 constexpr double kNarrowInterval = 0.06;
 constexpr double kDeviations = 1.96;
-// More is asked for where points are left out, since the choice is free.
+// More deviations are required if points are left out, since the choice of
+// these points is free.
 constexpr double kCertainDeviations = 3;
 
 }  // namespace
@@ -39,15 +40,16 @@ ResidualEstimate ResidualSum::Estimate(const ErrorIntegral& reflected,
           relative(mean - kDeviations * deviation),
           relative(mean + kDeviations * deviation),
           relative(certain),
-          // No less, where points that were left out, or what reflection adds,
-          // are below zero: noise.
+          // At least `certain`: noise may make the points that were left out,
+          // or what reflection adds, negative.
           relative(std::max(certain, std::max(mean, 0.0) + deviation)),
           squares_.Count(),
           rays};
 }
 
-// Where all points together leave open whether there is any error: that of all
-// but the few that leave it open.
+// If all points together leave open whether there is any error: the mean of r^2
+// over all points but the few that leave it open, or 0 if the others leave it
+// open, too.
 double ResidualSum::CertainPart() const {
   for (size_t k = 1; k <= OutlierSum::kMostOutliers; ++k) {
     const SampledMean others = squares_.MeanWithout(k);

@@ -1,10 +1,10 @@
-// What the probes of the residual say together: the error of the solution, how
-// sure that is, and whether more of them are needed.
+// Combines the probes of the residual into the error of the solution and its
+// confidence interval, and decides whether more probes are needed.
 //
-// The integral of e^2 is that of r^2, of which each probe is an estimate, and
-// what reflection adds to it (reflected_error.h), both in W^2/m2. Of r^2 very
-// few probes may hold nearly all (outlier_sum.h). Knows no rays and no store:
-// residual_check measures, this counts.
+// The integral of e^2 is the integral of r^2, which each probe estimates, plus
+// what reflection adds to it (reflected_error.h), both in W^2/m2. Very few
+// probes may hold nearly all of r^2 (outlier_sum.h). This file knows no rays
+// and no store; residual_check measures the probes.
 
 #pragma once
 
@@ -21,41 +21,42 @@ struct ResidualEstimate {
   double value = 0;
   double low = 0;
   double high = 0;
-  // Between which another estimate of the error is believed: the value, if
-  // there is any error to be seen at all (or by all points but a few, where
-  // these alone make the value uncertain), and one standard deviation above it.
+  // Another estimate of the error is believed if it is between `least` and
+  // `most`. `least` is the value if the value is certainly above 0, else the
+  // value of all points but a few that alone make it uncertain. `most` is one
+  // standard deviation above the value and not below `least`.
   double least = 0;
   double most = 0;
   uint64_t points = 0;
   uint64_t rays = 0;
 };
 
-// What no probe sees, over what they see: errors within a group of surface that
-// come back by reflection.
+// The error that no probe sees, as a share of the error that probes see: errors
+// within a group of surface that come back by reflection.
 struct UnseenError {
   double always = 0;
-  // Times the share of the light that a bounce leaves, in the mean over all
-  // that anything is seen from.
+  // Multiplied by the share of light that a bounce leaves, averaged over the
+  // surfaces and weighted by how far their hemispheres are enclosed.
   double per_bounce = 0;
 };
 
-// Measured: docs/decisions/residual-check.md. What the slopes that a constant
-// basis lacks become on their way is not seen either.
+// Measured; see docs/decisions/residual-check.md. With a constant basis, probes
+// also do not see what reflection makes of the slopes that the basis lacks.
 inline constexpr UnseenError kUnseenError = {0.05, 0.2};
 inline constexpr UnseenError kUnseenErrorOfConstants = {0.05, 0.75};
 
-// What makes an error of an integral.
+// Converts the integral of e^2 into a relative RMS error.
 struct ErrorScale {
   double mean_reflected = 1;   // W/m2: the error is relative to it
-  double reflecting_area = 0;  // m2, both of all sides that reflect
+  double reflecting_area = 0;  // m2; both over all reflecting sides
   UnseenError unseen;
 };
 
-// What a probe has measured.
+// The measurements of one probe.
 struct ProbeResidual {
-  double weight = 0;    // m2: the area that it stands for, times all probes
+  double weight = 0;    // m2: area of the probe, times all probes
   double square = 0;    // r^2 without bias, mean of the channels, (W/m2)^2
-  double enclosed = 0;  // share of its hemisphere that anything came from
+  double enclosed = 0;  // share of its hemisphere that surfaces fill
   Rgb reflectance{};
 };
 
@@ -65,8 +66,8 @@ class ResidualSum {
 
   void Add(const ProbeResidual& probe);
 
-  // Of all probes so far, after so many rays. `reflected`: the integral of
-  // e^2 - r^2 by the same probes.
+  // The estimate of all probes so far, which took `rays` rays. `reflected` is
+  // the integral of e^2 - r^2 from the same probes.
   [[nodiscard]] ResidualEstimate Estimate(const ErrorIntegral& reflected,
                                           uint64_t rays) const;
 
@@ -76,23 +77,25 @@ class ResidualSum {
 
   ErrorScale scale_;
   OutlierSum squares_;  // weighted
-  // Of the probes, m2: times the share of their hemispheres that is closed, and
-  // times that again and the reflectance.
+  // Sums over the probes, m2. `seen_area_` sums the weight times the enclosed
+  // share of the hemisphere, `reflected_area_` the weight times the square of
+  // that share and the reflectance.
   double seen_area_ = 0;
   double reflected_area_ = 0;
 };
 
-// How many rays a decision takes at least.
+// The fewest rays after which the error may be decided to be below or above a
+// value.
 struct DecidingRays {
-  // To say that the error is smaller: what few points see of it may be nothing,
-  // and then they are sure of that.
+  // For the decision "below": few points may see no error at all, and then
+  // their interval is falsely narrow.
   uint64_t below = 0;
-  // To say that it is larger, and on which patches.
+  // For the decision "above", and for which patches it is above.
   uint64_t above = 0;
 };
 
-// The interval is clear of an error, or narrow: more probes would change
-// nothing.
+// Whether the interval excludes `decide_at` after enough rays, or is narrow:
+// more probes would change nothing.
 bool IsDecided(const ResidualEstimate& estimate,
                double decide_at,
                DecidingRays least);

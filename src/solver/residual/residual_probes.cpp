@@ -14,11 +14,12 @@
 namespace enfilade {
 namespace {
 
-// Points are as dense as the reflected radiosity and these shares of its mean,
-// on sides that light may and may not reach.
+// The density of points is the reflected radiosity plus one of these shares of
+// its mean, the first on sides that light may reach, the second on others.
 constexpr double kOpenShare = 0.15;
 constexpr double kEnclosedShare = 0.01;
-// Weighed together: bounds what is kept of them beside the weights.
+// Cells that are weighed together; bounds the memory that they take beside the
+// weights.
 constexpr size_t kCellsAtATime = 16;
 
 size_t PatchCount(std::span<const CellInfo> cells) {
@@ -29,7 +30,7 @@ size_t PatchCount(std::span<const CellInfo> cells) {
   return patches;
 }
 
-// Those of a cell.
+// The ids of all patches of a cell.
 std::vector<PatchId> AllPatches(size_t count) {
   std::vector<PatchId> patches;
   patches.reserve(count);
@@ -92,13 +93,13 @@ void ProbeChooser::Weigh(std::span<const CellInfo> infos) {
   std::partial_sum(weights_.begin(), weights_.end(), weights_.begin());
 }
 
-// Some cells in succession.
+// Weighs some consecutive cells.
 void ProbeChooser::WeighCells(std::span<const CellId> cells) {
   const uint32_t first = first_patch_[cells.front().Index()];
   const uint32_t count = first_patch_[cells.back().Index() + 1] - first;
   const MemoryCharge charge(
       *budget_, count * sizeof(double), "the areas of patches");
-  std::vector<double> areas(count);  // that reflect
+  std::vector<double> areas(count);  // 0 of patches that do not reflect
   solution_->VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
     const std::span<const Patch> patches = cell.Patches();
     const uint32_t begin = first_patch_[cells[i].Index()];
@@ -115,7 +116,7 @@ void ProbeChooser::WeighCells(std::span<const CellId> cells) {
   area_ = std::accumulate(areas.begin(), areas.end(), area_);
 }
 
-// Of the weight, W/m2.
+// The weight per area, W/m2.
 double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
   if (!Reflects(p, solution_->Scene().materials)) {
     return 0;
@@ -178,7 +179,8 @@ void ProbeChooser::AddVisible(CellId cell, ProbeBatch* batch) const {
   }
 }
 
-// Finishes the probes of a cell, whose places come in ascending order.
+// Sets the points of a cell's probes on leaves. The places are in ascending
+// order.
 void ProbeChooser::SetOnLeaves(const Solution::Cell& cell,
                                std::span<const Place> places,
                                ProbeBatch* batch) const {
@@ -190,13 +192,14 @@ void ProbeChooser::SetOnLeaves(const Solution::Cell& cell,
   }
   auto next = places.begin();
   double along = 0;
-  std::optional<LeafMean> last;  // of the patch, with a weight
+  std::optional<LeafMean> last;  // last leaf of the patch with a weight
   const auto set_next = [&](const LeafMean& leaf) {
     SetOnLeaf(
         cell.Patches()[leaf.patch.Index()], leaf, &batch->probes[next->probe]);
     ++next;
   };
-  // Sums of weights are rounded: what lies beyond the last leaf lies on it.
+  // Sums of weights are rounded, so a place beyond the last leaf counts as on
+  // it.
   const auto finish_patch = [&] {
     while (last && next != places.end() && next->patch == last->patch) {
       set_next(*last);
@@ -240,12 +243,12 @@ void ProbeChooser::SetOnLeaf(const Patch& patch,
   probe->weight = weights_.back() / DensityOf(patch, leaf.irradiance);
 }
 
-// The patch, counted over all cells, on whose part of the line a place is.
+// The patch, counted over all cells, whose part of the line contains the place.
 size_t ProbeChooser::PatchAt(double at) const {
   const auto it = std::upper_bound(weights_.begin(), weights_.end() - 1, at);
   size_t patch = static_cast<size_t>(it - weights_.begin()) - 1;
   while (patch > 0 && weights_[patch + 1] <= weights_[patch]) {
-    --patch;  // the last ones have no weight
+    --patch;  // the last patches may have no weight
   }
   return patch;
 }

@@ -1,8 +1,9 @@
-// Where the residual of a solution is measured: random points, one in each
-// stratum of a line along which every leaf of every element tree has the length
-// of its weight. A leaf weighs as much as it reflects, and a share of the mean
-// besides, for the light that the solution may have missed there. So a spot of
-// light is looked at as often as it is bright, and not as its wall is large.
+// Chooses where the residual of a solution is measured: at random points, one
+// in each stratum of a line along which every leaf of every element tree has
+// the length of its weight. The weight of a leaf is the light that it reflects
+// plus a share of the mean, for light that the solution may have missed there.
+// A spot of light so gets probes by its brightness, not by the size of its
+// wall.
 
 #pragma once
 
@@ -35,7 +36,7 @@ struct ResidualProbe {
 struct ProbeBatch {
   std::vector<ResidualProbe> probes;
   std::vector<std::vector<CellId>> visible;  // what the cells of probes see
-  std::vector<MemoryCharge> charges;         // of these lists
+  std::vector<MemoryCharge> charges;         // of the lists of `visible`
 };
 
 // Some of the strata of a round.
@@ -47,55 +48,56 @@ struct ProbeStrata {
 
 class ProbeChooser {
  public:
-  // What choosing takes for each probe, beside the probe.
+  // The bytes that choosing takes for each probe, beside the probe itself.
   static constexpr uint64_t kWorkBytesPerProbe = 32;
 
-  // What it takes while it is made.
+  // The bytes that the chooser takes.
   static uint64_t BytesFor(size_t patches, size_t cells) {
     return (patches + 1) * sizeof(double) + (cells + 1) * sizeof(uint32_t);
   }
 
-  // Reads every cell once; what it borrows must outlive it. `mean_reflected`:
-  // W/m2.
+  // Reads every cell once. Store, solution and budget must outlive the chooser.
+  // `mean_reflected` is in W/m2.
   ProbeChooser(const BlockStorage& store,
                std::span<const CellInfo> cells,
                const Solution& solution,
                double mean_reflected,
                MemoryBudget& budget);
 
-  // Nothing reflects.
+  // Whether nothing reflects.
   [[nodiscard]] bool IsEmpty() const { return !(weights_.back() > 0); }
 
-  // By cell, counted through all cells; one more.
+  // By cell, the number of its first patch, counted through all cells; at the
+  // end the number of all patches.
   [[nodiscard]] std::span<const uint32_t> FirstPatches() const {
     return first_patch_;
   }
 
-  // Of all probes, those on a patch.
+  // The share of all probes that fall on a patch.
   [[nodiscard]] double ShareOf(CellId cell, PatchId patch) const {
     const size_t i = first_patch_[cell.Index()] + patch.Index();
     return (weights_[i + 1] - weights_[i]) / weights_.back();
   }
 
-  // Of all reflecting sides, m2.
+  // The area of all reflecting sides, m2.
   [[nodiscard]] double ReflectingArea() const { return area_; }
 
-  // How far rays start off their surface, m.
+  // The distance from their surface at which rays start, m.
   [[nodiscard]] double Offset() const { return offset_; }
 
-  // One probe in each of the strata. Requires !IsEmpty().
+  // Chooses one probe in each of the strata. Requires !IsEmpty().
   [[nodiscard]] ProbeBatch Choose(uint64_t key, ProbeStrata strata) const;
 
  private:
-  // A probe's place on the line, counted from the beginning of its patch.
-  // kWorkBytesPerProbe: one of these, and a patch.
+  // A probe's place on the line, measured from the beginning of its patch.
+  // kWorkBytesPerProbe has room for one Place and one PatchId.
   struct Place {
     size_t probe = 0;  // index into the batch
     PatchId patch;
     double along = 0;
   };
 
-  // Some probes of a batch in one cell, by places in ascending order.
+  // The probes of a batch in one cell, their places in ascending order.
   struct ProbesInCell {
     CellId cell;
     std::vector<Place> places;
@@ -118,7 +120,7 @@ class ProbeChooser {
   MemoryBudget* budget_;
   double mean_reflected_;
   MemoryCharge charge_;
-  std::vector<double> weights_;        // sums over the patches before; one more
+  std::vector<double> weights_;        // sums over the patches before; 1 more
   std::vector<uint32_t> first_patch_;  // by cell; one more
   double area_ = 0;
   double offset_ = 0;
@@ -126,12 +128,13 @@ class ProbeChooser {
 
 Point3 PointAt(const Patch& p, double a, double b);
 
-// The patch coordinates of a point uniform over a patch.
+// The patch coordinates of a point that is uniform over a patch if (s, t) is
+// uniform over the unit square.
 std::pair<double, double> UniformOn(const Patch& p, double s, double t);
 
-// Term k of an additive recurrence, shifted: spread evenly over [0, 1), and
-// over the square together with that of power 2 (Roberts' R2, by the plastic
-// number).
+// Term k of an additive recurrence, shifted. The terms are spread evenly over
+// [0, 1); pairs of the terms of powers 1 and 2 are spread evenly over the unit
+// square (Roberts' R2, by the plastic number).
 double EvenlySpread(size_t k, int power, double shift);
 
 }  // namespace enfilade

@@ -12,7 +12,7 @@ namespace {
 
 using Samples = ResidualSamples;
 
-// cos_x cos_y / (pi r^2); 0 if the points are behind one another.
+// cos_x cos_y / (pi r^2), 1/m2; 0 if one of the points is behind the other.
 double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
   const Vec3 d = y - x;
   const double square = Dot(d, d);
@@ -22,13 +22,14 @@ double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
              : 0;
 }
 
-// One over the density of all samples together, 1/m2.
+// One over the density (1/m2) of all samples together.
 double WeightOf(double geometry, double lamp_density) {
   return 1 / (Samples::kDirections * geometry + Samples::kLamps * lamp_density);
 }
 
-// Sample k of the lamps: which one, and two coordinates on it. Evenly spread
-// both over all lamps and on the only one there may be.
+// Sample k of the lamps: a number that chooses the lamp, and two coordinates on
+// it. The samples are spread evenly over all lamps and also over each, which
+// matters if there is only one.
 std::array<double, 3> LampSample(uint32_t k,
                                  const std::array<double, 3>& shift) {
   const double along = static_cast<double>(k) / Samples::kLamps + shift[0];
@@ -56,7 +57,8 @@ bool MeetsFront(const TraceHit& hit) {
   return hit.hit && hit.on_front;
 }
 
-// Of nothing but the probes themselves, with room for all that their rays meet.
+// A sight with the points of the probes alone, and with room for all points
+// that their rays meet.
 BatchSight NothingSeen(const ProbeBatch& batch) {
   BatchSight seen;
   const size_t probes = batch.probes.size();
@@ -101,7 +103,7 @@ BatchSight ResidualRays::Look(const ProbeBatch& batch,
   return seen;
 }
 
-// The rays of a part.
+// Makes and traces the rays of the current part.
 void ResidualRays::Trace(const ProbeBatch& batch) {
   const size_t all = part_.count * Samples::kRaysPerProbe;
   part_.rays.resize(all);
@@ -135,14 +137,14 @@ void ResidualRays::MakeRays(const ProbeBatch& batch, size_t i) {
   }
 }
 
-// A ray to a point of a lamp, and the light that it brings if nothing is in its
-// way.
+// Makes a ray to a point of a lamp, and sets the light that the ray brings if
+// nothing blocks it.
 void ResidualRays::AimAtLamp(const ResidualProbe& probe,
                              const LampChoice& lamps,
                              const std::array<double, 3>& at,
                              size_t ray_index) {
   TraceRay& ray = part_.rays[ray_index];
-  // What aims at nothing is worth nothing, wherever it goes.
+  // A ray that aims at no lamp brings no light, whatever it meets.
   ray = {probe.origin, probe.normal, offset_m_};
   part_.light[ray_index] = {};
   if (lamps.IsEmpty()) {
@@ -179,8 +181,8 @@ bool ResidualRays::IsNarrow(size_t i, double distance) const {
   return 2 * near > Samples::kPointsPerProbe;
 }
 
-// What the rays of a probe say by themselves. Finds the groups of surface that
-// they meet.
+// What the rays of a probe tell without the solution's radiosity. Also finds
+// the groups of surface that they meet.
 ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
                                  size_t i,
                                  const ReflectedError& reflected) {
@@ -205,7 +207,7 @@ ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
     ++met;
     const TraceRay& ray = part_.rays[at];
     const Point3 y = ray.origin + ray.direction * hit.distance;
-    // What is close to a point in a slot is in it too.
+    // A point close to a probe in a narrow slot is in the slot, too.
     part_.groups[at] = static_cast<uint32_t>(
         reflected.GroupOf(hit.cell, y, is_narrow && hit.distance < near));
     if (const Lamp* lamp = lamps_->Find(hit.cell, hit.patch)) {
@@ -224,8 +226,8 @@ ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
   return sight;
 }
 
-// Tells `reflected` which groups the rays of a probe join, and notes where the
-// solution is to be looked up.
+// Tells `reflected` which groups the rays of a probe connect, and notes where
+// the solution is to be looked up.
 void ResidualRays::NoteMet(const ProbeBatch& batch,
                            size_t i,
                            ReflectedError* reflected,

@@ -1,8 +1,9 @@
-// The rays of probes of the residual, and the light that they bring: two
-// estimates of the irradiance at each probe by rays over its hemisphere and to
-// points of lamps, weighed by the balance heuristic (Veach & Guibas 1995).
+// The rays of the residual's probes and the light that they bring: two
+// estimates of the irradiance at each probe, by rays over its hemisphere and by
+// rays to points of lamps, weighted by the balance heuristic (Veach & Guibas
+// 1995).
 //
-// For one of the two halves of a probe x, n_d directions and n_l lamp points:
+// Each of the two halves of a probe x has n_d directions and n_l lamp points:
 //
 //   H(x)   irradiance, W/m2 per channel: E(x) + sum B(y) / n_d over what the
 //          directions meet, less the emission of y, which is in E
@@ -11,8 +12,8 @@
 //   p      density of the points of lamps, 1/m2
 //   w      1 / (n_d G + n_l p), the weight of either kind
 //
-// B comes from the solution, later and for many probes in one go, for reading a
-// cell costs far more than a point in it: residual_check does so.
+// residual_check looks B up in the solution later, for many probes at once,
+// since reading a cell costs far more than evaluating a point in it.
 
 #pragma once
 
@@ -41,36 +42,36 @@ struct ResidualSamples {
   static constexpr uint32_t kAll = kDirections + kLamps;
   static constexpr uint64_t kRaysPerProbe = uint64_t{kHalves} * kAll;
 
-  // Of the rays of a probe: it goes in a direction, and not to a lamp.
+  // Whether this ray of a probe goes over the hemisphere, and not to a lamp.
   static constexpr bool IsDirection(size_t ray) {
     return ray % kAll < kDirections;
   }
 
-  // What is to be looked up for each.
+  // The most points for each probe, beside itself, at which B is looked up.
   static constexpr uint64_t kPointsPerProbe = uint64_t{kHalves} * kDirections;
 };
 
 // What a probe sees.
 struct ProbeSight {
-  // By half, W/m2: at first the light of the lamps that is sampled on them and
-  // by rays, less what the solution's radiosity will bring of it again.
+  // Irradiance by half, W/m2. At first it is the direct light by both kinds of
+  // rays, less the emission that the solution's radiosity will bring again.
   std::array<Rgb, ResidualSamples::kHalves> arriving{};
   Rgb solved{};         // the solution's radiosity at the probe, W/m2
   size_t group = 0;     // of the probe (reflected_error.h)
-  double enclosed = 0;  // share of the hemisphere that anything came from
+  double enclosed = 0;  // share of the hemisphere that surfaces fill
 };
 
 // What the probes of a batch see.
 struct BatchSight {
-  // While the solution is looked up, too.
+  // The bytes for each probe, those for looking up the solution included.
   static constexpr uint64_t kBytesPerProbe =
       (1 + ResidualSamples::kPointsPerProbe) *
           (sizeof(PatchPoint) + sizeof(uint32_t) +
            PointsByCell::kBytesPerPoint) +
       sizeof(ProbeSight);
 
-  // The solution has so much radiosity, W/m2, at one of the points. What
-  // arrives is complete after all of them; the bits depend on their order.
+  // Adds the solution's radiosity, W/m2, at one of the points. The irradiance
+  // is complete after all points; its bits depend on their order.
   void AddRadiosity(size_t point, const Rgb& radiosity);
 
   std::vector<ProbeSight> probes;
@@ -83,14 +84,15 @@ struct BatchSight {
 
 class ResidualRays {
  public:
-  // Of the rays of a probe while they are traced.
+  // The bytes of a probe's rays while they are traced.
   static constexpr uint64_t kBytesPerProbe =
       ResidualSamples::kRaysPerProbe *
       (sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Rgb) + sizeof(uint32_t));
 
-  // Traces the rays of at most so many probes at a time, for which the caller
-  // has room: the same bits for any number. `offset_m`: how far lamp points are
-  // off their lamps. What it borrows must outlive it.
+  // Traces the rays of at most `most_traced` probes at a time, for which the
+  // caller has charged the memory; the result has the same bits for any number.
+  // `offset_m` is the distance of lamp points from their lamps. Lamps and
+  // tracer must outlive this.
   ResidualRays(const Lamps& lamps,
                RayTracer& tracer,
                double offset_m,
@@ -100,8 +102,8 @@ class ResidualRays {
         offset_m_(offset_m),
         most_traced_(most_traced) {}
 
-  // What the probes see; tells `reflected` which groups of surface their rays
-  // join. Random by the keys of the probes alone.
+  // Finds what the probes see, and tells `reflected` which groups of surface
+  // their rays connect. All random numbers come from the keys of the probes.
   BatchSight Look(const ProbeBatch& batch, ReflectedError* reflected);
 
  private:
@@ -113,15 +115,15 @@ class ResidualRays {
 
     size_t first = 0;  // probe
     size_t count = 0;
-    // All [probe][half][sample], directions first.
+    // All arrays are [probe][half][sample], directions first.
     std::vector<TraceRay> rays;
     std::vector<TraceHit> hits;
-    std::vector<Rgb> light;  // that a lamp sample brings if its way is free
-    std::vector<uint32_t> groups;  // of what a direction meets the front of
+    std::vector<Rgb> light;        // of a lamp sample if nothing blocks it
+    std::vector<uint32_t> groups;  // of the fronts that directions meet
   };
 
   void Trace(const ProbeBatch& batch);
-  // `i`, here and below: a probe of the batch.
+  // `i`, here and below, is the index of a probe in the batch.
   void MakeRays(const ProbeBatch& batch, size_t i);
   void AimAtLamp(const ResidualProbe& probe,
                  const LampChoice& lamps,

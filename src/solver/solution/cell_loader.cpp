@@ -10,7 +10,7 @@
 namespace enfilade {
 namespace {
 
-// Cells that are in memory together, at most.
+// The most cells that LoadSome() holds in memory together.
 constexpr size_t kMostCells = 16;
 
 std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
@@ -72,7 +72,7 @@ LoadedCell CellLoader::Load(CellId cell, MemoryCharge charge) const {
   return loaded;
 }
 
-// For as many cells from the first on as are to be in memory together.
+// Charges the budget for the leading cells that are to be in memory together.
 std::vector<MemoryCharge> CellLoader::ChargeSome(
     std::span<const CellId> cells) const {
   std::vector<MemoryCharge> charges;

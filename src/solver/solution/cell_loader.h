@@ -18,7 +18,7 @@
 
 namespace enfilade {
 
-// What is stored of a cell, as long as somebody reads it.
+// The stored data of one cell, in memory while a caller reads them.
 struct LoadedCell {
   MemoryCharge charge;
   CellPatches stored;
@@ -29,14 +29,14 @@ struct LoadedCell {
 
 // Cells that are in memory together, ascending.
 struct LoadedCells {
-  // Requires that it is one of them.
+  // Requires that `id` is one of the cells.
   [[nodiscard]] const LoadedCell& Of(CellId id) const;
 
   std::span<const CellId> ids;
   std::vector<LoadedCell> cells;
 };
 
-// Thread-safe. Store, budget and scene must outlive it.
+// Thread-safe. Store, budget and scene must outlive the loader.
 class CellLoader {
  public:
   CellLoader(const BlockStorage& store,
@@ -50,15 +50,16 @@ class CellLoader {
 
   [[nodiscard]] TreeShape Shape() const { return {&basis_, kRgbChannels}; }
 
-  // What a loaded cell takes.
+  // The bytes that the loaded cell takes.
   [[nodiscard]] uint64_t BytesOf(CellId cell) const;
 
-  // A cell without a tree has one element for each patch. Throws
-  // DoesNotFitError if it does not fit.
+  // Loads a cell; one without a stored tree gets one element for each patch.
+  // Throws DoesNotFitError if the cell does not fit.
   [[nodiscard]] LoadedCell Load(CellId cell) const;
 
-  // Of some cells, from the first on, those that are to be in memory together:
-  // the first must fit, the others may take a half of what is left beside it.
+  // Loads the first of `cells` and those after it that are to be in memory
+  // together with it. The first cell must fit; the others may take half of the
+  // memory that is free beside it.
   [[nodiscard]] LoadedCells LoadSome(std::span<const CellId> cells) const;
 
  private:

@@ -10,7 +10,7 @@
 namespace enfilade {
 namespace {
 
-// Planes whose keys are equal or neighbours are compared.
+// Only planes whose keys are equal or adjacent are compared.
 constexpr double kNormalStep = 1e-3;
 constexpr double kOffsetStepM = 1e-3;
 
@@ -24,8 +24,9 @@ std::array<double, 4> PlaneNumbers(const Patch& p) {
           Dot(n, p.origin - Point3{}) / kOffsetStepM};
 }
 
-// The key of the patch's plane, or for `mask` > 0 one of those next to it:
-// numbers on two sides of a border are found all the same.
+// The key of the patch's plane or, for `mask` > 0, an adjacent key: bit i of
+// `mask` moves number i to its nearer neighbour. Two patches of one plane are
+// so found even if rounding puts them on two sides of a border between keys.
 PlaneKey KeyOf(const Patch& p, unsigned mask) {
   const std::array<double, 4> numbers = PlaneNumbers(p);
   std::array<int64_t, 4> key{};
@@ -45,7 +46,8 @@ bool InPlane(const PatchPlane& frame, const Patch& patch) {
          });
 }
 
-// Where a patch meets the plane, if along a segment.
+// Finds the segment along which a patch meets the plane. Returns false if the
+// patch lies in the plane or meets it in no segment longer than kCrackM.
 bool MeetsPlane(const PatchPlane& frame,
                 const Patch& patch,
                 PlaneSegment* segment) {
@@ -102,7 +104,8 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
     : patches(cell_patches) {
   std::map<PlaneKey, std::vector<size_t>> known;
   constexpr unsigned kMasks = 16;
-  // The group of the same key, or a neighbouring one, that the patch fits in.
+  // Finds a group under `key` whose plane the patch lies in; returns
+  // groups.size() if there is none.
   const auto find = [&](const Patch& patch, const PlaneKey& key) {
     const auto at = known.find(key);
     if (at == known.end()) {

@@ -1,7 +1,7 @@
-// Patches that lie in one plane, seen in that plane: what the meshes for
-// display need to know of the surroundings of an element.
+// Groups of coplanar patches in coordinates of their plane: what the display
+// meshes need to know of the surroundings of an element.
 //
-// Lengths are in metres, plane coordinates too.
+// Lengths and plane coordinates are in metres.
 
 #pragma once
 
@@ -58,13 +58,14 @@ struct PatchPlane {
 // The corners of a patch, counter-clockwise seen from its front: 3 or 4.
 std::vector<Point3> CornersOf(const Patch& patch);
 
-// The patches of a cell in groups of equal plane and side (corners within
-// kOnPlaneM), material, emission and reflection.
+// The patches of a cell in groups. The patches of one group share their plane
+// (corners within kOnPlaneM), front side, material, emission and reflection.
 struct CoplanarPatches {
-  // Finds the groups. `cell_patches` are all of the cell and borrowed.
+  // Finds the groups. `cell_patches` are all patches of the cell; they are
+  // borrowed.
   explicit CoplanarPatches(std::span<const Patch> cell_patches);
 
-  // What it takes of a patch, at most and while it is made.
+  // The most bytes that the groups take per patch, also while they are made.
   static constexpr uint64_t kPatchBytes = 288;
 
   [[nodiscard]] const Patch& FirstOf(size_t group) const {
@@ -73,7 +74,8 @@ struct CoplanarPatches {
 
   std::span<const Patch> patches;
   std::vector<Box3> boxes;  // indexed by PatchId
-  // In the order of their first patch; each in rising order.
+  // Groups are in the order of their first patch, the patches of each group in
+  // ascending order.
   std::vector<std::vector<PatchId>> groups;
 };
 
@@ -81,8 +83,8 @@ struct PlaneSegment {
   PlanePoint a, b;
 };
 
-// Where other patches of the cell stand on the plane of a group or cut it:
-// there light may change at once.
+// The segments along which other patches of the cell stand on the plane of a
+// group or cut it. Irradiance may be discontinuous there.
 std::vector<PlaneSegment> StandingSegments(const CoplanarPatches& cell,
                                            size_t group);
 

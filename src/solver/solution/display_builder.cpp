@@ -12,7 +12,7 @@
 namespace enfilade {
 namespace {
 
-// A hair inside of the unit shape, where every basis is defined.
+// Moves `p` a hair inside the unit shape, where every basis is defined.
 UnitPoint Inside(PatchShape shape, UnitPoint p) {
   constexpr double kHair = 1e-7;
   const double most = 1 - kHair;
@@ -94,8 +94,8 @@ void DisplayMeshBuilder::FindHanging() {
       });
 }
 
-// Of a vertex that lies on an edge of the leaf without being a corner: the
-// nearest edge, since towards a sharp corner two are near.
+// If a vertex lies on an edge of the leaf but is none of its corners, notes it
+// on the nearest edge: near a sharp corner, two edges are within the tolerance.
 void DisplayMeshBuilder::AddHanging(uint32_t leaf, uint32_t vertex) {
   const size_t count = forest_.CornerCount(mesh_.leaves_[leaf].element);
   const auto corners = std::span(corners_[leaf]).first(count);
@@ -147,7 +147,8 @@ void DisplayMeshBuilder::MakeRings() {
   Recharge(mesh_.rings_.size() * kPlaceBytes);
 }
 
-// Charges what the mesh has by now, the points and centres, and `more`.
+// Sets the charge to the size of the mesh so far, of the welded points and of
+// the centre values, plus `more` bytes.
 void DisplayMeshBuilder::Recharge(uint64_t more) {
   const uint64_t bytes = mesh_.SizeBytes() +
                          welded_.size() * sizeof(PlanePoint) +
@@ -173,7 +174,7 @@ void DisplayMeshBuilder::TakeValues() {
   }
 }
 
-// The leaf's irradiance at its vertices and centre.
+// Evaluates the leaf's irradiance at its vertices and centre.
 void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   const uint32_t element = mesh_.leaves_[leaf].element;
   const PatchShape shape = forest_.ShapeOf(element);
@@ -217,8 +218,9 @@ void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   centres_.push_back(value_at(DisplayForest::UnitCentre(shape)));
 }
 
-// Areas that come out empty by rounding count as next to nothing, so that a
-// mean stays within what it is of.
+// Sums the areas of the leaf's triangles at each vertex. An area that rounding
+// makes 0 or negative counts as a tiny positive one, so that a weighted mean
+// stays within the range of its values.
 void DisplayMeshBuilder::WeighLeaf(size_t leaf) {
   constexpr double kLeastWeight = 1e-30;
   const std::span<const uint32_t> ring = mesh_.Ring(leaf);
@@ -278,7 +280,8 @@ void DisplayMeshBuilder::JoinLeaves(const CoplanarPatches& cell, size_t group) {
     const RingEdge& a = edges_[i];
     const RingEdge& b = edges_[i + 1 < end ? i + 1 : i];
     const uint32_t from = mesh_.rings_[a.begin];
-    // Two leaves, one on each side; more of them overlap.
+    // Exactly two leaves share the edge, one on each side; if there are more,
+    // leaves overlap.
     if (end - i == 2 && from == mesh_.rings_[b.end] &&
         !barriers.Covers(welded_[from], welded_[mesh_.rings_[a.end]])) {
       joined_.Join(a.begin, b.end);
@@ -289,7 +292,8 @@ void DisplayMeshBuilder::JoinLeaves(const CoplanarPatches& cell, size_t group) {
   FreeVector(&edges_);
 }
 
-// One vertex for each class of joined places, and the centres.
+// Makes one vertex for each class of joined ring places and one for each
+// centre.
 void DisplayMeshBuilder::MakeVertices() {
   using Sum = std::array<double, kRgbChannels + 1>;
   const auto places = static_cast<uint32_t>(mesh_.rings_.size());

@@ -39,7 +39,7 @@ class DisplayMeshBuilder {
 
   // An edge of a leaf's ring.
   struct RingEdge {
-    uint64_t key = 0;    // its vertices
+    uint64_t key = 0;    // both vertices
     uint32_t begin = 0;  // places in the rings
     uint32_t end = 0;
   };
@@ -64,10 +64,10 @@ class DisplayMeshBuilder {
   const TreeShape shape_;
   const CoefficientArray& gathered_;
   std::vector<PlanePoint> welded_;
-  std::vector<std::array<uint32_t, 4>> corners_;  // indexed by leaf: welded
+  std::vector<std::array<uint32_t, 4>> corners_;  // by leaf; into welded_
   std::vector<Hanging> hanging_;
   // Indexed by place in the rings:
-  std::vector<Value> own_;      // of the leaf
+  std::vector<Value> own_;      // the leaf's irradiance, W/m2
   std::vector<float> weights_;  // area of the leaf's triangles there, m2
   DisjointSets joined_;
   std::vector<Value> centres_;  // indexed by leaf

@@ -16,8 +16,8 @@ namespace enfilade {
 
 class DisplayCell {
  public:
-  // `gathered`: by the elements of the tree (ReceivedLight). All must outlive
-  // this.
+  // `gathered` is indexed by the elements of `tree` (ReceivedLight). All
+  // arguments must outlive this.
   DisplayCell(const CellTree& tree,
               const CoefficientArray& gathered,
               std::span<const Patch> patches,
@@ -26,17 +26,19 @@ class DisplayCell {
   // Groups of coplanar patches.
   [[nodiscard]] size_t GroupCount() const { return cell_.groups.size(); }
 
-  // The first patch of a group, which stands for all of them but for its place.
+  // The first patch of a group. All patches of the group are alike but for
+  // their place in the plane.
   [[nodiscard]] const Patch& FirstOf(size_t group) const {
     return cell_.FirstOf(group);
   }
 
-  // Not kept.
+  // Makes a mesh and does not keep it.
   [[nodiscard]] std::unique_ptr<DisplayMesh> Make(
       size_t group, const DisplayOptions& options) const;
 
-  // Of the smooth mesh, W/m2. Keeps as many meshes as the budget holds; throws
-  // DoesNotFitError if it does not hold the one. Not thread-safe.
+  // Irradiance of the smooth mesh, W/m2. Keeps as many meshes as the budget
+  // holds; throws DoesNotFitError if the budget does not hold the mesh of this
+  // patch alone. Not thread-safe.
   [[nodiscard]] Rgb IrradianceAt(PatchId patch, UnitPoint p);
 
  private:

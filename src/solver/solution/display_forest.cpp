@@ -10,20 +10,20 @@
 namespace enfilade {
 namespace {
 
-// A leaf may exceed twice the edge of another by rounding.
+// Rounding may make a leaf's edge exceed twice the edge of another.
 constexpr double kEdgeRatio = 2 * (1 + 1e-6);
 constexpr double kHeightsPerTolerance = 8;
-// Of what a group's mesh takes while it is made, its forest's part, about: of
-// ceilings around many lamps.
+// The approximate share of the forest in the memory that a group's mesh takes
+// while it is made; typical of ceilings around many lamps.
 constexpr double kShareOfMesh = 0.2;
-// Frames are exact in single precision down to here.
+// Element frames are exact in single precision down to this scale.
 constexpr float kLeastScale = 1.0F / (1 << kMaxLevel);
 
 double Least(const ElementFrame& frame, double root_m) {
   return static_cast<double>(std::abs(frame.scale)) * root_m;
 }
 
-// Of an element and all below it.
+// The number of elements in the subtree of `element`, itself included.
 size_t CountFrom(const CellTree& tree, ElementId element) {
   const uint32_t first = tree.At(element).first_child;
   size_t count = 1;
@@ -73,7 +73,7 @@ void DisplayForest::AddRoot(const Patch& patch, PatchId id) {
   e.source = ElementId(id.value);
 }
 
-// Level by level, since children come behind their parents.
+// Copies the trees level by level, since children come behind their parents.
 void DisplayForest::CopyTree(const CellTree& tree) {
   size_t count = 0;
   for (const Root& root : roots_) {
@@ -92,14 +92,16 @@ void DisplayForest::CopyTree(const CellTree& tree) {
   }
 }
 
-// With a number for each, of the leaves that wait to be looked at.
+// Includes one index per element for the list of leaves that Balance() has
+// still to check.
 uint64_t DisplayForest::BytesFor(size_t elements) const {
   return elements * (sizeof(DisplayElement) + sizeof(uint32_t)) +
          index_.front().SizeBytes() + roots_.capacity() * sizeof(Root);
 }
 
-// Charges all that is allocated right before it is, so that what others have
-// freed is given back in time: the old array lives until the new one is filled.
+// Charges the new array right before its allocation, so that memory that others
+// have freed is given back in time. The old array stays charged too, since it
+// lives until the new one is filled.
 void DisplayForest::Reserve(size_t elements) {
   if (elements <= elements_.capacity()) {
     return;
@@ -125,8 +127,8 @@ void DisplayForest::Split(size_t e) {
   }
 }
 
-// After the last split of a pass: the tolerance, and the charge of what is
-// left.
+// After the last split of a pass, frees unused capacity, adjusts the charge and
+// computes the tolerance.
 void DisplayForest::EndPass() {
   if (elements_.capacity() > elements_.size()) {
     charge_.GrowTo(BytesFor(elements_.capacity() + elements_.size()));
@@ -160,7 +162,8 @@ void DisplayForest::Balance() {
         SplitIfLarger(other, most_m, &work);
       }
     }
-    // Looked at again when its neighbours have been split.
+    // If neighbours were split, the leaf stays in `work` and is checked again
+    // after their children.
     if (work.size() == others) {
       work.pop_back();
     }
@@ -168,7 +171,8 @@ void DisplayForest::Balance() {
   EndPass();
 }
 
-// Splits a leaf with an edge longer than that; adds the children to `work`.
+// Splits leaf e if its longest edge exceeds `most_m`, and adds its children to
+// `work`.
 void DisplayForest::SplitIfLarger(size_t e,
                                   double most_m,
                                   std::vector<uint32_t>* work) {
@@ -226,7 +230,8 @@ double DisplayForest::EdgeOf(size_t e) const {
 bool DisplayForest::Contains(size_t e, PlanePoint p, double margin_m) const {
   const Root& r = roots_[elements_[e].root];
   const UnitPoint local = LocalOf(e, p);
-  // Distance from an edge per unit of its coordinate is area / edge length.
+  // A step of 1 in a coordinate moves a point area / edge length away from the
+  // edge on which the coordinate is 0.
   const double per_m =
       margin_m / (Cross(r.u, r.v) * std::abs(elements_[e].frame.scale));
   const double da = per_m * Length(r.v);
@@ -252,7 +257,8 @@ void DisplayForest::LeavesAt(PlanePoint p,
 void DisplayForest::DescendTo(PlanePoint p,
                               size_t root,
                               std::vector<uint32_t>* leaves) const {
-  // What is behind `done` is still to be looked into.
+  // The elements from index `done` on are still to be replaced by their
+  // children or kept as leaves.
   size_t done = leaves->size();
   leaves->push_back(static_cast<uint32_t>(root));
   while (done < leaves->size()) {

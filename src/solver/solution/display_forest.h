@@ -1,8 +1,8 @@
-// The element trees of coplanar patches, refined for display: balanced, which
-// is that touching leaves differ by at most one level (Willmott and Heckbert
-// 1997, section 2.5). Across patches, which have no common levels: the longest
-// edge of a leaf is at most twice that of every leaf it touches, be it at a
-// corner.
+// The element trees of coplanar patches, refined for display until they are
+// balanced: touching leaves differ by at most one level (Willmott and Heckbert
+// 1997, section 2.5). Since patches have no common levels, the rule compares
+// lengths: the longest edge of a leaf is at most twice that of every leaf that
+// it touches, even if only at a corner.
 
 #pragma once
 
@@ -21,19 +21,20 @@
 
 namespace enfilade {
 
-// An element of the display's trees, by its index: the roots are the patches of
-// the group in their order, children follow their parent, four in a row.
+// An element of the display trees. The first indices are those of the roots,
+// which are the patches of the group in their order; the four children of an
+// element have consecutive indices above that of their parent.
 struct DisplayElement {
   uint32_t parent = 0;       // of a root: itself
   uint32_t first_child = 0;  // 0: a leaf
   uint32_t root = 0;
-  std::optional<ElementId> source;  // in the solution's tree, if it has it
+  std::optional<ElementId> source;  // in the solution's tree, if any
   ElementFrame frame;
 };
 
 class DisplayForest {
  public:
-  // The trees of a group as the solution has them.
+  // Copies the trees of a group from the solution's tree.
   DisplayForest(const CellTree& tree,
                 const CoplanarPatches& cell,
                 size_t group,
@@ -84,8 +85,8 @@ class DisplayForest {
   // The longest edge, metres.
   [[nodiscard]] double EdgeOf(size_t e) const;
 
-  // Points closer than this are one, metres: kCrackM or, in a forest of smaller
-  // elements, a part of the least of their heights.
+  // Points closer than this are one point, metres: kCrackM or, if the lowest
+  // leaf is lower than 8 kCrackM, an eighth of its height.
   [[nodiscard]] double ToleranceM() const { return tolerance_m_; }
 
   // The leaves that contain `p` or come closer to it than twice the tolerance,
@@ -95,7 +96,8 @@ class DisplayForest {
   // The root of a patch. Requires a patch of the group.
   [[nodiscard]] size_t RootOf(PatchId patch) const;
 
-  // The leaf of a patch at patch coordinates `p`; likewise.
+  // The leaf of a patch at patch coordinates `p`. Requires a patch of the
+  // group.
   [[nodiscard]] size_t LeafOf(PatchId patch, UnitPoint p) const;
 
   [[nodiscard]] const PatchPlane& Frame() const { return frame_; }
@@ -106,7 +108,7 @@ class DisplayForest {
     PatchShape shape{};
     PlanePoint origin, u, v;
     double longest_m = 0;
-    // Least distance of a corner from the line through the others.
+    // Height over the longest edge.
     double height_m = 0;
   };
 
@@ -125,7 +127,7 @@ class DisplayForest {
   PatchPlane frame_;
   std::vector<Root> roots_;
   std::vector<DisplayElement> elements_;
-  std::vector<PlaneIndex> index_;  // one, over the roots
+  std::vector<PlaneIndex> index_;  // a single index, over the roots
   double tolerance_m_ = 0;
   GrowingCharge charge_;
 };

@@ -15,7 +15,8 @@ DisplayMesh::DisplayMesh(const CellTree& tree,
                          MemoryBudget& budget)
     : forest_(tree, cell, group, budget),
       charge_(budget, "the display mesh of coplanar patches") {
-  // A mesh is linear within its triangles: curved bases get smaller ones.
+  // A mesh is linear within its triangles, so a basis of higher order gets
+  // smaller triangles.
   constexpr size_t kLinearOrder = 2;
   forest_.Balance();
   if (tree.Shape().basis->kind.order > kLinearOrder) {
@@ -70,7 +71,8 @@ std::array<double, 3> DisplayMesh::Barycentric(const DisplayTriangle& t,
 Rgb DisplayMesh::IrradianceAt(PatchId patch, UnitPoint p) const {
   const size_t element = forest_.LeafOf(patch, p);
   const PlanePoint point = forest_.PointOn(forest_.RootOf(patch), p);
-  // The triangle that the point is deepest in, or least outside of by rounding.
+  // Finds the triangle in which the point lies deepest or, if rounding puts the
+  // point outside all of them, the triangle that it is least outside of.
   DisplayTriangle best;
   std::array<double, 3> weights{1, 0, 0};
   double deepest = -std::numeric_limits<double>::infinity();

@@ -1,26 +1,27 @@
 // Meshes for display: the leaves of coplanar patches as conforming triangles,
-// with one value at a vertex.
+// with one irradiance value at each vertex.
 //
 //   balanced  touching leaves differ by at most one level (display_forest.h)
 //   anchored  no T-vertices: a vertex on the edge of a leaf is a corner of that
 //             leaf's triangles (Baum et al., "Making radiosity usable", 1991;
 //             Willmott and Heckbert 1997, section 2.5)
-//   smooth    the value of a vertex is the mean of what the leaves around it
-//             have there, each weighted by the area of its triangles at that
-//             vertex
+//   smooth    the value of a vertex is the mean of the values of the leaves
+//             around it, each weighted by the area of the leaf's triangles at
+//             that vertex
 //
-// A leaf's own value at a vertex is that of its basis, so a polynomial that the
-// basis holds is reproduced. Parallelograms, and triangles with vertices on an
-// edge, are fans around their centre. With these weights the integral of the
-// mesh is that of the leaves' values over the same triangles; fans keep it
-// exact for constant, linear and bilinear leaves:
+// A leaf's own value at a vertex is that of its basis, so the mesh reproduces a
+// polynomial that the basis holds. A parallelogram, or a triangle with vertices
+// on an edge, is a fan of triangles around its centre. With these weights the
+// integral of the mesh equals the integral of the leaves' values over the same
+// triangles; fans keep the integral exact for constant, linear and bilinear
+// leaves:
 //
 //   sum_v (1/3 sum_t A_t) (sum_t A_t f_t(v)) / (sum_t A_t)
 //     = sum_t A_t/3 sum_v f_t(v)
 //
-// Values are averaged over leaves that are joined by edges around the vertex,
-// in one group of CoplanarPatches, so of one cell. An edge on which another
-// patch of the cell stands (StandingSegments) joins nothing.
+// A vertex value is the mean over leaves of one group of CoplanarPatches, and
+// so of one cell, that are joined by edges around the vertex. An edge on which
+// another patch of the cell stands (StandingSegments) joins no leaves.
 
 #pragma once
 
@@ -51,8 +52,9 @@ struct DisplayOptions {
 // The mesh of one group of coplanar patches.
 class DisplayMesh {
  public:
-  // `tree`: of the cell; `gathered`: by its elements (ReceivedLight). What the
-  // mesh takes is charged while it is built and held; throws DoesNotFitError.
+  // `tree` is that of the cell; `gathered` is indexed by its elements
+  // (ReceivedLight). The mesh charges its memory to `budget` while it is built
+  // and as long as it lives; throws DoesNotFitError.
   DisplayMesh(const CellTree& tree,
               const CoefficientArray& gathered,
               const CoplanarPatches& cell,
@@ -75,12 +77,12 @@ class DisplayMesh {
     }
   }
 
-  // A third of the triangles around each vertex, m2. What it takes is in the
-  // mesh's charge.
+  // A third of the area of the triangles around each vertex, m2. The mesh's
+  // charge includes this array.
   [[nodiscard]] std::vector<double> VertexAreas() const;
 
-  // Linear within the triangle that holds the point, in patch coordinates.
-  // Requires a patch of the group.
+  // Irradiance at patch coordinates `p`, W/m2, interpolated linearly in the
+  // triangle that holds the point. Requires a patch of the group.
   [[nodiscard]] Rgb IrradianceAt(PatchId patch, UnitPoint p) const;
 
   [[nodiscard]] const DisplayForest& Forest() const { return forest_; }
@@ -121,7 +123,7 @@ class DisplayMesh {
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // The weights of three vertices at a point of the plane.
+  // The barycentric weights of the triangle's vertices at a point of the plane.
   [[nodiscard]] std::array<double, 3> Barycentric(const DisplayTriangle& t,
                                                   PlanePoint p) const;
 

@@ -9,8 +9,8 @@ namespace {
 
 constexpr size_t kMostSlots = 1 << 16;
 
-// Whether the middle of the edge a, b lies on the segment, and the edge along
-// it.
+// Whether the edge from a to b lies along the segment's line and the middle of
+// the edge lies on the segment.
 bool LiesAlong(const PlaneSegment& s,
                PlanePoint a,
                PlanePoint b,
@@ -57,7 +57,7 @@ PlaneIndex::PlaneIndex(std::span<const Box> boxes, double margin_m) {
   if (boxes.empty()) {
     bounds_ = {{0, 0}, {1, 1}};
   }
-  // About as many slots as boxes, square ones.
+  // The slots are square and about as many as the boxes.
   const PlanePoint extent = bounds_.high - bounds_.low;
   const auto slots =
       static_cast<double>(std::clamp<size_t>(boxes.size(), 1, kMostSlots));
@@ -118,7 +118,7 @@ uint64_t PointWelder::Key(double x, double y) const {
 }
 
 uint32_t PointWelder::Add(PlanePoint p) {
-  // All slots that the points within the tolerance may be in.
+  // Visits all slots that may hold points within the tolerance.
   for (const double dx : {-tolerance_m_, tolerance_m_}) {
     for (const double dy : {-tolerance_m_, tolerance_m_}) {
       const auto slot = slots_.find(Key(p.x + dx, p.y + dy));

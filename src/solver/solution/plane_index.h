@@ -1,4 +1,5 @@
-// Finding things in a plane: boxes, equal points, segments below an edge.
+// Indices of things in a plane: boxes around a point, coincident points,
+// segments along an edge.
 
 #pragma once
 
@@ -12,7 +13,7 @@
 
 namespace enfilade {
 
-// Finds things by the boxes around them, in the plane.
+// Finds things in the plane by their bounding boxes.
 class PlaneIndex {
  public:
   struct Box {
@@ -22,11 +23,12 @@ class PlaneIndex {
     void Include(PlanePoint p);
   };
 
-  // Boxes are indexed in their order; `margin_m` is added around each.
+  // Each box has its place in `boxes` as its index; `margin_m` is added on all
+  // sides.
   PlaneIndex(std::span<const Box> boxes, double margin_m);
 
-  // Indices in rising order; a superset of the boxes that contain `p`. Valid as
-  // long as the index.
+  // Indices, in ascending order, of a superset of the boxes that contain `p`.
+  // The span is valid as long as this index lives.
   [[nodiscard]] std::span<const uint32_t> Near(PlanePoint p) const;
 
   [[nodiscard]] uint64_t SizeBytes() const {
@@ -43,19 +45,20 @@ class PlaneIndex {
   std::vector<uint32_t> items_;
 };
 
-// Gives points that are closer than a tolerance one number.
+// Gives points that are closer to each other than a tolerance the same number.
 class PointWelder {
  public:
   explicit PointWelder(double tolerance_m);
 
-  // The point's number: that of an earlier one, or the next.
+  // The number of an earlier point within the tolerance of `p`, else the next
+  // number.
   uint32_t Add(PlanePoint p);
 
   [[nodiscard]] const std::vector<PlanePoint>& Points() const {
     return points_;
   }
 
-  // Of a point, in all.
+  // The bytes that the welder takes per point.
   static constexpr uint64_t kPointBytes = 96;
 
  private:
@@ -64,16 +67,17 @@ class PointWelder {
   double tolerance_m_;
   double slot_m_;
   std::vector<PlanePoint> points_;
-  std::vector<uint32_t> next_;  // point of the same slot; itself: none
+  std::vector<uint32_t> next_;  // next point in the slot; itself if last
   std::unordered_map<uint64_t, uint32_t> slots_;
 };
 
-// Segments, to be found by the edges they cover.
+// Finds whether an edge is covered by a segment.
 class SegmentIndex {
  public:
   SegmentIndex(std::vector<PlaneSegment> segments, double tolerance_m);
 
-  // Whether the edge a, b lies along a segment and its middle on it.
+  // Whether the edge from a to b lies along a segment that contains the middle
+  // of the edge.
   [[nodiscard]] bool Covers(PlanePoint a, PlanePoint b) const;
 
  private:

@@ -21,7 +21,8 @@ PointsByCell::PointsByCell(std::span<const PatchPoint> points,
     }
     first_[i + 2] += first_[i + 1];
   }
-  // Each of these moves on to where the next one began.
+  // first_[cell + 1] moves from the begin of the cell's points to their end,
+  // which is where the next cell begins.
   for (size_t i = 0; i < points.size(); ++i) {
     order_[first_[points[i].cell.Index() + 1]++] = static_cast<uint32_t>(i);
   }

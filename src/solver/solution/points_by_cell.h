@@ -22,13 +22,14 @@ struct PatchPoint {
 
 class PointsByCell {
  public:
-  // What it takes for a point: its number.
+  // The bytes that a point takes: its number.
   static constexpr uint64_t kBytesPerPoint = sizeof(uint32_t);
 
-  // Takes that, and a number for each cell. Of fewer than 2^32 points.
+  // Takes kBytesPerPoint for each point and a few numbers for each cell.
+  // Requires fewer than 2^32 points.
   PointsByCell(std::span<const PatchPoint> points, size_t cell_count);
 
-  // Those in which there are points, ascending.
+  // The cells that contain points, ascending.
   [[nodiscard]] std::span<const CellId> Cells() const { return cells_; }
 
   // The points of a cell by their numbers, ascending.
@@ -36,7 +37,7 @@ class PointsByCell {
     return From(cell, cell);
   }
 
-  // Those of all cells from one to another, one after the other.
+  // The points of all cells from `first` to `last`, cell by cell.
   [[nodiscard]] std::span<const uint32_t> From(CellId first,
                                                CellId last) const {
     const size_t begin = first_[first.Index()];
@@ -48,7 +49,7 @@ class PointsByCell {
  private:
   std::vector<CellId> cells_;
   std::vector<uint32_t> order_;
-  std::vector<uint32_t> first_;  // by cell: where its points begin; two more
+  std::vector<uint32_t> first_;  // by cell: begin of its points; two more
 };
 
 }  // namespace enfilade

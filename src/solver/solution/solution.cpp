@@ -18,11 +18,12 @@
 namespace enfilade {
 namespace {
 
-// Points that are evaluated by one thread in one go, and by all together.
+// The points that one thread evaluates per task, and those that all threads
+// evaluate before their values are visited.
 constexpr size_t kPointsPerTask = 128;
 constexpr size_t kPointsAtATime = 4096;
 
-// Calls body(k) for so many points, in parallel.
+// Calls body(k) for every k below `points`, in parallel.
 template <typename Body>
 void InTasks(size_t points, const Body& body) {
   const size_t tasks = (points + kPointsPerTask - 1) / kPointsPerTask;
@@ -34,7 +35,7 @@ void InTasks(size_t points, const Body& body) {
   });
 }
 
-// Where the polynomials swing below 0, 0 is nearer to the truth.
+// Where a polynomial is below 0, 0 is nearer to the true irradiance.
 Rgb NotBelowZero(Rgb value) {
   for (double& channel : value) {
     channel = std::max(channel, 0.0);
@@ -51,11 +52,11 @@ struct Solution::Impl {
         loader(s, scene, kind, b),
         basis(&loader.BasisOfTrees()) {}
 
-  // Calls body(i, cell) for all of the cells, these in parallel.
+  // Calls body(i, cell) for each of the cells, in parallel.
   template <typename Body>
   void ForEachLoaded(std::span<const CellId> cells, const Body& body) const;
 
-  // It may swing below 0.
+  // The value may be below 0.
   [[nodiscard]] Rgb IrradianceAt(const LoadedCell& cell,
                                  PatchId patch,
                                  UnitPoint p) const;
@@ -76,8 +77,9 @@ struct Solution::Impl {
   [[nodiscard]] Rgb RadiosityAt(const LoadedCell& cell,
                                 const PatchPoint& point) const;
 
-  // Calls visit(i, value_at(cell, point)) for all points, the first from this
-  // thread and as ForEachRadiosity says, the second in parallel.
+  // Calls visit(i, value_at(cell, point)) for all points: `visit` from this
+  // thread, in the order that ForEachRadiosity() states, and `value_at` in
+  // parallel.
   template <typename ValueAt, typename Visit>
   void ForEachValue(std::span<const PatchPoint> points,
                     const ValueAt& value_at,
@@ -96,7 +98,7 @@ struct Solution::Impl {
     DisplayCell display;
   };
 
-  // Requires `show_mutex`.
+  // Requires that the caller holds `show_mutex`.
   ShownCell& Show(CellId cell) {
     if (!shown || shown->id != cell) {
       shown.reset();
@@ -110,7 +112,7 @@ struct Solution::Impl {
   CellLoader loader;
   const Basis* basis;  // the loader's
   std::mutex show_mutex;
-  std::unique_ptr<ShownCell> shown;  // the last one
+  std::unique_ptr<ShownCell> shown;  // the cell shown last
 };
 
 Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
@@ -137,7 +139,7 @@ Rgb Solution::Impl::IrradianceAt(const LoadedCell& cell,
   }
 }
 
-// `above`: what the elements above bring to the nodes of this one.
+// `above` is the irradiance that the element's ancestors bring to its nodes.
 void Solution::Impl::VisitMeans(
     const LoadedCell& cell,
     ElementId element,
@@ -309,7 +311,8 @@ void Solution::ForEachLeaf(
       const double b = static_cast<double>(e.frame.b) +
                        static_cast<double>(e.frame.scale) * at.b;
       leaf.corners.push_back(patch.origin + patch.u * a + patch.v * b);
-      // A hair inside, so that the corner's own leaf is read.
+      // Evaluates a hair inside the leaf, so that IrradianceAt() reads this
+      // leaf and not a neighbour.
       const double middle = triangle ? 1.0 / 3 : 0.5;
       const double s = at.a + (middle - at.a) * 1e-6;
       const double t = at.b + (middle - at.b) * 1e-6;

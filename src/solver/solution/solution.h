@@ -1,6 +1,6 @@
-// The stored solution, to be read: radiosity and irradiance anywhere on the
-// scene's patches. Few cells' element trees are in memory at a time: one, and
-// others where the budget has room for them.
+// Reads the stored solution: radiosity and irradiance anywhere on the scene's
+// patches. The element tree of one cell is in memory at a time, and those of a
+// few others if the budget has room for them.
 
 #pragma once
 
@@ -32,7 +32,7 @@ struct LeafElement {
   std::vector<Rgb> irradiance;  // W/m2 at the corners
 };
 
-// A leaf, and the mean over it of the irradiance, W/m2.
+// A leaf and its mean irradiance, W/m2.
 struct LeafMean {
   PatchId patch;
   ElementFrame frame;
@@ -55,7 +55,7 @@ class Solution {
   [[nodiscard]] const SceneInfo& Scene() const;
   [[nodiscard]] size_t CellCount() const;
 
-  // What reading the largest cell takes of the budget.
+  // The bytes of the budget that reading the largest cell takes.
   [[nodiscard]] uint64_t MostCellBytes() const;
 
   // One value per point, in the order of the points, none below 0; reads every
@@ -65,9 +65,9 @@ class Solution {
   [[nodiscard]] std::vector<Rgb> Radiosity(
       std::span<const PatchPoint> points) const;
 
-  // The same, without a value kept for each of them: calls visit(i, radiosity)
-  // from this thread, the points of a cell together and in their order, cells
-  // ascending.
+  // As Radiosity(), without an array of all values: calls visit(i, radiosity)
+  // from this thread, cell by cell in ascending order, and within a cell in the
+  // order of the points.
   void ForEachRadiosity(
       std::span<const PatchPoint> points,
       const std::function<void(size_t, const Rgb&)>& visit) const;
@@ -81,8 +81,7 @@ class Solution {
    public:
     [[nodiscard]] std::span<const Patch> Patches() const;
 
-    // Visits the leaves of some patches, those of each patch together and in a
-    // fixed order.
+    // Visits the leaves of `patches`, patch by patch and in a fixed order.
     void ForEachMean(std::span<const PatchId> patches,
                      const std::function<void(const LeafMean&)>& visit) const;
 
@@ -96,27 +95,26 @@ class Solution {
     const LoadedCell* loaded_;
   };
 
-  // Visits cells in parallel and in any order, each once: which of them it is,
-  // and the cell.
+  // Calls visit(k, cell) once for each cells[k], in parallel and in any order.
   void VisitCells(std::span<const CellId> cells,
                   const std::function<void(size_t, const Cell&)>& visit) const;
 
-  // Cell::ForEachMean of one.
+  // Cell::ForEachMean() for one cell.
   void ForEachMean(CellId cell,
                    std::span<const PatchId> patches,
                    const std::function<void(const LeafMean&)>& visit) const;
 
-  // The radiosity of a patch under so much irradiance.
+  // The radiosity of a patch that receives this irradiance, both W/m2.
   [[nodiscard]] Rgb RadiosityOf(const Patch& patch,
                                 const Rgb& irradiance) const;
 
-  // As Radiosity, of the smooth meshes for display. The last cell asked for is
-  // kept with its meshes, so ask cell by cell.
+  // As Radiosity(), but of the smooth display meshes. The last cell stays in
+  // memory with its meshes, so callers should ask cell by cell.
   [[nodiscard]] std::vector<Rgb> DisplayRadiosity(
       std::span<const PatchPoint> points) const;
 
   // Visits the meshes of a cell's groups of coplanar patches in a fixed order,
-  // each with a patch of its group.
+  // each with the first patch of its group.
   void ForEachDisplayMesh(
       CellId cell,
       const DisplayOptions& options,

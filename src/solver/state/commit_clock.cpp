@@ -7,8 +7,8 @@
 namespace enfilade {
 namespace {
 
-// The work between two commits takes so many times as long as one, but no
-// longer than this.
+// The work between two commits takes kWorkPerCommit times as long as a commit,
+// but at most kMostSeconds.
 constexpr double kWorkPerCommit = 20;
 constexpr double kMostSeconds = 60;
 

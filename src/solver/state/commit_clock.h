@@ -1,6 +1,7 @@
-// When a solve is to commit. A commit writes all of a cell's tree, however
-// little of it has changed: so the work between two takes many times as long as
-// one, up to a limit, which is what a killed solve loses.
+// The clock that says when a solve commits. A commit writes the whole tree of a
+// cell, however little of it has changed. The work between two commits
+// therefore takes many times as long as a commit, up to a limit, which bounds
+// the work that a killed solve loses.
 
 #pragma once
 
@@ -10,16 +11,16 @@ namespace enfilade {
 
 class CommitClock {
  public:
-  // At least so many seconds of work from one commit to the next; with 0 every
+  // At least `least_seconds` of work lie between two commits; with 0, every
   // step of the work is committed.
   explicit CommitClock(double least_seconds);
 
   [[nodiscard]] bool IsDue() const;
 
-  // At the next step, whatever the last commit took.
+  // Makes a commit due at the next step, however long the last commit took.
   void MakeDue() { seconds_ = 0; }
 
-  // Around a commit.
+  // Called before and after a commit.
   void Begin();
   void End();
 
@@ -27,8 +28,8 @@ class CommitClock {
   using Time = std::chrono::steady_clock::time_point;
 
   double least_seconds_;
-  double seconds_;  // of work from one commit to the next, now
-  Time last_;       // when a commit began or ended
+  double seconds_;  // of work between two commits, at present
+  Time last_;       // when a commit last began or ended
 };
 
 }  // namespace enfilade

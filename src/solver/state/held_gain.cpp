@@ -8,13 +8,13 @@
 namespace enfilade {
 namespace {
 
-// The largest product of reflectance and gain at the first levels, and what
-// each level beyond the firm one leaves of it.
+// The largest product of reflectance and gain at the levels before kFirmHold,
+// and the factor by which each level beyond kFirmHold lowers that product.
 constexpr std::array<float, kFirmHold - 1> kMostReflected = {1.5F, 1.2F};
 constexpr float kBeyondFirm = 0.7F;
 
-// The gains at the nodes of all leaves: what came at their ancestors is pushed
-// down. Those of inner elements are of no use then.
+// The gains at the nodes of all leaves, with the gains of their ancestors
+// pushed down. The values at inner elements are meaningless.
 CoefficientArray GainsOfLeaves(const CellTree& tree,
                                CoefficientArray gain,
                                std::span<const PatchGeometry> patches) {

@@ -1,4 +1,4 @@
-// What is asked of a solve, and what it says it did.
+// The input of a solve, and the summary of its outcome.
 
 #pragma once
 
@@ -10,22 +10,22 @@
 
 namespace enfilade {
 
-// Which method computes the light, and what only the reference methods take.
+// The method that computes the light, and options of the reference methods.
 struct MethodOptions {
-  // Or matrix, progressive, substructuring, hierarchical.
+  // Others: matrix, progressive, substructuring, hierarchical.
   std::string name = "wavelet";
   std::string linear_solver = "cg";  // of matrix: gs, sor or cg
   // Of the reference methods: exact, point, polygon, switch, hemicube or
   // montecarlo (reference/form_factor_kinds.h).
   std::string form_factors = "exact";
   std::string projection = "galerkin";  // of matrix: or collocation
-  // The finest dicing with at most so many elements, whatever its error; 0: as
-  // fine as the error asks.
+  // If not 0: the finest dicing with at most so many elements, whatever its
+  // error. 0: as fine as the requested error demands.
   uint64_t elements = 0;
-  // Progressive and substructuring: add the light still to come, evenly.
+  // Progressive and substructuring: whether to add the unshot light, evenly.
   bool ambient = false;
-  // Of hierarchical (reference/hierarchical_options.h); 0 and empty: what the
-  // study of 1997 had for the basis.
+  // Of hierarchical (reference/hierarchical_options.h); 0 and empty: the choice
+  // of the study of 1997 for the basis.
   double epsilon = 0;
   std::string visibility;
   std::string singular;
@@ -34,13 +34,13 @@ struct MethodOptions {
   friend bool operator==(const MethodOptions&, const MethodOptions&) = default;
 };
 
-// What a round of refinement has come to.
+// The outcome of a round of refinement.
 struct RoundSummary {
   size_t round = 0;  // from 1, over all runs
   uint64_t elements = 0;
   uint64_t links = 0;
   double estimated_error = 0;
-  // False: it is what the oracle predicts, which rays may yet contradict.
+  // False: the error is the oracle's prediction, which rays may yet contradict.
   bool is_seen_by_rays = false;
 };
 
@@ -49,38 +49,40 @@ struct SolveOptions {
   std::string basis = "m2";  // haar, m2, m3, m4, f2 or f3
   uint64_t seed = 1;         // of the visibility samples
   MethodOptions method;
-  // Of work between two commits, at least, and some twenty times as long as a
-  // commit takes, up to a minute. 0: one after every step.
+  // The least seconds of work between two commits. The work also takes some
+  // twenty times as long as a commit, up to a minute. 0: a commit after every
+  // step.
   double commit_seconds = 0.5;
-  // Called now and then, and after each commit, from the solving thread;
-  // fraction in [0,1] of the work as estimated so far, and a few words on what
-  // is being done.
+  // Called from time to time and after each commit, from the solving thread,
+  // with the fraction in [0,1] of the estimated work and a short description of
+  // the current step.
   std::function<void(double fraction, const std::string& phase)> progress;
   // Called from the solving thread after each round.
   std::function<void(const RoundSummary&)> round_ended;
-  // Called before the solve begins if it may outgrow the budget, with a cap of
-  // the process under which it should end.
+  // Called before the solve begins if it may exceed the budget, with the memory
+  // cap of the process under which the solve should finish.
   std::function<void(uint64_t cap_bytes)> may_not_fit;
   // Set by a signal handler: Solve commits and throws InterruptedError.
   const std::atomic<bool>* stop = nullptr;
 
-  // Throws UsageError with what is wrong.
+  // Throws UsageError, which says what is wrong.
   void Validate() const;
 };
 
-// What a solve did, over all its runs (resumes included).
+// The outcome of a solve over all its runs (resumes included).
 struct SolveSummary {
   bool converged = false;
-  bool exhausted = false;          // ended without: more links do not help,
-  bool ran_out_of_rounds = false;  // or a request is given no more of them
+  bool exhausted = false;          // done without convergence
+  bool ran_out_of_rounds = false;  // exhausted because its rounds are used up
   uint64_t patches = 0;
   uint64_t elements = 0;
   uint64_t links = 0;
   uint64_t rays = 0;           // traced while links were refined
   uint64_t sweeps = 0;         // over all receiver cells
   double residual = 0;         // of the linear system, relative
-  double estimated_error = 0;  // same measure as requested_error
-  // Up to which rays leave it open, with 95 % certainty; 0: none have looked.
+  double estimated_error = 0;  // same measure as SolveOptions::error
+  // The largest error that rays allow with 95 % certainty; 0: no rays were
+  // traced.
   double most_error_by_rays = 0;
   double refine_seconds = 0;
   double gather_seconds = 0;

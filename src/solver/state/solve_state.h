@@ -1,6 +1,7 @@
-// The state of a solve between two commits: where it stands in its schedule,
-// and a row per cell. Everything that decides how the solve goes on is here or
-// in the trees and links, so that a resumed solve takes the same steps.
+// The state of a solve between two commits: its position in the schedule, and a
+// row per cell. Everything that decides how the solve continues is in this
+// state, in the trees or in the links, so that a resumed solve takes the same
+// steps.
 
 #pragma once
 
@@ -16,24 +17,24 @@
 
 namespace enfilade {
 
-// What the solve knows of a cell without paging it in.
+// The facts about a cell that the solve knows without paging the cell in.
 struct CellRow {
   // Ticks of the schedule's clock; 0: never.
   uint64_t published = 0;    // when `delta` was last changed
-  uint64_t processed = 0;    // when it last took in the deltas of others
+  uint64_t processed = 0;    // when the cell last gathered the deltas of others
   double reflected = 0;      // integral of rho H, mean of the channels, W
   double residual = 0;       // integral of |radiosity not yet sent|, W
   double changed = 0;        // integral of (change in this round)^2, W^2/m2
   double squared_error = 0;  // of this round's links, (W/m)^2
   double area = 0;           // of its patches that receive light, m2
   double radius = 0.5;       // of the transport within it (semi_iteration.h)
-  double most_radius = 1;    // limit of `radius`; above it, light grew
+  double most_radius = 1;    // limit of `radius`; light grew above this limit
   float peak = 0;            // largest |radiosity|, W/m2; 0: dark
-  HoldLevel hold = 0;        // of its gains
+  HoldLevel hold = 0;        // how firmly the cell's gains are held
   uint64_t elements = 0;
   uint64_t links = 0;
-  uint64_t lit_late_in = 0;  // the last round, from 1, in which others had
-                             // passed it when it was lit; 0: none
+  uint64_t lit_late_in = 0;  // the last round, from 1, in which the cell was
+                             // lit only after others had passed it; 0: none
 };
 
 template <>
@@ -45,42 +46,42 @@ inline constexpr bool kIsPacked<CellRow> = sizeof(CellRow) ==
 
 enum class SolvePhase : uint8_t { kRefine = 0, kPropagate = 1, kDone = 2 };
 
-// One refinement round, finished.
+// The record of a finished refinement round.
 struct RoundRecord {
   double tau = 0;
   double predicted_error = 0;  // from the oracle, relative
   double observed_change = 0;  // against the round before, relative
-  double residual_error = 0;   // measured by rays, relative; 0: it was not
-  // The upper end of what they say with 95 % certainty.
+  double residual_error = 0;   // measured by rays, relative; 0: not measured
+  // The upper end of the error by rays, with 95 % certainty.
   double most_by_rays = 0;
   double estimated_error = 0;
-  // Share of the squared error seen by rays that care alone will remove, at the
-  // same tau.
+  // The share of the squared error by rays that the raised care alone will
+  // remove, at the same tau.
   double cared_for = 0;
-  // What cells reflect that were lit only after the links from them should have
-  // been made, over what all do.
+  // The light reflected by cells that were lit too late for links from them to
+  // be made in their turn, as a share of the light reflected by all cells.
   double late = 0;
   uint64_t links = 0;
 };
 
-// Time spent and bytes asked for, over all runs: kept apart because they are
-// not the same twice. Bytes are those of finished rounds, and of one in which
-// the solve was asked to stop.
+// Time spent and bytes requested over all runs, kept apart from SolveState's
+// other fields because they differ from run to run. Bytes count finished
+// rounds, and a round in which the solve was asked to stop.
 struct SolveTimes {
   double refine_seconds = 0;
   double gather_seconds = 0;
   double push_pull_seconds = 0;
   double store_seconds = 0;
-  uint64_t bytes_read = 0;  // by the rounds: not by rays for the residual
+  uint64_t bytes_read = 0;  // by the rounds, without rays for the residual
   uint64_t bytes_belady = 0;
   uint64_t bytes_compulsory = 0;
 };
 
-// Where within a receiver the next step is.
+// The position of the next step within a receiver.
 struct PairCursor {
   uint32_t source = 0;  // index into the receiver's list of sources
   WorkPart work;        // of the pair's refinement
-  uint32_t chunk = 0;   // link chunks of the pair that are written
+  uint32_t chunk = 0;   // number of the pair's link chunks already written
   uint32_t cycle = 0;   // of the balance within the receiver
 };
 
@@ -88,11 +89,11 @@ struct SolveState {
   std::string basis;
   uint64_t seed = 0;
   double error = 0;          // requested
-  uint64_t first_round = 0;  // of `rounds`, for that request
+  uint64_t first_round = 0;  // index in `rounds` of the first for this request
   SolvePhase phase = SolvePhase::kRefine;
   uint32_t round = 0;
   double tau = 0;             // W/m
-  double mean_reflected = 0;  // W/m2; of the round before, or a guess
+  double mean_reflected = 0;  // W/m2; from the round before, or a guess
   double residual = 0;        // unsent over reflected flux
   bool converged = false;
   bool published_in_sweep = false;
@@ -109,10 +110,11 @@ struct SolveState {
 
 void SaveSolveState(const SolveState& state, BlockStorage& store);
 
-// False if the store has none. DamagedStoreError if it cannot be read.
+// Returns false if the store has no state. Throws DamagedStoreError if the
+// state cannot be read.
 bool LoadSolveState(const BlockStorage& store, SolveState* state);
 
-// Throws DamagedStoreError unless the state is of so many cells.
+// Throws DamagedStoreError unless the state has so many cells.
 void RequireSense(const SolveState& state, size_t cells);
 
 }  // namespace enfilade

@@ -1,12 +1,13 @@
-// A part of an item of refinement: the links to some of its receivers. An item
-// that makes too many links at once is done in parts, one after the other:
+// A part of an item of refinement: the links to some of the item's receivers.
+// An item that makes too many links at once is done in parts, one by one:
 //
-//   depth 0        the item, kItemReceivers receivers
-//   depth 1        one of them
-//   depth 1 + n    an element of one, n levels below the receiver
+//   depth 0        the whole item, kItemReceivers receivers
+//   depth 1        one receiver
+//   depth 1 + n    an element of one receiver, n levels below the receiver
 //
-// Links to elements above that one belong to the first of its parts. Where an
-// item is cut depends on its links alone, so it is the same in every run.
+// Links to an element above the elements of several parts belong to the first
+// of these parts. Where an item is cut depends only on its links, so the cuts
+// are the same in every run.
 
 #pragma once
 
@@ -15,26 +16,26 @@
 
 namespace enfilade {
 
-// Receivers of an item: as many as bits can tell apart.
+// An item has as many receivers as kReceiverBits bits can number.
 inline constexpr uint32_t kReceiverBits = 3;
 inline constexpr size_t kItemReceivers = size_t{1} << kReceiverBits;
 
 struct WorkPart {
-  // Deeper parts are not cut again.
+  // Parts at this depth are not cut again.
   static constexpr uint32_t kMostDepth = 1 + 10;
 
   uint64_t item = 0;
   uint32_t depth = 0;
-  uint64_t part = 0;  // from 0, of all at this depth
+  uint64_t part = 0;  // from 0, among all parts at this depth
 
   bool operator==(const WorkPart&) const = default;
 
-  // The first of the parts that it is cut into.
+  // The first of the parts into which this part is cut.
   [[nodiscard]] WorkPart Narrowed() const {
     return {item, depth + 1, part << BitsAt(depth + 1)};
   }
 
-  // What comes after it, as wide as can be.
+  // The widest part that begins where this part ends.
   [[nodiscard]] WorkPart Next() const {
     WorkPart next = *this;
     while (next.depth > 0) {
@@ -49,7 +50,7 @@ struct WorkPart {
     return {item + 1, 0, 0};
   }
 
-  // Levels below a receiver to the part's element.
+  // The number of levels from a receiver to the part's element.
   [[nodiscard]] uint32_t Levels() const { return depth > 1 ? depth - 1 : 0; }
 
   // The part's receivers among those of the item: [first, first + count).
@@ -61,14 +62,14 @@ struct WorkPart {
     return depth > 0 ? 1U : uint32_t{kItemReceivers};
   }
 
-  // The child on the way from an element `level` levels below the receiver to
-  // the part's element.
+  // The child on the path to the part's element, seen from the path's element
+  // that lies `level` levels below the receiver.
   [[nodiscard]] size_t ChildAt(uint32_t level) const {
     return part >> 2 * (Levels() - 1 - level) & 3;
   }
 
-  // Whether the links to an element so many levels below the receiver, on the
-  // way to the part's element or below it, belong to this part.
+  // Whether this part owns the links to an element `level` levels below the
+  // receiver; the element lies on the path to the part's element, or below it.
   [[nodiscard]] bool Owns(uint32_t level) const {
     return level >= Levels() ||
            (part & ((uint64_t{1} << 2 * (Levels() - level)) - 1)) == 0;

@@ -12,10 +12,10 @@ namespace enfilade {
 
 // atan2(y, x) for y >= 0, in [0, pi], to a relative 1e-13; 0 for x = y = 0.
 //
-// With q in [-tan(pi/8), tan(pi/8)] = (low - high) / (low + high) or low / high
-// of the two lengths, atan q = q P(q^2); P interpolates at the nodes of
-// Chebyshev's polynomial of degree 9 on [0, tan(pi/8)^2], which leaves a
-// relative 2.7e-14.
+// Let q = (low - high) / (low + high) or q = low / high, where low <= high are
+// |x| and y, so that |q| <= tan(pi/8). Then atan q = q P(q^2). P interpolates
+// at the nodes of Chebyshev's polynomial of degree 9 on [0, tan(pi/8)^2], which
+// leaves a relative error of 2.7e-14.
 inline double AngleOf(double y, double x) {
   constexpr double kTangentOfEighth = std::numbers::sqrt2 - 1;
   constexpr std::array<double, 9> kP = {0.9999999999999732,
@@ -36,7 +36,7 @@ inline double AngleOf(double y, double x) {
   const double below = is_folded ? low + high : high;
   const double q = above / std::max(below, 1e-300);
   const double z = q * q;
-  // Horner's scheme of the even and of the odd terms: half the waiting.
+  // Horner's scheme for the even and the odd terms apart halves the latency.
   const double zz = z * z;
   const double even =
       kP[0] + zz * (kP[2] + zz * (kP[4] + zz * (kP[6] + zz * kP[8])));

@@ -36,7 +36,8 @@ float Blockers::SumOfShadows(const CastShadow& shadow, float most) const {
   for (const ShaftBlockers* cell : shafts) {
     sum.Add(cell->SumOfShadows(shadow, enough));
   }
-  // Whatever the order: where one cell has enough, so have all together.
+  // The result does not depend on the order of the cells: if one cell's sum
+  // reaches `enough`, so does the total.
   if (distant != nullptr && sum.Larger() < enough) {
     sum.Add(distant->SumOfShadows(shadow, enough));
   }

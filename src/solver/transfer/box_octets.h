@@ -1,5 +1,5 @@
-// Boxes in a tree of eight children per node, whose boxes lie side by side so
-// that a query tests all eight at once.
+// Boxes in a tree with eight children per node. The children's boxes lie side
+// by side, so that a query tests all eight at once.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace enfilade {
 
-// Eight boxes; those that are not set overlap nothing that is within Box::kFar.
+// Eight boxes. A box that is not set overlaps nothing within Box::kFar.
 struct BoxOctet {
   static constexpr size_t kCount = 8;
   using Lanes = std::array<float, kCount>;
@@ -28,7 +28,7 @@ struct BoxOctet {
 
   void Set(size_t i, const Box& box);
 
-  // A bit for each that overlaps the box.
+  // Bit i of the result: box i overlaps `box`.
   [[nodiscard]] uint32_t Overlapping(const Box& box) const {
     uint32_t bits = 0;
     for (size_t i = 0; i < kCount; ++i) {  // becomes vector code
@@ -43,14 +43,14 @@ struct BoxOctet {
   }
 };
 
-// Of boxes in spatial order, neighbours together.
+// A tree over boxes that are given in spatial order, neighbours together.
 class BoxOctets {
  public:
   explicit BoxOctets(std::span<const Box> boxes);
 
-  // Calls visit(i) for boxes that `reaches`, which says so of an octet by bits
-  // and may say it of too many, until it returns false. Returns whether it
-  // never did.
+  // Calls visit(i) for each box that `reaches` selects, until a call returns
+  // false; returns whether none did. reaches(octet) returns one bit per box of
+  // an octet, and may set too many bits.
   template <typename Reaches, typename Visit>
   bool VisitAll(const Reaches& reaches, const Visit& visit) const {
     return levels_.empty() || VisitNode(levels_.size() - 1, 0, reaches, visit);
@@ -58,14 +58,15 @@ class BoxOctets {
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // What SizeBytes() of so many will be.
+  // What SizeBytes() of a tree of so many boxes will be.
   static uint64_t BytesFor(size_t boxes);
 
  private:
-  // Octets of one level: of boxes, or of the octets of the level before.
+  // The octets of one level. They hold boxes at level 0, and the unions of the
+  // octets of the level below otherwise.
   struct Level {
-    size_t first = 0;  // octet
-    size_t count = 0;  // of what is in its octets
+    size_t first = 0;  // index of the level's first octet
+    size_t count = 0;  // boxes or unions in the level's octets
   };
 
   template <typename Reaches, typename Visit>

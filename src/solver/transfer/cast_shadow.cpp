@@ -7,13 +7,14 @@
 namespace enfilade {
 namespace {
 
-// What is nearer to the receiver's plane than this lies in it, m.
+// Points nearer to the receiver's plane than this, m, count as lying in it.
 constexpr float kInPlaneM = 1e-4F;
-// Of the height of the light: what is higher does not stand before it.
+// Only the parts of a blocker below this share of the light's height cast a
+// shadow.
 constexpr float kBelowLight = 0.98F;
 
-// A corner of a blocker: its height over the receiver's plane, and where on
-// that plane it is, in coordinates of the element.
+// A corner of a blocker: its height over the receiver's plane, and its foot in
+// that plane in coordinates of the element.
 struct Corner {
   float height = 0;
   float a = 0;
@@ -27,8 +28,8 @@ Corner Between(const Corner& p, const Corner& q, float t) {
 }
 
 // A convex polygon of few corners: four, and one more for each of six cuts.
-// Rounding may make it a little concave; corners for which there is no room
-// then are left out.
+// Rounding may make the polygon slightly concave; corners beyond kMost are then
+// left out.
 struct ShadowOutline {
   static constexpr size_t kMost = 12;
 
@@ -41,8 +42,8 @@ struct ShadowOutline {
     }
   }
 
-  // Leaves the part of it where distance(corner), which is linear, is not
-  // negative.
+  // Clips the polygon to the part where distance(corner), a linear function, is
+  // not negative.
   template <typename Distance>
   void ClipTo(const Distance& distance) {
     const bool is_within =
@@ -78,7 +79,7 @@ struct ShadowOutline {
     return 0.5F * std::abs(twice);
   }
 
-  // Wholly beyond one side of the unit square.
+  // Whether the polygon lies wholly beyond one side of the unit square.
   [[nodiscard]] bool MissesUnitSquare() const {
     const auto all = [this](const auto& is_beyond) {
       return std::all_of(corners.begin(),
@@ -191,7 +192,7 @@ uint32_t CastShadow::ShareOf(std::span<const Vec3f> blocker) const {
     outline.ClipTo([](const Corner& p) { return 1 - p.b; });
   }
   const float share = (is_triangle ? 2.0F : 1.0F) * outline.Area();
-  // Degenerate ends give no number.
+  // A degenerate receiver gives NaN.
   return share > 0 ? static_cast<uint32_t>(std::min(share, 1.0F) *
                                            static_cast<float>(kWhole))
                    : 0;

@@ -1,6 +1,7 @@
 // The shadows that single blockers cast on an element from one point. Rays
-// between random points of two elements miss a narrow one, such as that of a
-// seat's rim on the upper end of a leg; its outline does not.
+// between random points of two elements miss a narrow shadow, such as that of a
+// seat's rim on the upper end of a leg; the projected outline of a blocker does
+// not.
 
 #pragma once
 
@@ -16,27 +17,29 @@ namespace enfilade {
 
 class CastShadow {
  public:
-  // Shares are counted in these, so that sums do not depend on their order.
+  // Shares are integers in units of 1 / kWhole, so that sums do not depend on
+  // the order of their terms.
   static constexpr uint32_t kWhole = 1U << 16;
 
-  // Of light from a point on the front of the receiver; from behind there are
-  // no shadows. The receiver is borrowed.
+  // The shadows of light from a point in front of the receiver; a point behind
+  // the receiver gives no shadows. The receiver is borrowed.
   CastShadow(const TransferEnd& receiver, Vec3f light);
 
-  // The share of the receiver in the shadow of a convex polygon of at most four
-  // corners, from 0 to kWhole. What lies in the receiver's plane or behind it,
-  // and what is farther from it than the light, casts none.
+  // The share, from 0 to kWhole, of the receiver in the shadow of a convex
+  // polygon of at most four corners. Parts of the polygon in the receiver's
+  // plane, behind it, or farther from it than the light cast no shadow.
   [[nodiscard]] uint32_t ShareOf(std::span<const Vec3f> blocker) const;
 
-  // Nothing in the box casts a shadow on the receiver: it lies beyond a plane
-  // through the light and an edge, behind the receiver, or beyond the light.
+  // Whether nothing in the box can cast a shadow on the receiver: the box lies
+  // beyond a plane through the light and an edge, behind the receiver, or
+  // beyond the light.
   [[nodiscard]] bool Misses(const Box& box) const;
 
-  // A bit for each of the boxes that it does not miss, in the order of the
-  // octet.
+  // Bit i of the result: box i of the octet may cast a shadow (Misses is
+  // false).
   [[nodiscard]] uint32_t MayMeet(const BoxOctet& boxes) const;
 
-  // Whether light falls on the front of a surface through a point.
+  // Whether the light shines on the front of a surface through a point.
   [[nodiscard]] bool IsLit(Vec3f point, Vec3f normal) const {
     return Dot(light_ - point, normal) > 0;
   }
@@ -44,24 +47,24 @@ class CastShadow {
  private:
   struct HalfSpace {
     Vec3f normal;
-    Vec3f reach;       // of the normal, without signs
+    Vec3f reach;       // absolute values of the normal
     float offset = 0;  // Dot(normal, p) >= offset within
   };
 
   const TransferEnd* receiver_;
   Vec3f light_;
   float height_ = 0;  // of the light over the receiver's plane, m
-  Vec3f along_a_;     // to coordinates of the element: Dot(p - origin, .)
+  Vec3f along_a_;     // to element coordinates: Dot(p - origin, .)
   Vec3f along_b_;
-  Box around_;  // all segments from the receiver to the light
-  // Whose intersection holds all segments from the receiver to the light; that
-  // which a triangle does not need holds everything.
+  Box around_;  // holds all segments from the receiver to the light
+  // Half-spaces whose intersection holds all segments from the receiver to the
+  // light. A triangle leaves the last one unset, which holds everything.
   std::array<HalfSpace, 6> within_;
 };
 
-// The shadows of several blockers, added up: of those with the light on their
-// front and of those with it on their back, since a closed solid has as much of
-// both.
+// The sums of the shadows of several blockers, separately for blockers with the
+// light on their front and on their back, since the fronts and the backs of a
+// closed solid cast the same shadow.
 struct ShadowSum {
   uint64_t of_fronts = 0;
   uint64_t of_backs = 0;

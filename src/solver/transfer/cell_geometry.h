@@ -1,5 +1,5 @@
-// What kernels, shafts and the oracle need of a cell, made of its stored
-// patches.
+// The data of a cell that kernels, shafts and the oracle need, made from the
+// cell's stored patches.
 
 #pragma once
 
@@ -22,43 +22,43 @@
 
 namespace enfilade {
 
-// A cell's patches for kernels.
+// A cell's patches as the kernels need them.
 struct CellGeometry {
   std::vector<PatchGeometry> patches;
-  std::unique_ptr<ShaftBlockers> portals;  // its openings, as if they blocked
+  std::unique_ptr<ShaftBlockers> portals;  // the cell's portals, as blockers
   std::unique_ptr<ClusterTree> clusters;   // of its patches
-  SourceGroups groups;                     // of those that emit
+  SourceGroups groups;                     // of patches that emit
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // About what a cell of these numbers will take.
+  // About the bytes of a cell with so many patches and portal triangles.
   static uint64_t BytesFor(size_t patches, size_t portal_triangles);
 };
 
 // Builds the surface table of a scene.
 SurfaceTable MakeSurfaceTable(const SceneInfo& scene);
 
-// The scene and the partition must outlive it. Geometry is in coordinates about
-// `origin`.
+// Makes the geometry of cells, in coordinates relative to `origin`. The scene
+// and the partition must outlive the CellMaker.
 class CellMaker {
  public:
   CellMaker(const SceneInfo& scene, const Partition& partition, Point3 origin);
 
-  // What a cell's geometry takes while it is made, its decoded patches too.
+  // The bytes in use while a cell's geometry is made, with its decoded patches.
   [[nodiscard]] uint64_t GeometryWorkBytes(CellId cell) const;
 
   [[nodiscard]] CellGeometry MakeGeometry(CellId cell,
                                           const CellPatches& stored,
                                           bool with_groups) const;
 
-  // What stands in a cell, for shafts. Takes a PatchGeometry for each blocker
-  // besides.
+  // The blockers in a cell, for shafts. Besides the result, the call needs
+  // memory for one PatchGeometry per blocker.
   [[nodiscard]] ShaftBlockers MakeObstacles(const CellPatches& stored) const;
 
   // A box that holds all patches of a cell.
   [[nodiscard]] Box BoundsOf(CellId cell) const;
 
-  // The box of a part of a cell; without end where that has none.
+  // The box of a part of a cell; unbounded where the part is.
   [[nodiscard]] Box BoxOf(CellId cell, const CellPart& part) const;
 
  private:

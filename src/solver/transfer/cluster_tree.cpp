@@ -42,8 +42,9 @@ float LargestDot(const Box& a, const Box& b) {
 
 }  // namespace
 
-// A leaf has more than kLeafItems / 2 items unless directions differ, of which
-// there are few; so there are fewer leaves than half the items.
+// A leaf has at least kLeafItems / 2 items unless its items were split off by
+// direction. There are few directions, so there are hardly more leaves than
+// half the items.
 size_t ClusterTree::MostClusters(size_t items) {
   constexpr size_t kForDirections = 12;
   return items + kForDirections;
@@ -101,8 +102,8 @@ ClusterTree::ClusterTree(std::span<const PatchGeometry> patches,
   }
 }
 
-// Halves a node's entries: by direction where there is more than one, else in
-// the middle of the longest extent of their centres.
+// Splits a node's entries: by direction if there is more than one, else at the
+// median along the longest extent of the entries' centres.
 void ClusterTree::Build(std::vector<Entry>* entries, uint32_t node) {
   const Cluster cluster = clusters_[node];
   if (cluster.count <= kLeafItems) {

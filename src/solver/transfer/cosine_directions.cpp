@@ -5,9 +5,9 @@
 
 namespace enfilade {
 
-// Of the eighth of a turn on either side of the nearest quarter by Taylor's
-// series, whose error is below the first term that is left out:
-// (pi / 4)^13 / 13! = 7e-12 of the sine, (pi / 4)^14 / 14! of the cosine.
+// Reduces t to an eighth of a turn on either side of the nearest quarter, and
+// sums Taylor's series there. The error is below the first omitted term: (pi /
+// 4)^13 / 13! = 7e-12 of the sine, (pi / 4)^14 / 14! of the cosine.
 CirclePoint OnCircle(double t) {
   const int quarter = (static_cast<int>(8 * t) + 1) / 2;
   const double angle = 2 * kPi * (t - 0.25 * quarter);

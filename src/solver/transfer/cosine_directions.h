@@ -13,7 +13,7 @@ struct CirclePoint {
   double sine = 0;
 };
 
-// At the share t of a turn, 0 <= t <= 1; to 1e-11.
+// The point at the fraction t of a turn, 0 <= t <= 1, accurate to 1e-11.
 CirclePoint OnCircle(double t);
 
 class CosineDirections {

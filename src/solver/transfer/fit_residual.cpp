@@ -5,10 +5,10 @@
 namespace enfilade {
 namespace {
 
-// RMS over the element per RMS over the test points, of a residual of the first
-// degree in the receiver's coordinates that a basis of order 1, 2, 3 or 4
-// cannot follow: the Legendre polynomial of degree 1 .. 4. The first two are
-// measured.
+// By order of the basis, 1 to 4: the RMS over the element per RMS over the test
+// points of the simplest residual that the basis cannot follow, the Legendre
+// polynomial of the degree `order` in the receiver's coordinates. The values of
+// orders 1 and 2 are measured.
 constexpr std::array<float, 5> kResidual = {0, 0.9F, 0.6F, 1.05F, 0.92F};
 
 }  // namespace

@@ -1,6 +1,6 @@
-// What the function that a link makes of a source's light cannot follow of it,
-// by a few points of the receiver: of links between two elements (oracle.h) and
-// from groups (group_transfer.h).
+// The residual of a link: the part of a source's irradiance that the basis on
+// the receiver cannot follow, estimated from a few points of the receiver. For
+// links between two elements (oracle.h) and from groups (group_transfer.h).
 
 #pragma once
 
@@ -14,40 +14,40 @@
 
 namespace enfilade {
 
-// Where the receiver's basis is tested: the middle, and near each edge.
+// The points at which the residual is tested: the middle of the element, and a
+// point near the middle of each edge.
 std::span<const UnitPoint> TestPoints(PatchShape shape);
 
-// The corner of an element that lies farthest along a direction, a little off
-// its rim.
+// The corner of an element that lies farthest along a direction, moved a little
+// off the rim.
 UnitPoint CornerAlong(const TransferEnd& end, Vec3f direction);
 
-// The point of an element that is nearest to p, a little off its rim.
+// The point of an element that is nearest to p, moved a little off the rim.
 UnitPoint NearestOn(const TransferEnd& end, Vec3f p);
 
-// The RMS over an element of what the basis cannot follow, per RMS at the test
-// points.
+// The RMS of the residual over an element per RMS at the test points.
 float ResidualScale(const Basis& basis);
 
-// Where a source is, as far as it tells where its light may rise unseen by the
-// test points.
+// The position of a source, as far as it tells where the source's irradiance
+// may peak between the test points.
 struct SourceExtent {
   Vec3f center;
   float diameter = 0;
-  float area = 0;  // that shines towards the receiver
+  float area = 0;  // that shines towards the receiver, m2
   bool near = false;
-  // Out of the planes in which the source cuts the receiver, if it does.
+  // The normal of the source's plane if that plane cuts the receiver (for a
+  // group, the sum of such normals): points to the lit side.
   std::optional<Vec3f> lit_side;
 };
 
-// Where the plane of the source cuts the receiver, what is lit may be a corner
-// that neither nodes nor test points lie in: a ninth of a triangle, on which
-// irradiance rises from nothing. The mean square of such light over the
-// element, per square of what the corner gets.
+// If the source's plane cuts the receiver, the lit part may be a corner that
+// holds neither nodes nor test points: a ninth of a triangle, in which
+// irradiance rises from zero. This is the mean square of that irradiance over
+// the element, per square of the corner's irradiance.
 inline constexpr float kCornerShare = 0.1F;
 
-// The RMS over the receiver of what the basis cannot follow. What it cannot
-// follow at points is asked for: at_test(i) at TestPoints()[i], at_point(p)
-// anywhere else.
+// The RMS over the receiver of the residual. at_test(i) returns the residual at
+// TestPoints()[i], at_point(p) the residual at any other point p.
 template <typename AtTest, typename AtPoint>
 float RmsResidual(const TransferEnd& receiver,
                   const SourceExtent& source,
@@ -66,8 +66,9 @@ float RmsResidual(const TransferEnd& receiver,
     square = std::max(square, kCornerShare * residual * residual);
   }
   if (source.near && source.diameter < 2 * receiver.diameter) {
-    // A small source close to a large receiver peaks between its nodes: over
-    // an area like the source's, widened by its distance.
+    // The irradiance from a small source close to a large receiver peaks
+    // between the receiver's nodes, over the source's area plus its squared
+    // distance.
     const UnitPoint at = NearestOn(receiver, source.center);
     const Vec3f d = source.center - PointOn(*receiver.patch,
                                             receiver.frame,

@@ -9,15 +9,15 @@
 namespace enfilade {
 namespace {
 
-// Points keep away from the rim by this much, m, but not by more than this
-// share of the element: where surfaces touch, a ray from their common edge
-// would start beyond what it should meet.
+// Random points keep this distance from the rim, m, but at most this share of
+// the element: if surfaces touch, a ray from their common edge would start
+// beyond the surface that the ray should hit.
 constexpr float kRimM = 1e-3F;
 constexpr float kMostRimShare = 0.02F;
 
-// The corners of a polygon relative to a point: structure of arrays, for edges
-// to be worked on side by side. Left uninitialised from `count` on: clearing
-// took a fifth of the time.
+// The corners of a polygon relative to a point, as a structure of arrays, so
+// that edges are processed side by side. Entries from `count` on are
+// uninitialised: clearing them took a fifth of the time.
 // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
 struct Outline {
   static constexpr size_t kMost = 8;
@@ -34,8 +34,8 @@ struct Outline {
     ++count;
   }
 
-  // Makes the corners up to `lanes` the first one again: the last edge ends
-  // there, and others have no length.
+  // Fills the corners from `count` to `lanes` with the first corner: the last
+  // edge ends there, and the edges after it have no length.
   void Close(size_t lanes) {
     for (size_t i = count; i <= lanes; ++i) {
       x[i] = x[0];
@@ -55,7 +55,7 @@ Outline RelativeTo(Vec3f x, std::span<const Vec3f> polygon) {
   return out;
 }
 
-// Without what lies below the horizon, where heights are negative.
+// The part of an outline above the horizon; `heights` are negative below it.
 Outline Clipped(const Outline& outline,
                 const std::array<double, Outline::kMost>& heights) {
   Outline out;
@@ -74,7 +74,7 @@ Outline Clipped(const Outline& outline,
   return out;
 }
 
-// The sum over the edges of Lambert's formula, of which there are at most
+// The sum of Lambert's formula over the edges, of which there are at most
 // `lanes`.
 template <size_t lanes>
 double SumOfEdges(Outline* v, Vec3 n) {
@@ -107,8 +107,8 @@ double SumOfEdges(Outline* v, Vec3 n) {
 }  // namespace
 
 float PointToPolygon(Vec3f x, Vec3f n, std::span<const Vec3f> polygon) {
-  // Rounding may put the corners of one that lies in the horizon on either side
-  // in turn, so that nearly every edge is cut.
+  // Rounding may put the corners of a polygon in the horizon plane above and
+  // below it in turn, so that nearly every edge is cut.
   ENFILADE_CHECK(
       polygon.size() <= 5, "a polygon of {} corners", polygon.size());
   Outline outline = RelativeTo(x, polygon);
@@ -242,7 +242,7 @@ std::array<float, kTransferNodes> NearSource::Row(Vec3f x, Vec3f n) const {
   for (const float k : row) {
     sum += k;
   }
-  // Blend towards the uniform spread, so that no row is left without a node.
+  // Blend with the uniform spread, so that no row is left without a node.
   const float floor = 0.02F * sum + 1e-9F;
   const float scale = exact / (sum + floor);
   for (size_t q = 0; q < kTransferNodes; ++q) {
@@ -253,7 +253,7 @@ std::array<float, kTransferNodes> NearSource::Row(Vec3f x, Vec3f n) const {
 
 namespace {
 
-// Exact rows: what each receiver node sees of the source.
+// Exact rows: the form factors from each receiver node to the source.
 Kernel KernelByRows(const TransferEnd& receiver, const TransferEnd& source) {
   const NearSource rows(source);
   Kernel kernel{};
@@ -267,9 +267,9 @@ Kernel KernelByRows(const TransferEnd& receiver, const TransferEnd& source) {
   return kernel;
 }
 
-// Exact columns: what each source node sees of the receiver, by reciprocity
-// A_r F_rs = A_s F_sr. A source that is small and close lights a spot that may
-// lie between the receiver's nodes; its flux is right all the same.
+// Exact columns: the form factors from each source node to the receiver, by
+// reciprocity A_r F_rs = A_s F_sr. A small and close source lights a spot that
+// may lie between the receiver's nodes; its flux is right nevertheless.
 Kernel KernelByColumns(const TransferEnd& receiver, const TransferEnd& source) {
   const NearSource columns(receiver);
   Kernel kernel{};
@@ -293,7 +293,7 @@ void MaskKernel(uint16_t visible, Kernel* kernel) {
 }
 
 bool IsCut(const TransferEnd& end, const PatchGeometry& patch) {
-  // Most are farther from the plane than they reach.
+  // Most elements are farther from the plane than their diameter.
   if (std::abs(Dot(end.center - patch.origin, patch.normal)) > end.diameter) {
     return false;
   }

@@ -17,10 +17,10 @@
 
 namespace enfilade {
 
-// The form factor from a differential area at x with unit normal n to a convex
-// planar polygon: the share of x's hemisphere, cosine-weighted, that the
-// polygon covers; in [0, 1]. What lies below x's horizon is clipped. Which
-// side of the polygon faces x does not matter. At most five corners.
+// The form factor, in [0, 1], from a differential area at x with unit normal n
+// to a convex planar polygon: the cosine-weighted share of x's hemisphere that
+// the polygon covers. The part of the polygon below x's horizon is clipped.
+// Either side of the polygon may face x. At most five corners.
 //
 // F = 1/(2 pi) sum over edges of angle(v_i, v_i+1) n . (v_i x v_i+1)/|...|,
 // Lambert's formula (W, eq. 5), signed by the polygon's orientation.
@@ -36,8 +36,8 @@ struct TransferEnd {
   ElementFrame frame;
   float area = 0;
   float diameter = 0;
-  float radius = 0;  // all of it is within this of its center, m
-  float rim = 0;     // share of the element that random points keep off its rim
+  float radius = 0;  // m, from `center` to the farthest corner
+  float rim = 0;     // least distance of random points to the rim, as a share
   Vec3f center;
   size_t node_count = 0;
   std::array<float, kTransferNodes> x{};  // of the nodes, m
@@ -46,16 +46,17 @@ struct TransferEnd {
   std::array<float, kTransferNodes> weight{};  // quadrature; sums to 1
 };
 
-// The nodes are those of the second-order basis, whatever the solver's basis.
+// The nodes are those of the second-order basis, whichever basis the solver
+// uses.
 TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame);
 
-// Whether some of an element may lie in a box: true where it does.
+// Whether an element may reach into a box; true whenever it does.
 bool ReachesInto(const TransferEnd& end, const Box& box);
 
 // K_gq at [g * kTransferNodes + q].
 using Kernel = std::array<float, kTransferNodes * kTransferNodes>;
 
-// The same at [q][g], so that the receiver's nodes lie side by side.
+// The same coefficients at [q][g]: the receiver's nodes lie side by side.
 using KernelColumns =
     std::array<std::array<float, kTransferNodes>, kTransferNodes>;
 
@@ -66,30 +67,31 @@ Kernel QuadratureKernel(const TransferEnd& receiver, const TransferEnd& source);
 // Makes K_gq zero where bit (g * kTransferNodes + q) is not set.
 void MaskKernel(uint16_t visible, Kernel* kernel);
 
-// One row of the kernel at any point x with normal n of the receiver.
+// One row of the kernel, for a point x with normal n of the receiver.
 std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
                                                 Vec3f n,
                                                 const TransferEnd& source);
 
-// Some of `end` lies before the plane of the patch and some behind it.
+// Whether `end` has parts in front of the patch's plane and parts behind it.
 bool IsCut(const TransferEnd& end, const PatchGeometry& patch);
 
-// Whether a near transfer gets the exact form factors of the source's nodes to
-// the receiver (by reciprocity) rather than those of the receiver's nodes to
-// the source: it gets those of the smaller end, but the nodes of a source that
-// the receiver's horizon cuts say nothing of the part which is seen.
+// Whether a near transfer gets exact form factors from the source's nodes to
+// the receiver (by reciprocity) instead of from the receiver's nodes to the
+// source. NearKernel uses the nodes of the smaller end, except if the
+// receiver's horizon cuts a smaller source: the source's nodes then say nothing
+// of the visible part.
 bool IsByColumns(const TransferEnd& receiver, const TransferEnd& source);
 
-// For ends that are close: scaled to exact form factors.
+// The kernel for ends that are close, scaled to exact form factors.
 Kernel NearKernel(const TransferEnd& receiver, const TransferEnd& source);
 
-// A source that is looked at from points close to it. Borrowed.
+// A source seen from points close to it. The TransferEnd is borrowed.
 class NearSource {
  public:
   explicit NearSource(const TransferEnd& source);
 
-  // The exact form factor of x to the source, zero behind it, spread over the
-  // source's nodes like QuadratureRow.
+  // The exact form factor from x to the source, zero behind the source, spread
+  // over the source's nodes like QuadratureRow.
   [[nodiscard]] std::array<float, kTransferNodes> Row(Vec3f x, Vec3f n) const;
 
  private:

@@ -169,7 +169,7 @@ SampledTransfer GroupTransfer::Sample(Random* random) const {
 struct GroupRays::Point {
   size_t node = 0;
   float form_factor = 0;
-  uint32_t seen = 0;  // rays
+  uint32_t seen = 0;  // number of rays that got through
 
   [[nodiscard]] float Share(size_t rays) const {
     return static_cast<float>(seen) / static_cast<float>(rays);
@@ -196,7 +196,7 @@ bool GroupRays::SeesPeak() {
   return SeenIn(*blockers_, packet, count_) != 0;
 }
 
-// The rays of a point go to as many strata of the group.
+// Sends the rays of each point to as many strata of the group.
 void GroupRays::Trace(std::span<Point> points, size_t rays) {
   SegmentPacket packet;
   std::array<Point*, 16> lanes{};
@@ -244,7 +244,7 @@ GroupSight GroupRays::SightOf(std::span<const Point> points, size_t rays) {
     sum += p.form_factor;
   }
   if (!(sum > 0)) {
-    // No point has any of the group before it: there are no rays, and nothing
+    // No point faces any patch of the group: no rays were traced, and nothing
     // is known of what stands in between.
     sight.at_nodes.fill(1);
     sight.fraction = 1;
@@ -266,7 +266,7 @@ GroupSight GroupRays::SightOf(std::span<const Point> points, size_t rays) {
   if (rays > 1) {
     const auto n = static_cast<float>(rays);
     sight.by_source *= n / (n - 1);
-    // Less what the points differ by because they have few rays.
+    // Subtract the variance between points that stems from their few rays.
     sight.by_receiver = std::max(0.0F, sight.by_receiver - sight.by_source / n);
   }
   return sight;

@@ -1,11 +1,11 @@
-// What an element gets of a group of patches that emit alike, and how much of
-// it gets through.
+// The transfer from a group of patches that emit alike to an element, and the
+// share of the transfer that gets through.
 //
-//   F_gf  form factor of the receiver's node g to patch f of the group
-//   F_g   sum over f of F_gf: what the node would get of 1 W/m2 if nothing
-//         stood in between
+//   F_gf  form factor from the receiver's node g to patch f of the group
+//   F_g   sum over f of F_gf: the node's irradiance per 1 W/m2 of radiosity if
+//         nothing stood in between
 //   V_g   share of rays from about node g to the group that get through; the
-//         patch that a ray goes to is drawn by F_gf
+//         patch that a ray goes to is drawn in proportion to F_gf
 
 #pragma once
 
@@ -24,7 +24,7 @@
 
 namespace enfilade {
 
-// Some of a group's patches, by their place in it.
+// Some of a group's patches, by their index in the group.
 struct GroupPart {
   std::array<uint8_t, kMostGroupPatches> members{};
   size_t count = 0;
@@ -36,20 +36,20 @@ GroupPart WholeGroup(const SourceGroup& group);
 class GroupTransfer {
  public:
   // `candidates` are the patches of the group that may face the receiver. All
-  // but these are borrowed.
+  // other arguments are borrowed.
   GroupTransfer(const TransferEnd& receiver,
                 std::span<const PatchGeometry> patches,
                 const SourceGroups& groups,
                 const SourceGroup& group,
                 const GroupPart& candidates);
 
-  // The candidates that do face it.
+  // The candidates that face the receiver.
   [[nodiscard]] const GroupPart& Facing() const { return facing_; }
 
   // An upper bound of the mean form factor.
   [[nodiscard]] float FormFactorBound() const { return bound_; }
 
-  // Finds F_gf.
+  // Computes F_g.
   void Evaluate();
 
   // F_g; after Evaluate.
@@ -60,32 +60,33 @@ class GroupTransfer {
   // The mean of F_g over the receiver; after Evaluate.
   [[nodiscard]] float FormFactor() const;
 
-  // RMS of what the basis (of order 1 or 2) cannot follow of the form factor
-  // on the receiver; after Evaluate.
+  // RMS over the receiver of the part of the form factor that the basis (of
+  // order 1 or 2) cannot follow; after Evaluate.
   [[nodiscard]] float Residual(const Basis& basis) const;
 
   // Whether nothing stands between the receiver and any of the patches.
   [[nodiscard]] bool IsProvenClear(const Blockers& blockers) const;
 
-  // The form factors of a point of the receiver to the patches, by their places
-  // in Facing(); returns their sum.
+  // Computes the form factors from a point of the receiver to the patches, in
+  // the order of Facing(); returns their sum.
   float FormFactorsOf(Vec3f x,
                       std::array<float, kMostGroupPatches>* form_factors) const;
 
-  // A random point of a patch: the one at which `share`, in [0, 1), of the sum
-  // of the form factors is reached.
+  // A random point of the patch at which the running sum of the form factors
+  // reaches the fraction `share`, in [0, 1), of their total.
   Vec3f DrawPoint(const std::array<float, kMostGroupPatches>& form_factors,
                   float share,
                   Random* random) const;
 
-  // The kernel peaks in a part of the receiver, which the group is close to.
+  // Whether the group is so close to the receiver that the kernel peaks in a
+  // part of the receiver.
   [[nodiscard]] bool IsPeaked() const;
 
-  // A ray drawn by the kernel; nullopt where a few tries found none.
+  // A ray drawn in proportion to the kernel; nullopt if a few tries find none.
   [[nodiscard]] std::optional<PointPair> PairAtPeak(Random* random) const;
 
-  // The form factor of a random point of the receiver, and a ray drawn by it.
-  // Does not need Evaluate.
+  // The form factor from a random point of the receiver, and a ray from there
+  // to a patch drawn in proportion to its form factor. Does not need Evaluate.
   SampledTransfer Sample(Random* random) const;
 
  private:
@@ -107,26 +108,26 @@ class GroupTransfer {
   std::array<float, kTransferNodes> at_nodes_{};
 };
 
-// What rays say of a transfer from a group.
+// The visibility of a group by rays.
 struct GroupSight {
   std::array<float, kTransferNodes> at_nodes{};  // V_g
-  float fraction = 0;                            // their mean, weighted by F
-  // Points from which rays went: not those that face nothing of the group.
+  float fraction = 0;                            // mean of V_g, weighted by F
+  // The number of points with rays; points that face no patch have none.
   size_t points = 0;
   float by_receiver = 0;  // variance of V over the points of the receiver
   float by_source = 0;    // mean variance of a ray over points of the group
 
-  // All rays got through, or none did.
+  // Whether all rays got through, or none.
   [[nodiscard]] bool Agrees() const { return fraction <= 0 || fraction >= 1; }
 };
 
-// The rays of a transfer from a group. Those that say whether it may become a
-// link must not be the link's own: link_rays.h says why.
+// The rays of a transfer from a group. The rays that decide whether the
+// transfer becomes a link must not serve the link itself: link_rays.h says why.
 class GroupRays {
  public:
   static constexpr size_t kMostPoints = 8;
 
-  // All are borrowed; `key` decides where the rays go.
+  // All arguments are borrowed; `key` seeds the rays.
   GroupRays(const Blockers& blockers,
             const TransferEnd& receiver,
             const GroupTransfer& transfer,
@@ -138,12 +139,12 @@ class GroupRays {
         random_(key),
         count_(count) {}
 
-  // Traces rays that were not traced before: from so many random points
-  // (kMostPoints at most) about each of the receiver's nodes, so many from each
-  // to all of the group.
+  // Traces new rays: from `points` random points (at most kMostPoints) about
+  // each of the receiver's nodes, `rays` rays from each point to the whole
+  // group.
   GroupSight Look(size_t points, size_t rays);
 
-  // As LinkRays::SeesPeak.
+  // Same as LinkRays::SeesPeak.
   [[nodiscard]] bool SeesPeak();
 
  private:

@@ -1,4 +1,4 @@
-// The visibility between two elements by rays between random points of them.
+// The visibility between two elements, by rays between random points of them.
 
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace enfilade {
 
-// All pairs of nodes of two ends: bit g * kTransferNodes + q is node g of the
-// receiver and node q of the source.
+// A bit for every pair of nodes of two ends: bit g * kTransferNodes + q is for
+// node g of the receiver and node q of the source.
 uint16_t AllPairs(const TransferEnd& receiver, const TransferEnd& source);
 
 struct RayCount {
@@ -20,19 +20,20 @@ struct RayCount {
   uint64_t seen = 0;
 };
 
-// Traces a packet and counts its rays; the lanes whose rays get through.
+// Traces a packet and counts its rays. Bit i of the result: ray i got through.
 uint32_t SeenIn(const Blockers& blockers,
                 const SegmentPacket& packet,
                 RayCount* count);
 
-// The rays of a pair of ends. First those that say how much of the transfer
-// gets through, and by that whether it may become a link; then others that say
-// the same to the link itself. A link that kept the rays by which it was
-// accepted would be accepted most easily where they happen to agree, and its
-// light would be biased: docs/decisions/0011-oracle.md.
+// The rays between two ends. TraceFew and TraceAll say how much of the transfer
+// gets through, and thus whether the transfer may become a link. AskFewAnew and
+// AskAllAnew trace other rays for the visibility of the link itself. If a link
+// kept the rays by which it was accepted, links would be accepted most easily
+// where their rays happen to agree, and their light would be biased:
+// docs/decisions/0011-oracle.md.
 class LinkRays {
  public:
-  // All are borrowed; `key` decides where the rays go.
+  // All arguments are borrowed; `key` seeds the rays.
   LinkRays(const Blockers& blockers,
            const TransferEnd& receiver,
            const TransferEnd& source,
@@ -44,14 +45,14 @@ class LinkRays {
         random_(key),
         count_(count) {}
 
-  // One ray from each of the receiver's nodes, each to another of the
-  // source's, unless there are rays already.
+  // Traces one ray from each of the receiver's nodes, to the source's nodes in
+  // turn, unless there are rays already.
   void TraceFew();
 
-  // From all nodes to all.
+  // Traces the rays for all other pairs of nodes as well.
   void TraceAll();
 
-  // There are rays, and none got through.
+  // Whether there are rays and none of them got through.
   [[nodiscard]] bool NoneSeen() const {
     return rays_.traced != 0 && rays_.seen == 0;
   }
@@ -60,21 +61,22 @@ class LinkRays {
     return rays_.seen == 0 || rays_.seen == rays_.traced;
   }
 
-  // Whether light gets through where the kernel peaks, if it does: a bowl sees
-  // little of the wall that it hangs on but a spot, and the rays between nodes
-  // see the bowl from outside.
+  // Whether light gets through where the kernel peaks; false if the kernel has
+  // no peak. A bowl sees only a spot of the wall on which it hangs, and the
+  // rays between nodes see the bowl from outside.
   [[nodiscard]] bool SeesPeak();
 
-  // Pairs of nodes that have a ray, and those that see each other. Where no
-  // points about two nodes face each other there is no ray, and nothing is
-  // known of what stands in between.
+  // Traced: the pairs of nodes that have a ray. Seen: the pairs whose ray got
+  // through. A pair has no ray if no points about its two nodes face each
+  // other; nothing is known then of what stands in between.
   [[nodiscard]] uint16_t Traced() const { return rays_.traced; }
 
   [[nodiscard]] uint16_t Seen() const { return rays_.seen; }
 
-  // Which pairs see each other by rays not traced before: one ray for each of
-  // the receiver's nodes, or one for each pair. A pair without a ray counts as
-  // seen if at least half of the rays got through.
+  // The visible pairs of nodes, by rays not traced before: AskFewAnew traces
+  // one ray per receiver node, which stands for all pairs of that node;
+  // AskAllAnew traces one ray per pair. A pair without a ray counts as visible
+  // if at least half of the rays got through.
   [[nodiscard]] uint16_t AskFewAnew();
   [[nodiscard]] uint16_t AskAllAnew();
 
@@ -83,7 +85,7 @@ class LinkRays {
     uint16_t traced = 0;
     uint16_t seen = 0;
 
-    // Half of the rays got through, or there are none.
+    // Whether at least half of the rays got through, or there are no rays.
     [[nodiscard]] bool MostSeen() const;
   };
 

@@ -10,7 +10,7 @@ namespace {
 
 using NodeRow = std::array<float, kMaxNodes>;
 
-// A point with a normal, at which irradiance is asked for.
+// A point with a normal, at which irradiance is computed.
 struct SurfacePoint {
   Vec3f at;
   Vec3f normal;
@@ -34,7 +34,7 @@ NodeRow PlainRow(const SurfacePoint& x, const NodeEnd& source) {
   return row;
 }
 
-// The form factors of the cells of a flat basis.
+// The form factors to the cells of a source with a flat basis.
 NodeRow FlatRow(const SurfacePoint& x, const NodeEnd& source) {
   NodeRow row{};
   for (size_t q = 0; q < source.count; ++q) {
@@ -50,8 +50,8 @@ NodeRow FlatRow(const SurfacePoint& x, const NodeEnd& source) {
   return row;
 }
 
-// The form factor of the whole source, spread like the plain row and a little
-// evenly, so that no row is left without a node.
+// The form factor to the whole source, spread over its nodes like PlainRow plus
+// a small even part, so that no row is left without a node.
 NodeRow SpreadRow(const SurfacePoint& x, const NodeEnd& source) {
   const Corners corners = CornersOf(*source.end.patch, source.end.frame);
   const float exact = PointToPolygon(x.at, x.normal, corners.View());
@@ -115,8 +115,8 @@ NodeKernel NearNodeKernel(const NodeEnd& receiver, const NodeEnd& source) {
     }
     return kernel;
   }
-  // A_r F_rs = A_s F_sr: the flux of a small source is right wherever the spot
-  // lies that it lights.
+  // By reciprocity A_r F_rs = A_s F_sr, the flux of a small source is right
+  // wherever the spot that the source lights lies.
   for (size_t q = 0; q < source.count; ++q) {
     const NodeRow column =
         ExactRow({source.At(q), source.end.patch->normal}, receiver);
@@ -138,7 +138,7 @@ void MaskNodeKernel(uint16_t visible,
                     const SampleMap& source,
                     NodeKernel* kernel) {
   for (size_t g = 0; g < kMaxNodes; ++g) {
-    // The visibility of each sample of the source from the node.
+    // The visibility of each sample of the source from receiver node g.
     std::array<float, kSampleNodes> seen{};
     for (size_t i = 0; i < kSampleNodes; ++i) {
       for (size_t k = 0; k < kSampleNodes; ++k) {

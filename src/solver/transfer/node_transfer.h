@@ -1,17 +1,17 @@
-// Transfers between elements at the nodes of bases other than M1 and M2, whose
-// links keep no coefficients: the kernel is rebuilt whenever light is gathered.
+// Transfers between elements at the nodes of bases other than M1 and M2. Their
+// links keep no coefficients: each gather of light rebuilds the kernel.
 //
 //   paper   here
 //   K_gq    NodeKernel: irradiance at receiver node g per radiosity at source
 //           node q, unoccluded. M3, M4: product quadrature. F2, F3: the form
-//           factor of a source cell from the centroid of a receiver cell, so
+//           factor from the centroid of a receiver cell to a source cell, so
 //           that R and S of W (eq. 14) are identities
-//   V_gq    by the visibility of the pairs of second-order nodes, of which each
-//           node has a share (SampleMap)
+//   V_gq    the visibility of pairs of second-order nodes, weighted by the
+//           share of each node in them (SampleMap)
 //
-// Close ends get exact form factors, as in form_factor.h: of each receiver node
-// to the source (its cells, in flat bases) where the source is the larger one,
-// by reciprocity where the receiver is.
+// Close ends get exact form factors, on the side that IsByColumns
+// (form_factor.h) chooses: from each receiver node to the source (to its cells,
+// in flat bases) or, by reciprocity, from each source node to the receiver.
 
 #pragma once
 
@@ -28,7 +28,8 @@ struct NodeEnd {
   TransferEnd end;
   const ShapeBasis* basis = nullptr;  // borrowed
   size_t count = 0;
-  // Of the nodes; beyond `count` weightless copies of the last one.
+  // Of the nodes; entries from `count` on repeat the last node with weight
+  // zero.
   std::array<float, kMaxNodes> x{};  // m
   std::array<float, kMaxNodes> y{};
   std::array<float, kMaxNodes> z{};
@@ -41,20 +42,20 @@ NodeEnd MakeNodeEnd(const ShapeBasis& basis,
                     const PatchGeometry& patch,
                     ElementFrame frame);
 
-// K_gq at [g * kMaxNodes + q]; zero beyond the nodes.
+// K_gq at [g * kMaxNodes + q]; zero if g or q is no node.
 using NodeKernel = std::array<float, kMaxNodes * kMaxNodes>;
 
-// By plain quadrature.
+// The kernel by plain quadrature.
 NodeKernel FarNodeKernel(const NodeEnd& receiver, const NodeEnd& source);
 
-// With exact form factors; finite where the ends touch.
+// The kernel with exact form factors; finite if the ends touch.
 NodeKernel NearNodeKernel(const NodeEnd& receiver, const NodeEnd& source);
 
-// The one of both that suits the distance of the ends.
+// NearNodeKernel if IsNear (oracle.h) holds for the ends, else FarNodeKernel.
 NodeKernel TransferKernel(const NodeEnd& receiver, const NodeEnd& source);
 
-// K_gq V_gq of visibility bits as in link_rays.h, with the samples' shares of
-// both ends.
+// Multiplies K_gq by V_gq, which follows from visibility bits as in link_rays.h
+// and from the samples' shares of both ends.
 void MaskNodeKernel(uint16_t visible,
                     const SampleMap& receiver,
                     const SampleMap& source,

@@ -11,14 +11,15 @@
 namespace enfilade {
 namespace {
 
-// A source nearer than this many of its diameters gets exact form factors.
+// A source within this many of its diameters gets exact form factors.
 constexpr float kNearDiameters = 2.0F;
-// Of the variance of sixteen samples, the part that is blamed on the larger
-// end rather than on the end with which they vary.
+// This part of the variance of sixteen samples is noise; it is divided between
+// the ends by their diameters instead of by where the samples vary.
 constexpr float kVarianceNoise = 0.15F;
 
-// The values of the functions of a basis at the test points. Of the constant
-// basis those of second order: its receivers are sampled as well.
+// The values of a basis's functions at the test points. The constant basis uses
+// the second-order table, because its transfers are sampled at the second-order
+// nodes too.
 struct TestTable {
   Basis basis;
   std::array<std::array<std::array<float, kMaxNodes>, 5>, 2> values{};
@@ -49,7 +50,8 @@ const TestTable& TestsOf(BasisKind kind) {
   return kind.order == 4 ? fourth : kind.order == 3 ? third : second;
 }
 
-// How far an element reaches beyond its center along a direction, m.
+// The distance, m, by which an element reaches beyond its center along a
+// direction.
 float ExtentAlong(const TransferEnd& end, Vec3f direction) {
   const float u = end.frame.scale * Dot(end.patch->u, direction);
   const float v = end.frame.scale * Dot(end.patch->v, direction);
@@ -87,7 +89,8 @@ bool IsNear(const TransferEnd& r, const TransferEnd& s) {
 bool IsBehind(const TransferEnd& end, const PatchGeometry& patch) {
   constexpr auto kClosed = static_cast<float>(kCoincidentM);
   const float rounding = PlaneTolerance(patch);
-  // Most are well in front: so is a corner then, whatever the rounding.
+  // The centers of most elements are well in front of the plane, and then so is
+  // a corner, whatever the rounding.
   if (Dot(end.center - patch.origin, patch.normal) >
       std::max(10 * rounding, 2 * kClosed)) {
     return false;
@@ -108,8 +111,8 @@ float FormFactorBound(const TransferEnd& r, const TransferEnd& s) {
   if (gap <= 0.25F * s.diameter) {
     return 1;
   }
-  // All of an element lies in its plane: how high the other one rises above
-  // that is known whatever the element's own size.
+  // Each element lies in its own plane. The height of the other end above that
+  // plane therefore bounds the cosine, whatever the element's own size.
   const Vec3f n_r = r.patch->normal;
   const Vec3f n_s = s.patch->normal;
   const float cos_x =
@@ -148,8 +151,8 @@ float ReceiverShare(uint16_t bits, const TransferEnd& r, const TransferEnd& s) {
 
 namespace {
 
-// The irradiance that the transfer brings to points of the receiver, and the
-// function of the receiver's basis that a link would make of it.
+// The irradiance that a transfer brings to points of the receiver, compared
+// with the function of the receiver's basis by which a link would replace it.
 class LinkFit {
  public:
   LinkFit(const TransferEnd& receiver,
@@ -166,16 +169,16 @@ class LinkFit {
     }
   }
 
-  // The mean and the values at the second-order nodes.
+  // Takes the mean and the values at the second-order nodes.
   void TakeFrom(const Judgement& judgement,
                 const std::array<float, kTransferNodes>& at_nodes) {
     mean_ = judgement.transfer;
     std::copy(at_nodes.begin(), at_nodes.end(), at_nodes_.begin());
   }
 
-  // Samples the nodes of a basis that has its own. `flux`: the mean that a near
-  // source smaller than the receiver is scaled to (KernelByColumns), so that
-  // the nodes have what a link would give them.
+  // Samples the nodes of a basis that has nodes of its own. If the transfer is
+  // near and IsByColumns, scales the samples to the mean `flux`, so that the
+  // nodes have what a link would give them.
   void SampleNodes(float flux) {
     const ShapeBasis& basis = tests_->basis.On(receiver_->patch->shape);
     count_ = basis.NodeCount();
@@ -192,7 +195,7 @@ class LinkFit {
     }
   }
 
-  // What the basis cannot follow at a test point; at any point.
+  // The residual that the basis cannot follow: at a test point, at any point.
   float ResidualAtTest(size_t i) {
     const PatchShape shape = receiver_->patch->shape;
     return ResidualAt(TestPoints(shape)[i],
@@ -209,7 +212,7 @@ class LinkFit {
     return ResidualAt(at, functions);
   }
 
-  // The largest form factor of a point that was looked at.
+  // The largest form factor of the points evaluated so far.
   [[nodiscard]] float LargestFormFactor() const { return form_factor_; }
 
   void NoteFormFactor(float form_factor) {
@@ -305,8 +308,9 @@ void JudgeErrors(const TransferEnd& r,
       basis,
       [&](size_t i) { return light.ResidualAtTest(i); },
       [&](UnitPoint at) { return light.ResidualAt(at); });
-  // The source's radiosity beyond its nodes, damped by the kernel's
-  // smoothness: one order of distance per order of the basis.
+  // The source error: the radiosity that the source's nodes do not represent,
+  // damped by the kernel's smoothness, by one power of diameter / distance per
+  // order of the basis.
   const float distance = Length(s.end.center - r.center);
   const float ratio =
       std::min(1.0F, s.end.diameter / std::max(distance, 1e-6F));

@@ -32,7 +32,8 @@ UnitPlace PlaceOnSquare(size_t g, float s, float t) {
           0.5F * (t + static_cast<float>(g >> 1))};
 }
 
-// What of an element is off its rim: coordinates rim + inner * s.
+// The share of the coordinate range off the rim: coordinates are rim + inner *
+// s.
 float InnerShare(const TransferEnd& end) {
   return 1 - (end.node_count == 4 ? 2.0F : 3.0F) * end.rim;
 }
@@ -64,7 +65,7 @@ void MoveNearNode(const TransferEnd& end, size_t g, Places* places) {
   }
 }
 
-// As PointOn of each, off the rim.
+// PointOn of each place, kept off the rim.
 CandidatePoints PointsOn(const TransferEnd& end, const Places& places) {
   const Vec3f origin = end.patch->origin;
   const Vec3f u = end.patch->u;
@@ -83,7 +84,7 @@ CandidatePoints PointsOn(const TransferEnd& end, const Places& places) {
   return points;
 }
 
-// As PointKernel of each pair.
+// PointKernel of each pair.
 CandidateLanes PointKernels(const CandidatePoints& x,
                             const CandidatePoints& y,
                             const TransferEnd& receiver,
@@ -137,7 +138,7 @@ PairCandidates DrawCandidates(const TransferEnd& receiver,
                               Random* random) {
   Places on_receiver;
   Places on_source;
-  Random next = *random;  // kept in registers
+  Random next = *random;  // a local copy stays in registers
   for (size_t i = 0; i < kCandidates; ++i) {
     on_receiver.Set(i, next.NextTwo());
     on_source.Set(i, next.NextTwo());

@@ -18,17 +18,18 @@ struct PointPair {
 // A random point of an element.
 Vec3f RandomPoint(const TransferEnd& end, Random* random);
 
-// One in the part of an element that its node g stands for: a quarter of a
-// parallelogram, the third of a triangle nearest to a corner.
+// A random point of the part of an element that its node g stands for: a
+// quarter of a parallelogram, or the third of a triangle nearest to a corner.
 Vec3f PointNearNode(const TransferEnd& end, size_t g, Random* random);
 
-// The unoccluded kernel between two points of the ends without the source's
-// area: cos_x cos_y / (pi r^2), 1/m2.
+// The unoccluded kernel between a point of each end, without the source's area:
+// cos_x cos_y / (pi r^2), 1/m2.
 float PointKernel(PointPair points,
                   const TransferEnd& receiver,
                   const TransferEnd& source);
 
-// So many pairs, structure of arrays: they are worked on side by side.
+// The number of pairs drawn together. Structures of arrays let them be
+// processed side by side.
 inline constexpr size_t kCandidates = 4;
 using CandidateLanes = std::array<float, kCandidates>;
 
@@ -46,8 +47,9 @@ struct PairCandidates {
   [[nodiscard]] PointPair At(size_t i) const { return {x.At(i), y.At(i)}; }
 };
 
-// As PointNearNode of node g of the receiver and of node q of the source, in
-// turn, and PointKernel of each pair: the same bits.
+// Draws kCandidates pairs. The points are bit-identical to those of
+// PointNearNode for the receiver's node g and the source's node q in turn, and
+// the kernels to PointKernel.
 PairCandidates DrawCandidates(const TransferEnd& receiver,
                               size_t g,
                               const TransferEnd& source,

@@ -10,10 +10,10 @@ namespace enfilade {
 namespace {
 
 constexpr size_t kBoxCorners = 8;
-// Cosine of the angle between a portal and an element that may stick out of its
-// cell over some length.
+// Above this cosine of the angle between the normals of a portal and an
+// element, the element may stick out of its cell over some length.
 constexpr float kNearlyParallel = 0.99F;
-// As far as that may be, and rounding, m.
+// The distance, m, by which an element may stick out, and rounding.
 constexpr auto kBeyond = static_cast<float>(kOnPlaneM) * 1.5F;
 
 // Interleaves the low ten bits of three numbers.
@@ -40,7 +40,7 @@ Box BoxOf(const PatchGeometry& patch) {
   return BoxAround(corners.View());
 }
 
-// By the middles of their boxes.
+// The order of patches along a Morton curve through the centers of their boxes.
 std::vector<size_t> SpatialOrder(std::span<const PatchGeometry> patches) {
   std::vector<Vec3f> middles;
   middles.reserve(patches.size());
@@ -78,8 +78,8 @@ std::vector<Box> BoxesOf(std::span<const PatchGeometry> patches,
   return boxes;
 }
 
-// All points on one (closed) side of the plane, or within `tolerance` of it;
-// `sign` +1: in front.
+// Whether all points lie on one (closed) side of the plane, or within
+// `tolerance` of it; `sign` +1: in front, -1: behind.
 bool AllOnSide(std::span<const Vec3f> points,
                Vec3f on_plane,
                Vec3f normal,
@@ -163,7 +163,8 @@ Shaft AcrossPortals(Shaft shaft) {
     put_back(*shaft.source, ends.subspan(of_receiver), &shaft.on_source);
     return shaft;
   }
-  // Any of many may have been put before others, whichever way it faces.
+  // Any patch in the source box may have been moved by its layer, in any
+  // direction.
   constexpr float kMost = kApart * kMostLayers;
   for (size_t i = 0; i < kBoxCorners; ++i) {
     Vec3f& corner = shaft.ends[of_receiver + i];

@@ -1,5 +1,5 @@
-// Conservative proof that nothing stands between two elements (an empty shaft,
-// Haines and Wallace 1991). Rays that get through prove nothing; this does.
+// A conservative proof that nothing stands between two elements (an empty
+// shaft, Haines and Wallace 1991). Rays that get through prove no such thing.
 
 #pragma once
 
@@ -17,11 +17,11 @@ namespace enfilade {
 // The space between two elements.
 struct Shaft {
   const PatchGeometry* receiver = nullptr;
-  const PatchGeometry* source = nullptr;  // null: many
-  std::array<Vec3f, 12> ends;             // the corners of both
+  const PatchGeometry* source = nullptr;  // null: a box of patches
+  std::array<Vec3f, 12> ends;             // the corners of both ends
   size_t count = 0;
-  Box box;  // of both
-  // A point in the plane of each.
+  Box box;  // bounds of both ends
+  // A point in the plane of each end.
   Vec3f on_receiver;
   Vec3f on_source;
 };
@@ -36,19 +36,20 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const Box& source);
 
-// The same as far as portals go. These are where a surface lies in the scene,
-// and it may have been put before them (Patch::layer): so the ends go back
-// there, and the box holds both places, and what they may stick out of.
+// The shaft for tests against portals. Portals lie where surfaces lie in the
+// scene, but a surface may have been moved in front of a portal (Patch::layer).
+// The ends therefore move back, and the box holds both positions and the
+// distance by which ends may stick out of their cells.
 Shaft AcrossPortals(Shaft shaft);
 
-// What is looked for in shafts.
+// The kind of blockers that are tested against shafts.
 enum class BlockerKind : uint8_t { kSurfaces, kPortals };
 
-// How far from a plane is still in it, m. What lies in the plane of an element
-// is not between it and anything else. For surfaces that is as near as rays
-// end before what they end on, so that both say the same. For portals it is
-// rounding alone: a wall may lie a tenth of a millimetre behind an opening and
-// gets all its light through it.
+// The distance from a plane, m, within which points count as lying in it. A
+// blocker in the plane of an element is not between that element and anything
+// else. For surfaces, rays end this far before their target, so that shafts and
+// rays agree. For portals, the distance covers rounding alone: a wall may lie a
+// tenth of a millimetre behind an opening and get all its light through it.
 constexpr float CoplanarM(BlockerKind kind) {
   return kind == BlockerKind::kSurfaces ? 1e-4F : 1e-5F;
 }
@@ -59,20 +60,20 @@ class ShaftBlockers {
   explicit ShaftBlockers(std::span<const PatchGeometry> patches,
                          BlockerKind kind = BlockerKind::kSurfaces);
 
-  // True only if no blocker can cut a segment between the two elements:
-  // every blocker lies outside the box of both, or has both on one side of
-  // its plane, or lies behind one of them, or in its plane (unless it is a
-  // portal that one may stick out of).
+  // True only if no blocker can cut a segment between the two ends: every
+  // blocker lies outside the box of both ends, or has both ends on one side of
+  // the blocker's plane, or lies behind one end or in that end's plane (unless
+  // the blocker is a portal that an end may stick out of).
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
 
-  // The shadows of the blockers, added up until one of the two sums is at least
-  // `enough`, in parts of CastShadow::kWhole.
+  // The shadows of the blockers, added up until one of the two sums reaches
+  // `enough`, in units of 1 / CastShadow::kWhole.
   [[nodiscard]] ShadowSum SumOfShadows(const CastShadow& shadow,
                                        uint64_t enough) const;
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // What SizeBytes() of so many will be.
+  // What SizeBytes() of so many blockers will be.
   static uint64_t BytesFor(size_t blockers);
 
  private:
@@ -82,10 +83,10 @@ class ShaftBlockers {
 
   [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
 
-  // A portal that one of the ends touches and may lie in or stick out of, since
-  // faces belong to a cell that they are kOnPlaneM outside of: as where two
-  // surfaces are nearly in one plane. On which side of it the end is, says
-  // nothing then.
+  // Whether blocker i, a portal, touches an end that may lie in it or stick out
+  // of it. A face may lie up to kOnPlaneM outside of its cell, as where two
+  // surfaces are nearly in one plane. The side of the portal on which the end
+  // lies then proves nothing.
   [[nodiscard]] bool MayHold(size_t i, const Shaft& shaft) const;
 
   [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {

@@ -8,12 +8,12 @@
 namespace enfilade {
 namespace {
 
-// Fewer patches are as well off one by one.
+// Fewer patches gain nothing from being a group.
 constexpr size_t kLeastGroupPatches = 4;
-// Where more of a cell's area emits, its light is not that of lamps.
+// If a larger share of a cell's area emits, the emitters are not lamps.
 constexpr float kMostEmitting = 0.1F;
-// The square of the diagonal of a group's box, over its area, at most: 1 for a
-// ball, 2.5 for a disc.
+// The largest allowed ratio of the squared diagonal of a group's box to the
+// group's area; a ball has 1, a disc 2.5.
 constexpr float kMostSpread = 4;
 
 float Along(Vec3f v, size_t axis) {
@@ -52,8 +52,8 @@ SourceGroup SourceGroups::Entry::GroupOf(std::span<const PatchGeometry> patches,
   return group;
 }
 
-// Halves the space of the centres at the middle of its longest extent; returns
-// how many come first, 0 if they cannot be told apart.
+// Halves the space of the centres at the middle of its longest extent. Returns
+// the number of entries in the first half; 0 if all centres coincide.
 size_t SourceGroups::Entry::Halve(std::span<Entry> entries) {
   Box centers;
   for (const Entry& e : entries) {
@@ -163,7 +163,7 @@ uint64_t SourceGroups::SizeBytes() const {
 }
 
 uint64_t SourceGroups::BytesFor(size_t patches) {
-  // Halves have two patches at least, so that there are fewer than patches.
+  // Each half has at least two patches, so there are fewer groups than patches.
   return patches * (sizeof(SourceGroup) + sizeof(uint32_t)) +
          patches / kLeastGroupPatches * sizeof(uint32_t) + patches / 8 + 8;
 }

@@ -1,8 +1,8 @@
-// Groups of small patches that emit alike, such as the facets of a bulb. As the
-// source of a link a group counts as one: its radiosity is the mean over its
-// patches, and what a receiver's nodes get of it is summed over the patches and
-// seen by rays to them (group_transfer.h). Where that is too rough, a group is
-// split in halves, and in the end into its patches.
+// Groups of small patches that emit alike, such as the facets of a bulb. A
+// group is a single source of a link: its radiosity is the mean over its
+// patches, and the form factors and rays from a receiver's nodes to it go to
+// the single patches (group_transfer.h). If that is too crude, the group is
+// split in halves, and finally into its patches.
 // docs/decisions/source-groups.md.
 
 #pragma once
@@ -21,11 +21,11 @@ namespace enfilade {
 
 inline constexpr size_t kMostGroupPatches = 128;
 
-// Members [first, first + count), halved by the groups child and child + 1, or
-// not halved where child is 0.
+// A group of the members [first, first + count). Groups `child` and `child` + 1
+// are its halves; a group whose child is 0 has none.
 struct SourceGroup {
   Box box;
-  float area = 0;  // m2, of all
+  float area = 0;  // m2, of all patches
   uint32_t first = 0;
   uint32_t count = 0;
   uint32_t child = 0;
@@ -36,14 +36,15 @@ class SourceGroups {
  public:
   SourceGroups() = default;
 
-  // Groups patches that emit, of one material: halved in space until what is
-  // left is compact. A few patches are no group.
+  // Groups emitting patches of one material: halves them in space until each
+  // part is compact. A few patches form no group.
   explicit SourceGroups(std::span<const PatchGeometry> patches);
 
-  // With their halves.
+  // All groups, including halves.
   [[nodiscard]] std::span<const SourceGroup> All() const { return groups_; }
 
-  // Those that are nobody's half. Each patch lies in one at most.
+  // The indices of groups that are no other group's half. Each patch lies in at
+  // most one of them.
   [[nodiscard]] std::span<const uint32_t> Roots() const { return roots_; }
 
   // The patches of a group.
@@ -59,7 +60,7 @@ class SourceGroups {
 
   [[nodiscard]] uint64_t SizeBytes() const;
 
-  // An upper bound of what SizeBytes() of a cell of so many patches will be.
+  // An upper bound of SizeBytes() for a cell of so many patches.
   static uint64_t BytesFor(size_t patches);
 
  private:
@@ -74,12 +75,12 @@ class SourceGroups {
   std::vector<SourceGroup> groups_;
   std::vector<uint32_t> roots_;
   std::vector<uint32_t> members_;  // of all roots
-  std::vector<bool> held_;         // per patch, unless there are none
+  std::vector<bool> held_;         // per patch; empty without groups
 };
 
-// The mean over a group's patches of an array of coefficients like
-// CellTree::Sent(), and the RMS over its area of what they deviate from it, of
-// the channel that deviates most, W/m2.
+// The mean, over a group's patches, of coefficients like CellTree::Sent(); and
+// the RMS deviation from that mean over the group's area, in the channel that
+// deviates most, W/m2.
 struct GroupRadiosity {
   std::array<float, kRgbChannels> mean{};
   float spread = 0;

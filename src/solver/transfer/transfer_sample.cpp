@@ -12,12 +12,12 @@
 namespace enfilade {
 namespace {
 
-// The kernel varies much over the two elements.
+// Whether the ends are so close that the kernel varies much over them.
 bool AreClose(const TransferEnd& r, const TransferEnd& s) {
   return Length(s.center - r.center) < 2.0F * std::max(r.diameter, s.diameter);
 }
 
-// Whether a point of the plane of an element lies on it, off the rim.
+// Whether a point in an element's plane lies on the element, off the rim.
 bool IsOn(const TransferEnd& end, Vec3f p) {
   const PatchGeometry& patch = *end.patch;
   const Vec3f u = patch.u * end.frame.scale;
@@ -32,12 +32,12 @@ bool IsOn(const TransferEnd& end, Vec3f p) {
   return s > rim && t > rim && s < 1 - rim && t < most - rim;
 }
 
-// An index, drawn by the weights; their sum is not zero.
+// Draws an index in proportion to the weights, whose sum is not zero.
 size_t DrawByWeight(std::span<const float> weights, Random* random) {
   return IndexAtShare(weights, static_cast<float>(random->Next()));
 }
 
-// The form factor of a point of `end` to all of `other`.
+// The form factor from a point of `end` to all of `other`.
 float PointFormFactor(Vec3f p,
                       const TransferEnd& end,
                       const TransferEnd& other) {
@@ -48,7 +48,7 @@ float PointFormFactor(Vec3f p,
   return PointToPolygon(p, end.patch->normal, corners.View());
 }
 
-// The part of an element that is above the horizon of a point, as a fan.
+// The part of an element above the horizon of a point, as a triangle fan.
 class SeenPart {
  public:
   SeenPart(const TransferEnd& end, Vec3f p, Vec3f normal) : rim_(end.rim) {
@@ -74,7 +74,7 @@ class SeenPart {
 
   [[nodiscard]] bool IsEmpty() const { return count_ < 3; }
 
-  // A random point, off the rim.
+  // A random point of the part, off the rim.
   Vec3f Draw(Random* random) const {
     const size_t i = DrawByWeight(std::span(areas_).first(count_ - 2), random);
     auto [s, t] = random->NextTwo();
@@ -89,8 +89,8 @@ class SeenPart {
   }
 
  private:
-  // Rounding may put four corners above and below in turn: each edge then adds
-  // its crossing.
+  // Rounding may put four corners above and below the horizon in turn: each
+  // edge then adds its crossing.
   static constexpr size_t kMostCorners = 8;
 
   void Append(Vec3f p) {
@@ -105,8 +105,8 @@ class SeenPart {
   Vec3f center_;  // the sum of the points
 };
 
-// A pair of which the second point is above the horizon of the first: for
-// sources that mostly lie behind the receiver. Nothing if there is none.
+// A pair whose second point is above the horizon of the first, for sources that
+// lie mostly behind the receiver. nullopt if no such pair is found.
 std::optional<PointPair> PairAboveHorizon(const TransferEnd& r,
                                           size_t g,
                                           const TransferEnd& s,
@@ -125,7 +125,7 @@ std::optional<PointPair> PairAboveHorizon(const TransferEnd& r,
   return std::nullopt;
 }
 
-// One of a few candidates, drawn by the kernel.
+// One of a few candidate pairs, drawn in proportion to the kernel.
 std::optional<PointPair> PairByKernel(const TransferEnd& r,
                                       size_t g,
                                       const TransferEnd& s,
@@ -139,7 +139,8 @@ std::optional<PointPair> PairByKernel(const TransferEnd& r,
   return PairAboveHorizon(r, g, s, random);
 }
 
-// Points of the smaller end, each with its form factor to the larger one.
+// Samples points of the smaller end, each with its form factor to the larger
+// end.
 SampledTransfer SampleNear(const TransferEnd& r,
                            const TransferEnd& s,
                            Random* random) {
@@ -177,7 +178,7 @@ SampledTransfer SampleNear(const TransferEnd& r,
   return sample;
 }
 
-// Pairs of points, one near each node of the receiver.
+// Samples pairs of points, one pair near each node of the receiver.
 SampledTransfer SampleFar(const TransferEnd& r,
                           const TransferEnd& s,
                           Random* random) {
