@@ -1,4 +1,4 @@
-// Where the real buildings are that some tests run on.
+// The folder of the real buildings that some tests run on.
 
 #pragma once
 

@@ -1,5 +1,5 @@
-// A folder of its own for a test: tests run side by side, so that a file of a
-// fixed name outside of it would be somebody else's as well.
+// A folder of its own for a test. Tests run side by side, so a file of a fixed
+// name outside the folder would be another test's file as well.
 
 #pragma once
 

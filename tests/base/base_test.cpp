@@ -42,7 +42,7 @@ void ReadSample(std::span<const std::byte> bytes) {
   EXPECT_TRUE(reader.AtEnd());
 }
 
-// Whatever has padding cannot be written: this does not compile otherwise.
+// A type with padding cannot be written: it is not packed.
 struct Padded {
   uint32_t a = 0;
   uint64_t b = 0;
@@ -95,7 +95,8 @@ TEST(Random, StreamIsAFunctionOfItsKey) {
   EXPECT_EQ(equal_to_other, 0);
 }
 
-// Short streams are looked up: the values stay those of key and counter.
+// Mixed counters of short streams come from a table; the values stay those of
+// key and counter.
 TEST(Random, ValuesAreThoseOfKeyAndCounter) {
   Random random(9);
   for (uint64_t counter = 0; counter < 600; ++counter) {
@@ -114,7 +115,8 @@ TEST(Random, MeanAndVarianceAreThoseOfTheUnitInterval) {
     sum += value;
     squares += value * value;
   }
-  // Five standard deviations: of U they are 1/sqrt(12), of U^2 sqrt(4/45).
+  // Five standard errors; the standard deviation is 1/sqrt(12) for U and
+  // sqrt(4/45) for U^2.
   EXPECT_NEAR(sum / kCount, 0.5, 5 * std::sqrt(1 / 12.0 / kCount));
   EXPECT_NEAR(squares / kCount, 1 / 3.0, 5 * std::sqrt(4 / 45.0 / kCount));
 }
@@ -125,7 +127,7 @@ TEST(Random, NeighbouringKeysAreUncorrelated) {
   for (uint64_t key = 0; key < kCount; ++key) {
     sum += (Random(key).Next() - 0.5) * (Random(key + 1).Next() - 0.5);
   }
-  // A product of two has standard deviation 1/12.
+  // The product of two centred values has standard deviation 1/12.
   EXPECT_NEAR(sum / kCount, 0, 5 / 12.0 / std::sqrt(kCount));
 }
 
@@ -184,7 +186,7 @@ TEST(OnAllThreads, SharesOutAllThereIsToDo) {
   }
 }
 
-// What a thread takes beside what is charged comes off the budget.
+// Memory that each thread takes beside what is charged comes off the budget.
 TEST(MemoryBudget, MoreThreadsLeaveLess) {
   constexpr uint64_t kCap = 64 << 20;
   const uint64_t of_two = MemoryBudget::BudgetUnderCap(kCap);
@@ -197,8 +199,8 @@ TEST(MemoryBudget, MoreThreadsLeaveLess) {
   MemoryBudget::SetThreads(2);
 }
 
-// A budget whose cap is a few MiB above what the process takes now: what was
-// freed is in its way.
+// The cap is a few MiB above what the process takes now, so that freed memory
+// which the allocator still holds uses up the budget.
 TEST(MemoryBudget, NearTheCapWhatWasFreedIsGivenBack) {
 #ifndef ENFILADE_JEMALLOC
   GTEST_SKIP() << "sanitizers keep what is freed";
@@ -221,7 +223,7 @@ TEST(MemoryBudget, NearTheCapWhatWasFreedIsGivenBack) {
 }
 
 TEST(ResidentBytes, FallWhenCodeIsReleasedWhichComesAgain) {
-  // What code takes, of this program and of its libraries, is some MiB.
+  // The code of this program and of its libraries takes some MiB.
   constexpr uint64_t kLeast = 256 << 10;
   EXPECT_EQ(std::to_string(1.5), "1.500000");
   const uint64_t before = ResidentBytes();
@@ -254,7 +256,8 @@ TEST(MemoryBudget, RefusalNamesWhatAndACap) {
   EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
-// Who has a part of the process's budget is refused with a cap for the process.
+// If a budget is a part of the process's budget, its refusal names a cap for
+// the whole process.
 TEST(MemoryBudget, RefusalOfAPartNamesACapForTheWhole) {
   constexpr uint64_t kCap = 100ULL << 20;
   constexpr double kShare = 0.25;
@@ -338,7 +341,7 @@ Point3 RandomPointIn(const Box3& box, Random* random) {
   return box.low + Vec3{e.x * x, e.y * y, e.z * random->Next()};
 }
 
-// What a segment between the boxes passes meets their hull.
+// A box through which a segment between two boxes passes meets their hull.
 TEST(MeetsHull, WhereASegmentPasses) {
   Random random(11);
   int met = 0;
@@ -357,7 +360,7 @@ TEST(MeetsHull, WhereASegmentPasses) {
     met += meets ? 1 : 0;
     passed += passes ? 1 : 0;
   }
-  // Random points miss some that are met at a corner.
+  // Random points miss some boxes that meet the hull only at a corner.
   EXPECT_GT(passed, met / 2);
   EXPECT_GT(met, 40);
   EXPECT_LT(met, 200);
@@ -383,7 +386,8 @@ TEST(Ids, OfDifferentThingsDoNotMix) {
   EXPECT_EQ(CellId(size_t{5}).Index(), 5U);
 }
 
-// Digests of stores that are there already stay what they were.
+// The hash of the parts is that of the whole, so that digests of existing
+// stores stay valid.
 TEST(StreamingHash, OfPartsIsThatOfTheWhole) {
   std::vector<std::byte> bytes(1000);
   for (size_t i = 0; i < bytes.size(); ++i) {
@@ -409,7 +413,7 @@ TEST(CallBeside, IsOverWhenItWasWaitedFor) {
     for (int i = 1; i <= 100; ++i) {
       std::atomic<int> done = 0;
       beside.Start([&] { ++done; });
-      // A loop of its owner neither waits for it nor begins it.
+      // A ParallelFor of the owner neither waits for the task nor begins it.
       ParallelFor(3, [](size_t /*i*/) {});
       beside.Wait();
       EXPECT_EQ(done, 1);

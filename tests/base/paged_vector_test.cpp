@@ -26,7 +26,7 @@ TEST(PagedVector, HoldsWhatWasAppended) {
   EXPECT_EQ(v.Size(), kItems + 10);
 }
 
-// Full pages stay where they are, and no more than one is not full.
+// Full pages never move, and at most one page is partly empty.
 TEST(PagedVector, NeitherMovesNorDoublesWhatIsThere) {
   Paged v;
   v.GrowTo(2 * Paged::kPageItems);
@@ -41,7 +41,7 @@ TEST(PagedVector, NeitherMovesNorDoublesWhatIsThere) {
             1.01 * 100 * Paged::kPageItems * sizeof(uint32_t));
 }
 
-// A cell of few patches has a small tree.
+// A cell of few patches has a small tree, which must not take a whole page.
 TEST(PagedVector, IsSmallWhereItHoldsLittle) {
   Paged v;
   v.GrowTo(9);

@@ -43,9 +43,9 @@ inline bool IsOnPatch(const Patch& patch, Point3 p, double tolerance_m) {
   return IsInPolygon(polygon, p, tolerance_m);
 }
 
-// Follows random segments through the box and looks at every point where they
-// leave a cell: a portal between the two cells must hold it, or a patch of one
-// of them. Returns the number of points looked at.
+// Follows random segments through the box and checks every point where they
+// leave a cell: a portal between the two cells or a patch of one of them must
+// hold the point. Returns the number of points checked.
 class BoundaryChecker {
  public:
   explicit BoundaryChecker(const BlockStorage& store)
@@ -76,7 +76,8 @@ class BoundaryChecker {
 
  private:
   static constexpr int kSteps = 128;
-  // Faces this close count: the tolerances of faces in planes and of cracks.
+  // Patches and portals within these distances count; they are the tolerances
+  // of faces in planes and of cracks.
   static constexpr double kNearPatchM = 1e-4;
   static constexpr double kNearPortalM = 1e-6;
 

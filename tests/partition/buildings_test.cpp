@@ -64,7 +64,8 @@ TEST_P(GbxmlBuildings, EverySpaceIsACell) {
   }
 }
 
-// Whatever rounding did to the file: what is closed in it is closed.
+// Walls that are closed in the file are closed in the partition, although the
+// file's coordinates are rounded.
 TEST_P(GbxmlBuildings, PortalsLieInTheOpeningsThatTheFileNames) {
   constexpr double kNearM = 0.01;
   const Building building = Import(GetParam(), budget_);
@@ -86,7 +87,7 @@ TEST_P(GbxmlBuildings, PortalsLieInTheOpeningsThatTheFileNames) {
 constexpr uint32_t kOutside = ~0U;
 using SpacePair = std::pair<uint32_t, uint32_t>;
 
-// What bounds two Spaces, or a Space and the outside.
+// The pairs of Spaces, or of a Space and the outside, with a common boundary.
 struct Neighbours {
   std::set<SpacePair> all;
   std::set<SpacePair> open;  // with an opening between them

@@ -88,7 +88,7 @@ TEST(Cells, ThickWallsWithADoorwayKeepTheRoomsApart) {
               1e-6);
 }
 
-// The boxes around what is turned are as wide as it is long.
+// The bounding box of a turned wall is as wide as it is long.
 TEST(Cells, AreTheSameHoweverTheBuildingIsTurned) {
   const Built upright(RoomsWithADoorway());
   for (const double degrees : {10.0, 30.0, 45.0, 77.0}) {
@@ -102,7 +102,8 @@ TEST(Cells, AreTheSameHoweverTheBuildingIsTurned) {
   }
 }
 
-// Else each window to a facade that is full would be a cell of its own.
+// Otherwise each window beside a facade whose cell is full would become a cell
+// of its own.
 TEST(Cells, ADoorwayThatAFullRoomCannotTakeGoesToTheOther) {
   for (const bool left_is_full : {true, false}) {
     SceneBuilder scene = RoomsWithADoorway();
@@ -116,8 +117,9 @@ TEST(Cells, ADoorwayThatAFullRoomCannotTakeGoesToTheOther) {
     const Point3 in_doorway{4, 1.5, 1};
     const Built roomy(scene);
     const CellId full = roomy.At(in_full);
-    // The largest limit under which the room is too full for the doorway. Not
-    // all of its patches count: the limit is a few below their number.
+    // Finds the largest limit under which the room is too full for the doorway.
+    // Not all of the room's patches count, so the limit is a few below their
+    // number.
     PartitionOptions options;
     options.max_cell_patches = roomy.partition.cells[full.Index()].patches + 1;
     std::unique_ptr<Built> tight;
@@ -143,7 +145,8 @@ TEST(Cells, FurnitureDoesNotSplit) {
   EXPECT_EQ(built.partition.cells.size(), 3U);
 }
 
-// A hall, and in it so many desks of one height that they would do for a floor.
+// A hall with so many desks of one height that together they could pass for a
+// floor.
 SceneBuilder HallOfDesks() {
   SceneBuilder scene;
   scene.AddBox({{0, 0, 0}, {20, 12, 4}});
@@ -182,7 +185,7 @@ TEST(Cells, DesksPushedTogetherAreNone) {
   EXPECT_EQ(Built(scene).partition.cells.size(), 2U);
 }
 
-// A gallery along two walls, of tiles smaller than any desk.
+// A gallery along two walls, made of tiles that are smaller than any desk.
 TEST(Cells, AGalleryOfTilesIsAFloor) {
   SceneBuilder scene;
   scene.AddBox({{0, 0, 0}, {20, 12, 7}});
@@ -366,7 +369,7 @@ TEST_F(FindOpenBordersTest, OpeningsAddUpToWhatIsOpen) {
   EXPECT_GE(bytes + 100 * borders.All().size(), borders.MostBytesOfNode());
 }
 
-// What lies in the planes of few nodes fits at a time.
+// Only the faces in the planes of a few nodes fit into memory at a time.
 TEST_F(FindOpenBordersTest, AreTheSameInSeveralPasses) {
   const OpenBorders at_once = Find(roomy_, charge_);
   const uint64_t most =

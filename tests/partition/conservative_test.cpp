@@ -1,5 +1,5 @@
-// The promise that visibility rests on: whatever crosses from one cell into
-// another without meeting a face does so through a portal between the two.
+// Visibility relies on this: a segment that crosses from one cell into another
+// without meeting a face does so through a portal between the two.
 
 #include "base/random.h"
 #include "partition/partition.h"
@@ -21,8 +21,8 @@ double Between(Random& random, double low, double high) {
   return low + (high - low) * random.Next();
 }
 
-// A hall with boxes from chair to room size thrown in at any place, some of
-// them on a coarse grid so that faces coincide.
+// A hall with boxes of chair size to room size at random places; some of them
+// lie on a coarse grid so that faces coincide.
 SceneBuilder SoupOfBoxes(uint64_t seed) {
   Random random(seed);
   SceneBuilder scene;

@@ -78,7 +78,7 @@ std::vector<Patch> FloorWith(const std::vector<Patch>& furniture) {
   return patches;
 }
 
-// No patch of the floor is crossed by the rim of a box that stands on it.
+// The rim of a box that stands on the floor crosses no patch of the floor.
 TEST(Contact, CutsTheFloorAlongTheWallsOfABox) {
   auto patches = FloorWith(Walls({1, 1, 0}, {1, 0.5, 0.4}));
   EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
@@ -86,7 +86,7 @@ TEST(Contact, CutsTheFloorAlongTheWallsOfABox) {
   EXPECT_EQ(floor.size(), 5U);
   EXPECT_NEAR(AreaOf(floor), 12, 1e-9);
   EXPECT_EQ(patches.size(), floor.size() + 4);
-  // The floor in the box is open above, and so is all else.
+  // The box has no top, so the floor inside it is not enclosed.
   EXPECT_EQ(EnclosedArea(patches), 0);
 }
 
@@ -103,7 +103,7 @@ TEST(Contact, LeavesTheFloorUnderALeg) {
   EXPECT_EQ(patches.size(), 5U);
 }
 
-// Both sides of each: a cell has both patches of a face.
+// Adds the back of each patch: a cell has both patches of a face.
 std::vector<Patch> TwoSided(std::vector<Patch> patches) {
   for (size_t i = 0, n = patches.size(); i < n; ++i) {
     Patch back = patches[i];
@@ -130,8 +130,8 @@ std::vector<Patch> CupboardAndFeet(int feet) {
   return furniture;
 }
 
-// Forty feet have more sides than the floor may have parts: cut along some of
-// them, it would be in strips that are of no use to the others.
+// Forty feet have more sides than the floor may have parts. Cuts along some of
+// them would leave strips that are of no use to the other feet.
 TEST(Contact, LeavesTheFloorUnderFeetThatAreTooMany) {
   const size_t cupboard = FloorParts(CupboardAndFeet(0));
   EXPECT_GT(cupboard, 1U);
@@ -151,8 +151,8 @@ TEST(Contact, WhatStandsOnTheRimTakesNoParts) {
   EXPECT_EQ(FloorParts(furniture), FloorParts(CupboardAndFeet(0)));
 }
 
-// A lamp that is as near as the contact is long lights its rim; one on the
-// ceiling does not count.
+// A lamp lights the rim of a contact if the lamp is as near as the contact is
+// long; a lamp on the ceiling does not count.
 TEST(Contact, CutsTheFloorUnderALegBesideALamp) {
   Patch lamp = Rectangle(FaceId(9U), {1.1, 1, 0.02}, kEast * 0.03, kUp * 0.03);
   lamp.emits = true;
@@ -166,7 +166,8 @@ TEST(Contact, CutsTheFloorUnderALegBesideALamp) {
   EXPECT_EQ(CutAlongContacts(patches).cut, 0U);
 }
 
-// So that either all of its facet is in front of the wall or nothing.
+// The cut leaves each part of the lamp wholly in front of the wall or wholly
+// behind it.
 TEST(Contact, CutsALampThatAWallGoesThrough) {
   Patch lamp = Rectangle(FaceId(9U), {1.1, 1, 0.02}, kEast * 0.03, kUp * 0.03);
   lamp.emits = true;
@@ -177,7 +178,7 @@ TEST(Contact, CutsALampThatAWallGoesThrough) {
   EXPECT_EQ(PartsOf(patches, FaceId(9U)).size(), 2U);
 }
 
-// Of a round foot each side is short, but not all of them together.
+// Each side of a round foot is short, but all of them together are not.
 TEST(Contact, CutsAroundARoundFoot) {
   std::vector<Patch> foot;
   constexpr int kSides = 12;
@@ -191,7 +192,7 @@ TEST(Contact, CutsAroundARoundFoot) {
   }
   auto patches = FloorWith(foot);
   CutAlongContacts(patches);
-  // The floor in the foot is parts of its own.
+  // The floor inside the foot consists of parts of its own.
   double inside = 0;
   for (const Patch& p : PartsOf(patches, kFloorFace)) {
     const bool is_inside =
@@ -243,9 +244,9 @@ double FootOfBulb() {
          std::sin(2 * kPi / kBulbSides);
 }
 
-// A bulb half sunk into a wall: light ends at its rim, which is made of sides
-// of a few millimetres. Its foot is parts of its own, and all parts but those
-// near it are as large as may be.
+// A bulb is half sunk into a wall. Its light ends at its rim, which is made of
+// sides of a few millimetres. The bulb's foot becomes parts of its own, and all
+// parts except those near the foot are as large as possible.
 TEST(Contact, CutsTheFootOfABulbOutOfAWall) {
   auto patches = FloorWith(BulbAt({2, 1.5, 0}));
   EXPECT_EQ(CutAlongContacts(patches).cut, 1U);
@@ -260,12 +261,13 @@ TEST(Contact, CutsTheFootOfABulbOutOfAWall) {
   EXPECT_GT(PatchArea(*largest), 5);
 }
 
-// However many there are: a ceiling full of downlights.
+// The foot of every bulb is cut out, even under a ceiling full of downlights.
 TEST(Contact, CutsTheFootOfEveryBulbOutOfAWall) {
   std::vector<Point3> middles;
   for (int i = 0; i < 8; ++i) {
     for (int k = 0; k < 6; ++k) {
-      // Not in rows, whose frames could share their lines.
+      // The bulbs are not in straight rows, where their frames could share
+      // lines.
       middles.push_back(
           {0.3 + 0.45 * i + 0.02 * k, 0.3 + 0.45 * k + 0.013 * i, 0});
     }
@@ -286,8 +288,9 @@ TEST(Contact, CutsTheFootOfEveryBulbOutOfAWall) {
   }
 }
 
-// A luminaire may be larger: a tube in a white box without a top. Without their
-// lamps so many boxes are left to refinement, as are the feet of chairs.
+// A luminaire may be larger, such as a tube in a white box without a top. If
+// the boxes hold no lamps, so many of them are left to refinement, as are the
+// feet of chairs.
 TEST(Contact, CutsOutTheFootOfEveryLuminaire) {
   constexpr double kSize = 0.3;
   constexpr double kStep = 0.4;
@@ -367,7 +370,7 @@ TEST(Contact, EnclosesWhatIsAsGoodAsTouched) {
   EXPECT_EQ(enclosed_below(0.002), 0);
 }
 
-// But for a rim that no part is worth it.
+// The door covers all of the floor except a rim that is not worth a part.
 TEST(Contact, EnclosesAsAWholeWhatIsCoveredAsAWhole) {
   Patch door =
       Rectangle(FaceId(1U), {5e-4, 5e-4, 0}, kEast * 3.999, kNorth * 2.999);
@@ -398,8 +401,8 @@ TEST(Contact, PartsOfATwinAreTwins) {
   EXPECT_EQ(twins, 5U);
 }
 
-// Through the whole partition: a cupboard stands on the floor of a room, and
-// the floor under it is known to be dark.
+// A cupboard stands on the floor of a room; the whole partition finds that the
+// floor under the cupboard is dark.
 TEST(Contact, TheFloorUnderACupboardIsEnclosed) {
   SceneBuilder scene;
   scene.AddBox({{0, 0, 0}, {4, 3, 2.5}});

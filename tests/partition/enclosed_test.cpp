@@ -1,4 +1,4 @@
-// The inner sides of closed solids: dark, unless a lamp is in there.
+// The inner sides of closed solids are enclosed, unless a lamp is inside.
 
 #include "partition/patch.h"
 
@@ -60,13 +60,14 @@ TEST(Enclosed, AreNoneWhereALampIsInside) {
 TEST(Enclosed, AreThoseBehindALampThatHangsOnTheSolid) {
   SceneBuilder scene = RoomWithCupboard();
   scene.Add({2, 1.5, 1.4, 1.2, 1.6, 1.3}, kLamp);
-  // Its back, and what it hides of the solid.
+  // The lamp's back and the part of the solid that the lamp hides are enclosed
+  // too.
   const double lamp = 0.2 * 0.1;
   EXPECT_NEAR(EnclosedArea(scene), 4 + 2 * lamp, 1e-9);
 }
 
-// A room of one closed surface, with a lamp in the plane of its ceiling: none
-// but the ceiling behind the lamp's two sides.
+// A room of one closed surface has a lamp in the plane of its ceiling: only the
+// ceiling behind the lamp's two sides is enclosed.
 TEST(Enclosed, AreNoneInARoomWithALampInItsCeiling) {
   SceneBuilder scene;
   scene.AddSolid({{0, 0, 0}, {4, 3, 2.5}});
@@ -81,8 +82,8 @@ TEST(Enclosed, AreThoseBehindTheSkinOfALamp) {
   EXPECT_NEAR(EnclosedArea(scene), 6, 1e-9);
 }
 
-// The floor under a solid is hidden by the solid's bottom, not the other way
-// round, although the bottom is no smaller.
+// The solid's bottom hides the floor under it, not the other way round,
+// although the bottom is no smaller.
 TEST(Enclosed, LieBeforeWhatTheSolidStandsOn) {
   SceneBuilder scene;
   scene.AddBox({{0, 0, 0}, {4, 3, 2.5}});

@@ -1,4 +1,4 @@
-// What touches is one piece.
+// Polygons that touch form one piece.
 
 #include "partition/joined_pieces.h"
 
@@ -38,7 +38,7 @@ TEST(JoinedPieces, TilesAreOneFloor) {
   }
   EXPECT_NEAR(LargePieces(tiles, 24.9), 25, 1e-9);
   EXPECT_EQ(LargePieces(tiles, 25.1), 0);
-  // With joints of less than the gap as well.
+  // Tiles with joints narrower than the gap form one piece as well.
   for (Polygon& tile : tiles) {
     const Point3 middle = tile[0] + (tile[2] - tile[0]) * 0.5;
     for (Point3& p : tile) {
@@ -54,12 +54,12 @@ TEST(JoinedPieces, DesksAreNone) {
     desks.push_back(Plate(1.65 * i, 0, 1.6, 0.8));
   }
   EXPECT_EQ(LargePieces(desks, 2), 0);
-  // Two that touch are a piece of their own.
+  // Two desks that touch form one piece.
   desks.push_back(Plate(0, 0.8, 1.6, 0.8));
   EXPECT_NEAR(LargePieces(desks, 2), 2 * 1.6 * 0.8, 1e-9);
 }
 
-// Boxes of turned seats overlap where the seats do not.
+// The bounding boxes of turned seats overlap where the seats do not.
 TEST(JoinedPieces, TurnedSeatsDoNotTouch) {
   std::vector<Polygon> seats;
   for (int i = 0; i < 20; ++i) {

@@ -1,4 +1,4 @@
-// Of patches that lie in one another and face the same way, one is kept.
+// Where patches lie in one another and face the same way, one of them is kept.
 
 #include "partition/overlap.h"
 
@@ -41,7 +41,7 @@ Patch Turned(Patch p) {
   return p;
 }
 
-// Coordinates of a point in the plane of a patch, in its edges.
+// The coordinates of a point in the plane of a patch, in units of its edges.
 std::pair<double, double> Within(const Patch& patch, Point3 p) {
   const Vec3 d = p - patch.origin;
   const double uu = Dot(patch.u, patch.u);
@@ -87,12 +87,12 @@ std::vector<const Patch*> Covering(const std::vector<Patch>& patches,
   return found;
 }
 
-// How far a patch was put out of the plane z = 0.
+// How far a patch was moved out of the plane z = 0.
 double Height(const Patch& patch) {
   return Dot(patch.origin - Point3{}, kUp);
 }
 
-// The one that is seen from far along `facing`.
+// The covering patch that is seen from far out along `facing`.
 const Patch* Seen(const std::vector<const Patch*>& covering, Vec3 facing) {
   const auto height = [&](const Patch* p) {
     return Dot(p->origin - Point3{}, facing);
@@ -131,7 +131,7 @@ TEST(Overlap, ManyInOnePlaceAreNotComparedEachWithEach) {
 }
 
 TEST(Overlap, PiecesOfManyInOnePlaceAreCharged) {
-  // Each leaves a rim of all that lies behind it.
+  // Each patch leaves a rim of every patch behind it.
   std::vector<Patch> patches;
   for (uint32_t i = 0; i < 300; ++i) {
     const double at = 1e-3 * i;
@@ -172,8 +172,8 @@ TEST(Overlap, WhatIsThereTwiceIsKeptOnce) {
   EXPECT_EQ(patches[0].face, FaceId(1U));
 }
 
-// Walls whose corners are a little off: rays from the one behind would end at
-// the back of what was dropped, or at that of the other one.
+// Walls whose corners are slightly off: rays from the wall behind would end at
+// the back of the dropped patch or at that of the other one.
 TEST(Overlap, OfWhatIsThereTwiceTheOneInFrontIsSeen) {
   for (const double rise : {1.5e-4, -1.5e-4}) {
     std::vector<Patch> patches = {
@@ -203,8 +203,9 @@ TEST(Overlap, WallsOfOneMaterialAreCutToFit) {
   EXPECT_NEAR(area, 15, 1e-9);
 }
 
-// A picture on the wall, and a cupboard whose back lies in it: seen from its
-// inside, or the light of the wall would be in the cupboard.
+// A picture hangs on the wall, or the back of a cupboard lies in the wall. The
+// back is seen from inside the cupboard; otherwise the wall's light would get
+// into the cupboard.
 TEST(Overlap, TheSmallerIsSeen) {
   const Patch wall = Rectangle(1, {0, 0, 0}, {4, 0, 0}, {0, 3, 0});
   for (const bool is_back : {false, true}) {
@@ -221,8 +222,9 @@ TEST(Overlap, TheSmallerIsSeen) {
   }
 }
 
-// Tiles in a floor, each in the last, and a carpet above them all, however near
-// and however many: nothing comes through it.
+// Tiles lie in a floor, each in the previous one, and a carpet lies above them
+// all: nothing comes through the carpet, however near and however many the
+// tiles are.
 TEST(Overlap, WhatLiesJustAboveStaysAbove) {
   for (const int tiles : {1, 2, 3, 5}) {
     for (const double gap : {3e-4, 5e-4, 1e-3, 2e-3}) {
@@ -251,7 +253,7 @@ TEST(Overlap, WhatLiesJustAboveStaysAbove) {
   }
 }
 
-// Where there is room, it stays where it is.
+// A patch that lies far enough above another stays where it is.
 TEST(Overlap, WhatLiesFarEnoughAboveIsUntouched) {
   const Patch floor = Rectangle(1, {0, 0, 0}, {9, 0, 0}, {0, 9, 0});
   const Patch tile = Rectangle(2, {1, 1, 0}, {1, 0, 0}, {0, 1, 0});
@@ -276,8 +278,8 @@ TEST(Overlap, OnlyWhatLiesInAnotherIsMoved) {
   EXPECT_EQ(Height(*outside[0]), 0);
 }
 
-// A board half on a floor, and a sheet on each half of it: one of them lies on
-// what was moved, the other does not.
+// A board lies half on a floor, with a sheet on each half: one sheet lies on
+// the moved part of the board, the other does not.
 TEST(Overlap, WhatLiesOnTheUnmovedPartOfAnotherIsMovedOnce) {
   const Patch floor = Rectangle(1, {0, 0, 0}, {9, 0, 0}, {0, 9, 0});
   const Patch board = Rectangle(2, {7, 1, 0}, {4, 0, 0}, {0, 2, 0});
@@ -370,7 +372,7 @@ class Heap {
   std::vector<Patch> patches_;
 };
 
-// Of what was there at a point, one is seen: what emits, if anything did.
+// Of the patches that covered a point, one is seen: one that emits, if any did.
 void CheckOneIsSeen(const std::vector<const Patch*>& was,
                     const std::vector<const Patch*>& is,
                     Vec3 facing) {
@@ -389,7 +391,7 @@ void CheckOneIsSeen(const std::vector<const Patch*>& was,
   }
 }
 
-// The rule itself: no point is lost, and what is seen is what should be.
+// The rule itself: no covered point is lost, and the right patch is seen there.
 TEST(Overlap, OneIsSeenAtEveryPoint) {
   int looked = 0;
   for (uint64_t seed = 1; seed <= 40; ++seed) {
@@ -409,8 +411,8 @@ TEST(Overlap, OneIsSeenAtEveryPoint) {
   EXPECT_GT(looked, 1000);
 }
 
-// Through the whole partition: two boxes that share a wall, each written with
-// all of its six sides.
+// The whole partition is built from two boxes that share a wall, each written
+// with all six sides.
 TEST(Overlap, BoxesThatTouchKeepOneWallPerSide) {
   SceneBuilder scene;
   scene.AddBox({{0, 0, 0}, {2, 2, 2}});

@@ -89,8 +89,8 @@ PatchPiece Parallelogram(Vec3 u, Vec3 v) {
   return {{1, 2, 3}, u, v, PatchShape::kParallelogram};
 }
 
-// A corridor's ceiling, lengthwise either way; leaning ones count by their
-// sides.
+// A corridor's ceiling with its length along either edge, and an oblique wall,
+// whose lengths are those of its sides.
 TEST(LongPatches, AreCutAcrossIntoParts) {
   for (const PatchPiece& piece : {Parallelogram({60, 0, 0}, {0, 1.5, 0}),
                                   Parallelogram({0, 1.5, 0}, {-60, 0, 0}),
@@ -120,7 +120,7 @@ TEST(LongPatches, StayWholeWhereTheyAreShortOrTriangles) {
         triangle}) {
     EXPECT_EQ(CutLongOnes({piece}).size(), 1U);
   }
-  // Nor is a skirting board cut into its squares.
+  // A skirting board is not cut into its squares either.
   EXPECT_EQ(CutLongOnes({Parallelogram({5.5, 0, 0}, {0, 0, 0.1})}).size(), 5U);
 }
 

@@ -1,5 +1,5 @@
-// Planes less than a millimetre apart are one wall's, in whatever order they
-// come.
+// Planes less than a millimetre apart belong to one wall, in whatever order
+// they come.
 
 #include "partition/plane_groups.h"
 
@@ -41,13 +41,13 @@ TEST_F(PlaneGroupsTest, OtherNormalsAndOtherPlacesAreOtherGroups) {
   const auto groups = GroupsOf(
       {{kAcross, 3}, {kAcross, 3.0011}, {{0, 1, 0}, 3}, {kAcross, 3.0005}});
   EXPECT_NE(groups->Of({kAcross, 3}), groups->Of({{0, 1, 0}, 3}));
-  // The last one is near both of the first.
+  // The last plane is near both of the first two.
   EXPECT_EQ(groups->Of({kAcross, 3}), groups->Of({kAcross, 3.0011}));
   const auto apart = GroupsOf({{kAcross, 3}, {kAcross, 3.0011}});
   EXPECT_NE(apart->Of({kAcross, 3}), apart->Of({kAcross, 3.0011}));
 }
 
-// Against sorting all of them.
+// Compares with groups made by sorting all planes.
 TEST_F(PlaneGroupsTest, TheOrderOfPlanesDoesNotCount) {
   constexpr size_t kPlanes = 2000;
   Random random(7);

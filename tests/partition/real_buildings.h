@@ -17,7 +17,7 @@
 
 namespace enfilade::testing {
 
-// An imported building. Light is not this layer's matter: everything emits.
+// An imported building. The partition ignores light, so everything emits.
 struct Building {
   std::unique_ptr<BlockStorage> store = CreateStoreInMemory();
   SceneInfo info;
@@ -39,7 +39,7 @@ inline Building Import(const std::string& name,
   return building;
 }
 
-// Skips the test without the folder. The parameter is a file in it.
+// Skips the test if the folder is missing. The parameter names a file in it.
 class RealBuildings : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {

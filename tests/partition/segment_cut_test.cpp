@@ -1,4 +1,4 @@
-// Polygons are cut along segments, as far as those run inside.
+// Polygons are cut along segments, as far as the segments run inside.
 
 #include "partition/segment_cut.h"
 
@@ -29,7 +29,7 @@ double AreaOf(const std::vector<Polygon>& polygons) {
   return area;
 }
 
-// How far inside of a polygon that faces up a point lies, m; negative outside.
+// The depth, m, of a point inside a polygon that faces up; negative outside.
 double DepthIn(const Polygon& polygon, Point3 p) {
   double depth = 1e9;
   for (size_t i = 0; i < polygon.size(); ++i) {
@@ -79,7 +79,7 @@ TEST(SegmentCut, WhatDoesNotRunInsideDoesNotCut) {
       {{0, 5e-4, 0}, {4, 5e-4, 0}},    // as good as that
       {{5, 1, 0}, {6, 2, 0}},          // beside it
       {{3.99, 2, 0}, {5, 2, 0}},       // runs in by a centimetre
-      {{-1, 1.5, 0}, {-0.1, 1.5, 0}},  // its line would cut
+      {{-1, 1.5, 0}, {-0.1, 1.5, 0}},  // only its extension would cut
   };
   EXPECT_EQ(CutAlongSegments(kFloor, kUp, {outside, {}}, kMany).size(), 1U);
 }
@@ -95,8 +95,8 @@ TEST(SegmentCut, StopsAtTheMostParts) {
   EXPECT_NEAR(AreaOf(some), 12, 1e-9);
 }
 
-// A line that goes through what is to be spared waits until others have parted
-// the two, however far it runs.
+// A line that would cross a spared region waits until other lines have parted
+// the two, however far the line runs.
 TEST(SegmentCut, LinesGoAroundWhatIsToBeSpared) {
   std::vector<Segment> segments = RimOf(1, 1, 0.4, 0.4);
   segments.push_back({{0, 1.2, 0}, {4, 1.2, 0}});
@@ -114,8 +114,8 @@ TEST(SegmentCut, LinesGoAroundWhatIsToBeSpared) {
   EXPECT_EQ(whole_parts({inside}), 1);
 }
 
-// The rule: the parts are the polygon, and no segment runs through the inside
-// of one, but where a cut would leave a part that is too narrow.
+// The rule: the parts make up the polygon, and no segment runs through the
+// inside of a part unless the cut would leave a part that is too narrow.
 TEST(SegmentCut, NoSegmentRunsThroughAPart) {
   Random random(7);
   const auto draw = [&](double low, double high) {
@@ -145,7 +145,8 @@ TEST(SegmentCut, NoSegmentRunsThroughAPart) {
           deepest = std::max(deepest, depth);
           inside += depth > kNarrowPartM ? Length(s.b - s.a) / 400 : 0;
         }
-        // A part of this depth that it ran so far through could be halved.
+        // A part this deep that the segment runs so far through could be
+        // halved.
         EXPECT_FALSE(deepest > 0.01 && inside > kShortRunM + 0.02)
             << deepest << " " << inside;
       }

@@ -19,7 +19,7 @@ namespace enfilade::testing {
 
 inline constexpr Vec3 kUp{0, 0, 1};
 
-// Where memory does not matter.
+// Separates overlaps under a budget that never runs out.
 inline OverlapCounts Separate(std::vector<Patch>& patches) {
   MemoryBudget budget(uint64_t{1} << 40);
   return SeparateOverlaps(patches, budget);
@@ -59,7 +59,7 @@ class SceneBuilder {
         material);
   }
 
-  // Turns all about the z axis.
+  // Turns all faces about the z axis.
   void Turn(double radians) {
     const double c = std::cos(radians);
     const double s = std::sin(radians);
@@ -104,7 +104,7 @@ class SceneBuilder {
         material);
   }
 
-  // The same, said to be a solid.
+  // The same box, marked as a closed solid.
   void AddSolid(const Box3& box, MaterialId material = MaterialId(0U)) {
     const size_t first = faces_.size();
     AddBox(box, material);
@@ -141,7 +141,7 @@ class SceneBuilder {
   std::vector<Face> faces_;
 };
 
-// A partition with what tests ask of it.
+// A built partition with the look-ups that tests need.
 class Built {
  public:
   explicit Built(const SceneBuilder& scene,

@@ -1,5 +1,5 @@
-// Lists of fragments keep their order, in memory or not, and give back what
-// they took.
+// Lists of fragments keep their order, in memory or in the store, and release
+// the memory and blocks that they took.
 
 #include "partition/wall_fragments.h"
 
@@ -111,7 +111,8 @@ TEST_P(FragmentLists, TwoAtOnceDoNotMix) {
 
 INSTANTIATE_TEST_SUITE_P(Budgets,
                          FragmentLists,
-                         // Holds all, some chunks, the ends of two lists.
+                         // These budgets hold all, some chunks, or the ends of
+                         // two lists.
                          ::testing::Values(uint64_t{1} << 30,
                                            uint64_t{1} << 20,
                                            uint64_t{150} << 10));

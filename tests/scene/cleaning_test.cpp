@@ -97,8 +97,8 @@ Polygons BoxSides(Point3 low, Point3 high) {
           {at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1)}};
 }
 
-// A table top that goes on from the top of a chest, smaller or larger: both of
-// its sides are free, and only those of the chest have an inside.
+// A table top, smaller or larger, continues the top of a chest. Both of its
+// sides are free, and only the sides of the chest have an inside.
 TEST(Cleaning, ASheetInThePlaneOfASolidIsNoPartOfIt) {
   for (const double wide : {0.5, 4.0}) {
     Polygons polygons = BoxSides({0, 0, 0}, {1, 1, 1});
@@ -114,8 +114,8 @@ TEST(Cleaning, ASheetInThePlaneOfASolidIsNoPartOfIt) {
   }
 }
 
-// Steps of a stair that meet corner to corner: the top of one and the bottom of
-// the next are one plane, and their insides are on different sides of it.
+// Steps of a stair meet corner to corner: the top of one and the bottom of the
+// next lie in one plane, with their insides on different sides of it.
 TEST(Cleaning, SolidsThatGoOnInOnePlaneStayApart) {
   Polygons polygons = BoxSides({0, 0, 0}, {1, 1, 1});
   for (const auto& side : BoxSides({1, 0, 1}, {2, 1, 2})) {
@@ -178,9 +178,9 @@ TEST(Cleaning, WarpedQuadsBecomeTriangles) {
   EXPECT_EQ(cleaned.counts.warped, 1U);
 }
 
-// A star whose points are bent up: after each cut of one the corners beside it
-// change, and what was in the way of others is gone. Each corner looked at
-// anew for each cut takes minutes.
+// A star has its points bent up. Each cut of a point changes the corners beside
+// it and removes what was in the way of other cuts. Checking every corner anew
+// for each cut would take minutes.
 TEST(Cleaning, AWarpedFaceOfManyCornersIsCutInSeconds) {
   constexpr int kCorners = 4000;
   std::vector<Point3> star;

@@ -1,4 +1,4 @@
-// Which polygons close off a solid, and on which side of them it is.
+// Which polygons enclose a solid, and on which side of them the solid lies.
 
 #include "scene/closed_solid.h"
 
@@ -34,7 +34,7 @@ struct Mesh {
     polygons.push_back(loop);
   }
 
-  // Facing outwards.
+  // Adds a box whose faces look outwards.
   void AddBox(const Box3& box) {
     const Vec3 e = box.Extent();
     const auto at = [&](double x, double y, double z) {
@@ -134,8 +134,8 @@ TEST(ClosedSolid, SolidBesideAnOpenSheetIsFoundAlone) {
   EXPECT_FALSE(mesh.Solids().back());
 }
 
-// A prism over a bow tie: what its faces enclose on one half by their winding
-// is outside on the other.
+// A prism over a bow tie: by the winding of its faces, one half is inside and
+// the other half is outside.
 TEST(ClosedSolid, PrismThatCrossesItselfIsNone) {
   Mesh mesh;
   const auto at = [](double x, double y, double z) { return Point3{x, y, z}; };

@@ -113,7 +113,7 @@ TEST(CloseCracks, AnOpeningStaysInThePlaneOfItsWall) {
   EXPECT_NEAR(opening[0].z, 0, kExact);
 }
 
-// Both lie in one plane, and nothing else tells where they meet.
+// Both polygons lie in one plane, and no other plane tells where they meet.
 TEST(CloseCracks, AVertexOnTheEdgeOfACoplanarPolygonIsAVertexOfBoth) {
   auto polygons =
       Of({kFloor, {{1, 3.002, 0}, {2, 3.002, 0}, {2, 5, 0}, {1, 5, 0}}});

@@ -38,7 +38,8 @@ TEST(FlatPolygonTest, IsNearWhatItHoldsAndItsBorder) {
   EXPECT_FALSE(angle.IsNear({-0.02, 1, 3}, kNear));
 }
 
-// Through both arms, through one and the notch, and through the notch alone.
+// The segments run through both arms, one arm and the notch, one arm alone, and
+// the notch alone.
 TEST(FlatPolygonTest, LengthIsThatOfThePartsInside) {
   const FlatPolygon angle = Angle();
   EXPECT_NEAR(angle.LengthNear({-3, 0.5, 3}, {5, 0.5, 3}, 0), 2, kRounding);
@@ -47,7 +48,8 @@ TEST(FlatPolygonTest, LengthIsThatOfThePartsInside) {
   EXPECT_NEAR(angle.LengthNear({1.5, 1.5, 3}, {5, 1.5, 3}, 0), 0, kRounding);
 }
 
-// An edge beside the border, nearer than the tolerance, lies on it all along.
+// An edge beside the border that is nearer than the tolerance lies on the
+// border along its whole length.
 TEST(FlatPolygonTest, LengthAlongTheBorderIsAllOfIt) {
   const FlatPolygon angle = Angle();
   EXPECT_NEAR(

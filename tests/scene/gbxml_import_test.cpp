@@ -92,8 +92,8 @@ class GbxmlImport : public ::testing::Test {
   TempScene temp_;
 };
 
-// How often the boundary of the space, wound as the faces and openings claim,
-// goes round p: 1 inside and 0 outside if every claim is right.
+// The winding number round p of the space's boundary, wound as the faces and
+// openings claim: 1 inside and 0 outside if every claim is right.
 double Winding(const Imported& scene, SpaceId space, Point3 p) {
   double winding = 0;
   const auto add = [&](const std::vector<Point3>& v, double sign) {
@@ -118,8 +118,8 @@ double Winding(const Imported& scene, SpaceId space, Point3 p) {
   return winding;
 }
 
-// Casts from just off every face into the Spaces it claims; returns how many
-// claims about closed Spaces are wrong.
+// Casts rays from just off every face into the Spaces that the face claims;
+// returns how many claims about closed Spaces are wrong.
 size_t WrongSides(const Imported& scene, size_t& checked) {
   constexpr double kOffMetres = 0.004;
   size_t wrong = 0;
@@ -215,8 +215,9 @@ TEST_F(GbxmlImport, EveryCampusIsRead) {
   EXPECT_NEAR(two.info.bounds.high.x, 12, 1e-12);
 }
 
-// A shell that is all in one plane has no inside. Its middle names the Space
-// twice, and belongs to it because less of it is open so.
+// A shell that lies in one plane has no inside. Its middle surface names the
+// Space twice; the surface belongs to the Space because less of it is open that
+// way.
 TEST_F(GbxmlImport, EverySurfaceWhoseSidesAreUnclearIsToldOf) {
   const auto strip = [](double low, const std::vector<std::string>& spaces) {
     return Surface(
@@ -283,8 +284,8 @@ TEST_F(GbxmlImport, ErrorsNameTheSurface) {
   EXPECT_NE(error("</Oops>").find("s.xml:1: not valid XML"), std::string::npos);
 }
 
-// A point that went astray, or a unit that is another one: nothing would find
-// its place in a plan of the world.
+// A stray point or a wrong unit makes the building so large that its parts
+// could not be placed.
 TEST_F(GbxmlImport, WhatIsNoBuildingsSizeIsRefused) {
   const auto error = [&](const std::string& text) {
     return ImportError(temp_.Write("s.xml", text));
@@ -305,7 +306,7 @@ TEST_F(GbxmlImport, WhatIsNoBuildingsSizeIsRefused) {
   }
 }
 
-// A few kilobytes that say a hundred megabytes.
+// A file of a few kilobytes unpacks to a hundred megabytes.
 TEST_F(GbxmlImport, IsReadNoFurtherThanTheBudgetHolds) {
   const std::string blanks(size_t{100} << 20, ' ');
   const std::string path = temp_.Write("s.xml.gz", "");
@@ -320,7 +321,7 @@ TEST_F(GbxmlImport, IsReadNoFurtherThanTheBudgetHolds) {
     ImportScene(path, {}, budget, *store);
     ADD_FAILURE() << "it was read";
   } catch (const DoesNotFitError& error) {
-    // The cap that it asks for is enough for the whole file.
+    // The cap that the message names is enough for the whole file.
     const std::string message = error.what();
     const std::string option = "--memory ";
     const size_t at = message.find(option);

@@ -18,8 +18,8 @@ constexpr const char* kLamp =
 constexpr const char* kSceneMtl =
     "newmtl lamp\nKd 0 0 0\nKe 10 20 30\nnewmtl paint\nKd 0.8 0.8 0.8\n";
 
-// A triangle and a quadrilateral above it, of two materials, one of which has
-// the name of one of the scene's.
+// A triangle and a quadrilateral above it. One of their two materials has the
+// name of a material of the scene.
 constexpr const char* kPiece =
     "mtllib piece.mtl\n"
     "v 1 0 0\nv 0 2 0\nv 0 0 0.5\n"
@@ -104,7 +104,7 @@ TEST_F(Instances, MaterialsComeFromThePieceAndTheObjectFromTheScene) {
 // three axes.
 constexpr double kReadingError = 3 * 17 * 32 * 0x1.0p-53;
 
-// The piece's lines, moved, as they would be written out.
+// The piece as OBJ text with its vertices moved, in place of an instance.
 std::string Flat(const Instance& instance) {
   std::string text = "mtllib flat.mtl\n";
   for (const Point3 p : {Point3{1, 0, 0},
@@ -149,8 +149,8 @@ TEST_F(Instances, AreTheSameFacesAsTheSceneWrittenOutFlat) {
   }
 }
 
-// A strip whose vertices, 1.4 MB, are more than the quarter of the budget that
-// vertices may have, of a piece that is read twice.
+// A piece that is read twice: a strip whose vertices, 1.4 MB, exceed the
+// quarter of the budget that vertices may have.
 TEST_F(Instances, ALargePieceIsReadUnderASmallBudget) {
   constexpr int kSteps = 30'000;
   std::string text = "mtllib piece.mtl\n";
@@ -167,7 +167,7 @@ TEST_F(Instances, ALargePieceIsReadUnderASmallBudget) {
   temp_.Write("p/strip.obj", text);
   constexpr const char* kLine = "#instance p/strip.obj 0 {} 0 0\n";
   ImportOptions options;
-  options.unit = 1;  // 30 km of it
+  options.unit = 1;  // the strip is 30 km long
   const Imported scene = ImportFile(
       Scene(fmt::format(kLine, 0) + fmt::format(kLine, 5)), options, 2 << 20);
   EXPECT_EQ(scene.faces.size(), 2U * kSteps + 1);

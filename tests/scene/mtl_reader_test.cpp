@@ -19,7 +19,7 @@ class MtlReading : public ::testing::Test {
   TempScene temp_;
 };
 
-// Each is read as one value would be for a name of one word.
+// Each material is read as it would be if its name were one word.
 TEST_F(MtlReading, NamesMayHoldBlanks) {
   const std::vector<MtlMaterial> read = Read(
       "newmtl Dark Wood \r\nKd 0.5\r\nd -halo 0.9\r\n"
@@ -98,7 +98,7 @@ TEST_F(MtlReading, MaterialsAreChargedBeforeTheyAreKept) {
   EXPECT_THROW(ImportFile(obj, {}, 4U << 20), DoesNotFitError);
 }
 
-// Its values would be those of the material before.
+// The values would otherwise go to the material before.
 TEST_F(MtlReading, AMaterialWithoutANameIsRefused) {
   try {
     Read("newmtl a\nKd 0.5 0.5 0.5\n newmtl \nKd 0 0 0\n");

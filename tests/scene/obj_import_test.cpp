@@ -11,7 +11,7 @@ constexpr const char* kMtl =
     "newmtl smoke\nKd 0.2 0.2 0.2\nTr 0.7\n"
     "newmtl mirror\nKd 1 1 1\n";
 
-// A lamp above a floor, the rest of the file to be given.
+// A lamp, followed by the given rest of the file.
 std::string Scene(const std::string& rest) {
   return "mtllib m.mtl\n"
          "v 0 0 3\nv 0 1 3\nv 1 1 3\nv 1 0 3\n"
@@ -101,7 +101,8 @@ TEST_F(ObjImport, ConcavePolygonsBecomeConvexFaces) {
   EXPECT_NEAR(scene.Area(), 1 + 3, 1e-12);
 }
 
-// Exporters write them for edges; desks and chairs of catalogues have dozens.
+// Exporters write such faces for edges; desks and chairs of catalogues have
+// dozens.
 TEST_F(ObjImport, FacesOfTwoVerticesAreDroppedAndTold) {
   const Imported scene = Import("f 1 2\nl 1 2\nf 3\n");
   EXPECT_EQ(scene.faces.size(), 1U);
@@ -111,8 +112,8 @@ TEST_F(ObjImport, FacesOfTwoVerticesAreDroppedAndTold) {
             scene.info.notes.end());
 }
 
-// A room in millimetres is 4,000 units long: what is 2 mm thick, close or wide
-// for us would be nothing there.
+// A room in millimetres is 4,000 units long. Read as metres, it would have
+// nothing as small as the 2 mm that count as thick, close or wide.
 TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   const auto room = [&](const std::string& length) {
     return temp_.Write("u.obj",
@@ -137,7 +138,8 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   EXPECT_NE(in_km, HashSceneFiles(room("4"), {}));
 }
 
-// Before anything is laid out over all of it, as lamps are.
+// The polygon is refused before anything, such as default lamps, is laid out
+// over all of it.
 TEST_F(ObjImport, APolygonThatIsAsLargeAsAPlanetIsRefusedAtOnce) {
   ImportOptions options;
   options.default_luminaires = true;
@@ -210,7 +212,8 @@ TEST_F(ObjImport, NumbersInMaterialFilesAreChecked) {
             std::string::npos);
 }
 
-// One value stands for three; a halo is clear towards the silhouette alone.
+// One value stands for three. A material with a halo is clear only towards its
+// silhouette.
 TEST_F(ObjImport, ColoursOfOneValueAreGrey) {
   temp_.Write("m.mtl",
               "newmtl lamp\nKd 0\nKe 20\n"
@@ -258,7 +261,7 @@ TEST_F(ObjImport, ReflectanceOfOneIsRefusedWhereUsedAndTheMendWorks) {
   EXPECT_EQ(Error(used, options), "");
 }
 
-// The mend is a pattern, in JSON.
+// The suggested mend is JSON with a pattern for the material's name.
 TEST_F(ObjImport, TheMendWorksWhateverTheNameHolds) {
   const std::string used =
       std::string(kQuad) + "mtllib n.mtl\nusemtl a[1]*?\"\\b c\nf 5 6 7 8";

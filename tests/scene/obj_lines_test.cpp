@@ -13,7 +13,7 @@ constexpr const char* kLampObj =
     "mtllib m.mtl\nv 0 0 3\nv 0 1 3\nv 1 1 3\nv 1 0 3\n"
     "usemtl lamp\nf 1 2 3 4\n";
 
-// A lamp, and lines after it: the first of them is line 8.
+// A lamp, followed by more lines, of which the first is line 8.
 class ObjLines : public ::testing::Test {
  protected:
   ObjLines() { temp_.Write("m.mtl", kLampMtl); }
@@ -25,7 +25,7 @@ class ObjLines : public ::testing::Test {
   TempScene temp_;
 };
 
-// As the paths that exporters write into them do.
+// Exporters write paths that end in a backslash into comments.
 TEST_F(ObjLines, CommentsThatEndInABackslashEndThere) {
   temp_.Write("m.mtl", "# C:\\lamps\\\nnewmtl lamp\n \t# old\\\nKe 10 10 10\n");
   const Imported scene =
@@ -83,7 +83,8 @@ TEST_F(ObjLines, ALineLongerThanAnyFaceIsRefused) {
             std::string::npos);
 }
 
-// A number to the parser of lines, but 0 times 10^999 as the library computes.
+// The line parser takes 0e999 for a number, but the library computes it as 0
+// times 10^999, which is not finite.
 TEST_F(ObjLines, AVertexThatIsNotFiniteIsRefused) {
   for (const char* vertex : {"v 0e999 0 0", "v 0 0e999 0", "v 0 0 0e999"}) {
     EXPECT_NE(ImportError(Write(vertex)).find("s.obj:8: a coordinate"),

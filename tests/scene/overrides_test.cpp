@@ -71,13 +71,15 @@ TEST(Overrides, WhatIsNotJsonIsToldInPlainWordsAndByItsPlace) {
             "o.json:2: the number 1e999 is too large");
 }
 
-// The one that a JSON library would drop may be all that was meant.
+// Nesting is limited before the parser holds the file in memory.
 TEST(Overrides, ADeeplyNestedFileIsRefusedBeforeItIsHeld) {
   EXPECT_NE(ErrorOf("{\"materials\": " + std::string(1000, '['))
                 .find("o.json:1: nested too deeply"),
             std::string::npos);
 }
 
+// The JSON library would keep the last of equal keys and drop the others, which
+// may be the ones that were meant.
 TEST(Overrides, EqualKeysOfOneObjectAreRefused) {
   EXPECT_NE(ErrorOf("{\"materials\": {},\n\"surfaces\": {},\n"
                     "\"materials\": {}}")

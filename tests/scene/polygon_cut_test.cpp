@@ -25,7 +25,7 @@ std::vector<Edge2> Rectangle(double x0, double y0, double x1, double y1) {
   return edges;
 }
 
-// A random union of unit cells of a grid, holes included, by its border.
+// The border of a random union of unit cells of a grid, with holes.
 struct RandomCells {
   static constexpr int kSide = 9;
 
@@ -75,7 +75,7 @@ struct RandomCells {
 };
 
 bool Overlap(const Polygon2& a, const Polygon2& b) {
-  // Separating axes of convex polygons: the sides of both.
+  // Tests the sides of both convex polygons as separating axes.
   const auto separates = [](const Polygon2& p, const Polygon2& q) {
     for (size_t i = 0; i < p.size(); ++i) {
       const Point2 s = p[i];

@@ -7,7 +7,7 @@
 namespace enfilade {
 namespace {
 
-// Few polygons of many corners take as much as many polygons of few.
+// A few polygons of many corners take as much memory as many polygons of few.
 TEST(PolygonSink, BatchesAreBoundedByTheirCornersToo) {
   constexpr size_t kCorners = 4096;
   constexpr int kPolygons = 256;

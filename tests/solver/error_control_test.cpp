@@ -22,7 +22,7 @@ SolveState StateOf(double error) {
   return state;
 }
 
-// Links in millions: few are a case of their own.
+// Links are given in millions, since few links are a case of their own.
 RoundRecord Round(double predicted, double estimated, uint64_t millions) {
   RoundRecord record;
   record.tau = 1;
@@ -48,7 +48,8 @@ TEST(ErrorControl, RoundsAreRelativeToTheMeanReflectedRadiosity) {
   EXPECT_DOUBLE_EQ(first.observed_change, 0.3);
   EXPECT_EQ(first.links, 100U);
   EXPECT_LT(first.estimated_error, 0.3) << "there is no round before it";
-  // After a round with as many links, what changed is the error.
+  // After a round with as many links as the one before, the change is the
+  // error.
   state.rounds.push_back(first);
   EXPECT_DOUBLE_EQ(RecordRound(&state, kArea).estimated_error, 0.3);
 }
@@ -70,7 +71,7 @@ TEST(ErrorControl, ARoundThatLitCellsLateDoesNotCount) {
   EXPECT_FALSE(HasMetError(state));
 }
 
-// Light goes on to seep into the walls of soups.
+// In polygon soups, light keeps seeping into the walls.
 TEST(ErrorControl, LateLightCountsFromAHundredthOfTheErrorOn) {
   constexpr double kError = 0.1;
   const auto ends = [](double share, uint64_t late_in) {
@@ -91,7 +92,7 @@ TEST(ErrorControl, LateLightCountsFromAHundredthOfTheErrorOn) {
   EXPECT_TRUE(ends(0.005 * kError, 3));
 }
 
-// What rays are sure of.
+// Bounds with no uncertainty: the rays are sure of this error.
 RayBounds Sure(double error) {
   return {error, error};
 }
@@ -109,7 +110,8 @@ TEST(ErrorControl, RaysStandForThePredictionAndNotForTheChange) {
   const double tau = NextTau(state);
   TakeResidual(Sure(2 * 0.1), &state);
   EXPECT_LT(NextTau(state), tau);
-  // No more links than before, and the light has changed that much.
+  // The round has no more links than the one before, so the change of the light
+  // is the error.
   state.rounds.back().observed_change = 0.3;
   TakeResidual(Sure(0.05), &state);
   EXPECT_DOUBLE_EQ(state.rounds.back().estimated_error, 0.3);
@@ -128,7 +130,7 @@ TEST(ErrorControl, ThePredictionIsBelievedWhereRaysAreNotSure) {
   EXPECT_NEAR(state.rounds[1].estimated_error, 0.2, 1e-12);
 }
 
-// Where rays saw both rounds, they say what is left of the change.
+// If rays measured both rounds, they tell what share of the change is left.
 TEST(ErrorControl, ErrorFallsAsRaysSay) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.2, 0.3, 10), Round(0.1, 0.3, 20)};
@@ -138,8 +140,8 @@ TEST(ErrorControl, ErrorFallsAsRaysSay) {
   EXPECT_DOUBLE_EQ(state.rounds[1].estimated_error, 0.04);
 }
 
-// A round that mended what was far wrong before has changed much: it is not
-// wrong by that, and neither met nor a reason for a long step.
+// A round that mends a large error changes much. That change is not the round's
+// error: the error is not met, and the change is no reason for a long step.
 TEST(ErrorControl, TheNextTauIsNotChosenByTheChange) {
   const auto step = [](double change) {
     SolveState state = StateOf(0.1);
@@ -152,9 +154,9 @@ TEST(ErrorControl, TheNextTauIsNotChosenByTheChange) {
   EXPECT_EQ(step(10), step(0));
 }
 
-// The error that is wanted says tau by the power that the last two rounds
-// showed, held to what is known of errors: they fall with between the 2.2th and
-// the 3.2th root of tau.
+// The requested error gives tau by the power law of the last two rounds, held
+// to what is known of errors: they fall with between the 2.2th and the 3.2th
+// root of tau.
 TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
   const auto step = [](double before) {
     SolveState state = StateOf(0.1);
@@ -170,7 +172,7 @@ TEST(ErrorControl, TheNextTauFollowsTheRateThatRaysSaw) {
   EXPECT_EQ(step(0.16 * 1.01), step(0.16 * 1.5)) << "both beyond the 3.2th";
 }
 
-// Its links were made in the dark.
+// The links of the first round were made before the light was known.
 TEST(ErrorControl, TheRateOfTheFirstRoundDoesNotCount) {
   const auto step = [](double first) {
     SolveState state = StateOf(0.1);
@@ -183,7 +185,8 @@ TEST(ErrorControl, TheRateOfTheFirstRoundDoesNotCount) {
   EXPECT_EQ(step(0.16 * 2), step(0.16 * 2.4));
 }
 
-// What care will mend, tau need not; and where that is much, tau may stay.
+// The next tau need not mend what care will mend; if care mends much, tau may
+// stay.
 TEST(ErrorControl, TheNextTauIsForWhatCareLeaves) {
   const auto step = [](double cared_for) {
     SolveState state = StateOf(0.1);
@@ -209,7 +212,7 @@ TEST(ErrorControl, TheResidualIsNotAskedForFarFromTheError) {
   EXPECT_FALSE(IsWorthChecking(state)) << "there are links to come";
 }
 
-// What a round changes after cells were lit late is that light.
+// After cells were lit late, the change of the next round is their light.
 TEST(ErrorControl, TheResidualStandsForAChangeByLight) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.05, 0.07, 10), Round(0.05, 2, 20)};
@@ -241,12 +244,12 @@ TEST(ErrorControl, TauFallsUntilTheErrorIsMet) {
   EXPECT_LT(larger, state.tau);
   state.error = 0.05;
   EXPECT_LT(NextTau(state), larger);
-  state.error = 0.5;  // not met for another reason: the step is small, but one
+  state.error = 0.5;  // the error is not met for another reason: a small step
   EXPECT_LT(NextTau(state), state.tau);
 }
 
-// Slivers between faces that cross: estimates go up and down from round to
-// round, and no two in succession are alike.
+// Slivers between crossing faces make estimates go up and down from round to
+// round, and no two successive estimates are alike.
 TEST(ErrorControl, LinksThatGrowInVainEndASolve) {
   const auto ends = [](double last, uint64_t millions) {
     SolveState state = StateOf(0.1);
@@ -269,12 +272,11 @@ TEST(ErrorControl, LinksThatGrowInVainEndASolve) {
   EXPECT_FALSE(IsExhausted(state)) << "nobody saw the first";
 }
 
-// A round of few links is cheap, and an error far below the one asked for is
-// not what was asked for.
+// A finished solve of so many rounds, the last of which has the given estimate.
 SolveState DoneAt(double error, double estimated, size_t rounds) {
   SolveState state = StateOf(error);
   for (size_t i = 0; i < rounds; ++i) {
-    // Each as many links as one before it, but better by a tenth.
+    // Each round has as many links as the one before but is better by a tenth.
     state.rounds.push_back(Round(1, estimated, 10));
     state.rounds.back().predicted_error /= 1.0 + 0.1 * static_cast<double>(i);
     state.rounds.back().estimated_error /=
@@ -325,6 +327,8 @@ TEST(ErrorControl, AStateOfOtherCellsIsDamaged) {
   EXPECT_THROW(RequireSense(state, 2), DamagedStoreError);
 }
 
+// A round of few links is cheap, and a long step might end far below the error
+// that is asked for.
 TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
   const auto step = [](uint64_t links) {
     SolveState state = StateOf(0.01);
@@ -337,7 +341,7 @@ TEST(ErrorControl, FewLinksAreMadeByShortSteps) {
   EXPECT_LT(step(10'000'000), 1.0 / 8);
 }
 
-// A round that was not lucky; the next one need not be much finer.
+// After a round that was unlucky, the next one need not be much finer.
 TEST(ErrorControl, ANearMissIsFollowedByAShortStep) {
   const auto step = [](double error) {
     SolveState state = StateOf(0.1);
@@ -373,7 +377,8 @@ TEST(ErrorControl, OnlyTheFirstTauMayHaveBeenTooSmall) {
   EXPECT_LT(NextTau(state), state.tau);
 }
 
-// Its links were made in the dark; the second round should not miss by little.
+// The links of the first round were made before the light was known; the second
+// round should not narrowly miss the error.
 TEST(ErrorControl, AFirstRoundThatClaimsToDoIsDoubted) {
   SolveState state = StateOf(0.1);
   state.rounds = {Round(0.07, 0.0945, 10)};

@@ -95,8 +95,8 @@ double Chebyshev(int degree, double x) {
                 : std::cosh(degree * std::acosh(a));
 }
 
-// The largest that the residual polynomial of `steps` steps told `told` takes
-// on [-radius, radius].
+// The largest absolute value on [-radius, radius] of the residual polynomial
+// after `steps` steps that were told the radius `told`.
 double ResidualBound(int steps, double told, double radius) {
   const double most = radius <= told ? 1 : Chebyshev(steps, radius / told);
   return most / Chebyshev(steps, 1 / told);
@@ -117,7 +117,8 @@ TEST(SemiIteration, ConvergesToTheSolution) {
   for (size_t i = 0; i < kSize; ++i) {
     EXPECT_NEAR(run.Radiosity()[i], emitted[i] + again[i], 1e-10);
   }
-  // On the mean, T is the radius: the mean of B is that of E / (1 - radius).
+  // T multiplies the mean by the radius, so the mean of B is that of E / (1 -
+  // radius).
   double mean = 0;
   double sent = 0;
   for (size_t i = 0; i < kSize; ++i) {
@@ -135,7 +136,8 @@ TEST(SemiIteration, UnsentStaysBelowItsResidualPolynomialWhateverItIsTold) {
     SemiIteration iteration(told);
     for (int steps = 1; steps <= 60; ++steps) {
       run.Step(&iteration);
-      // The bound is below 1 and falls: told too little, it is only slower.
+      // The bound is below 1 and falls; a radius that is told too small only
+      // slows the iteration.
       const double bound = ResidualBound(steps, told, radius);
       ASSERT_LT(bound, 1);
       EXPECT_LE(Norm(run.Unsent()), first * bound * (1 + 1e-9) + 1e-12)
@@ -144,7 +146,7 @@ TEST(SemiIteration, UnsentStaysBelowItsResidualPolynomialWhateverItIsTold) {
   }
 }
 
-// Steps until this share is left.
+// Plain steps until this share of the unsent light is left.
 int PlainSteps(Ring ring, double share) {
   Iterated run(ring, RandomEmission(3));
   const double goal = share * Norm(run.Unsent());
@@ -155,8 +157,8 @@ int PlainSteps(Ring ring, double share) {
   return steps;
 }
 
-// The same in cycles that each begin with the radius that the one before
-// learnt.
+// The same for the semi-iteration in cycles, each of which begins with the
+// radius that the one before learnt.
 int LearningSteps(Ring ring, double share, double told, int cycle) {
   Iterated run(ring, RandomEmission(3));
   const double goal = share * Norm(run.Unsent());
@@ -177,8 +179,9 @@ int LearningSteps(Ring ring, double share, double told, int cycle) {
 TEST(SemiIteration, NeedsAThirdOfThePlainStepsAtRadius95) {
   const Ring ring{0.95};
   const int plain = PlainSteps(ring, 1e-6);
-  // The plain iteration loses 5 % a step; the asymptotic rate of the other is
-  // 0.95 / (1 + sqrt(1 - 0.95^2)) = 0.724: 6 times faster in one long cycle.
+  // The plain iteration loses 5 % a step; the asymptotic rate of the
+  // semi-iteration is 0.95 / (1 + sqrt(1 - 0.95^2)) = 0.724, 6 times faster in
+  // one long cycle.
   EXPECT_NEAR(plain, std::log(1e-6) / std::log(0.95), 20);
   EXPECT_LT(LearningSteps(ring, 1e-6, 0.95, 1000), plain / 5);
   EXPECT_LT(LearningSteps(ring, 1e-6, 0.95, 8), plain / 3);

@@ -10,7 +10,7 @@
 
 namespace enfilade::test {
 
-// Single precision of sums of a few hundred values about 1.
+// The single-precision rounding of sums of a few hundred values about 1.
 inline constexpr double kFloatRounding = 1e-5;
 
 inline constexpr Box3 kRoom{{0, 0, 0}, {4, 5, 3}};
@@ -22,8 +22,8 @@ inline Vec3 RandomDirection(Random& random) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// A parallelogram or triangle with an origin in a cube of edge `room` and edges
-// of at most `size`, turned anyhow.
+// A parallelogram or triangle in a random orientation, with an origin in a cube
+// of edge `room` and edges of at most `size`.
 inline Patch RandomPatch(Random& random, double room, double size) {
   Patch p;
   p.origin = {room * random.Next(), room * random.Next(), room * random.Next()};

@@ -46,7 +46,7 @@ class BrightCell {
     weights_ = ReceiverWeights(geometry_, clusters_, {});
   }
 
-  // By what it sends now, with these patches as groups.
+  // The side as the cell sends light now, with the given groups.
   [[nodiscard]] RefineSide Side(const SourceGroups* groups = nullptr) const {
     RefineSide side{.id = CellId(id_),
                     .patches = geometry_,
@@ -89,7 +89,7 @@ inline Refiner MakeRefiner(const RefineOptions& options,
   return {PairWork(options, receiver, source), *source.tree, blockers};
 }
 
-// What rays and shafts see.
+// Blockers as rays and shafts see them.
 class Scenery {
  public:
   explicit Scenery(std::vector<Patch> patches)
@@ -121,7 +121,7 @@ inline std::vector<Patch> FurnishedRoom() {
   return patches;
 }
 
-// A link without the place of its shape, which counts those of its part.
+// The link without the index of its shape, which counts the shapes of one part.
 inline RawLink WithoutPlace(RawLink link) {
   link.more = link.kind == LinkKind::kShaped ? 0 : link.more;
   return link;

@@ -21,7 +21,7 @@ Sizes Units(size_t things) {
   return Sizes(things, {1, 1});
 }
 
-// What says the capacity and the sizes, before the steps.
+// A script of steps that begins with the capacity and the sizes.
 struct Script {
   std::vector<CacheStep> steps;
   std::vector<CachedBytes> sizes;
@@ -60,7 +60,7 @@ BeladyReads Measure(const Trace& trace, const Sizes& sizes, uint64_t capacity) {
   return ScriptOf(trace, sizes, capacity).Play();
 }
 
-// What is in memory, as bits, and the least that was read to have it so.
+// The least that was read to have a set of things, given as bits, in memory.
 using Costs = std::map<uint32_t, uint64_t>;
 
 uint64_t HeldBytes(uint32_t set, const Sizes& sizes) {
@@ -136,7 +136,7 @@ TEST(Belady, EverythingFitsMeansCompulsoryReadsOnly) {
   EXPECT_EQ(reads.optimal_bytes, 6U);
 }
 
-// What is in memory takes more there than it takes to read.
+// A thing takes more bytes in memory than it takes to read.
 TEST(Belady, SizesInMemoryDecideWhatFits) {
   const Sizes sizes = {{10, 1}, {10, 1}};
   EXPECT_EQ(Measure({0, 1, 0, 1}, sizes, 20).optimal_bytes, 2U);
@@ -166,7 +166,7 @@ TEST(Belady, ThingLargerThanTheCapacityIsReadAtEachTouch) {
   EXPECT_EQ(script.Play().optimal_bytes, 202U);
 }
 
-// A touch needs no room: what comes sooner stays.
+// A touch needs no room: things that are used sooner stay.
 TEST(Belady, TouchDisplacesNothingThatComesSooner) {
   Script script(Units(2), 1);
   for (const uint32_t thing : {0U, 1U, 0U, 0U, 1U}) {

@@ -147,9 +147,9 @@ TEST(StoreFaults, KilledWriterLeavesItsLastCommit) {
     const uint32_t announced =
         KillAfter(child, ends[0], 1000 + random.NextBelow(60'000));
     close(ends[0]);
-    // Written by now: generation `announced`, or the next one if the kill came
-    // between its commit and its announcement; before the first, what the
-    // round before left.
+    // The store holds generation `announced`, or the next one if the kill came
+    // between its commit and its announcement. Before the first announcement it
+    // holds what the round before left.
     const auto store = OpenStore(path, StoreAccess::kWrite);
     store->VerifyAll();
     const auto generation = store->Meta("generation");
@@ -260,8 +260,8 @@ TEST(StoreFaults, FlippedBytesAreNoticedOrHarmless) {
   EXPECT_GT(noticed, kTrials / 20);
 }
 
-// Of its header, the number of the schema's format: SQLite has no name for what
-// is wrong then.
+// The damaged byte is the schema's format number in the header, for which
+// SQLite has no error of its own.
 TEST(StoreFaults, AHeaderOfAnUnknownFormatIsDamage) {
   constexpr size_t kSchemaFormat = 47;
   const TemporaryFolder folder;
@@ -307,8 +307,8 @@ TEST(StoreFaults, EveryFlippedByteOfAFrameIsNoticed) {
     bytes[at] = static_cast<char>(~bytes[at]);
     noticed += IsBlockDamaged(folder / "b.enf", key, content) ? 1U : 0U;
   }
-  // The frame lies in whole pages and one rest of a page: at most two of its
-  // bytes' strides are cut at each of their ends.
+  // The frame lies in whole pages and one partial page: at the ends of each, at
+  // most two strides are cut.
   EXPECT_GE(noticed + 2 * (frame_bytes / 32768 + 2), frame_bytes / kStride);
   EXPECT_GT(noticed, 80U);
 }
@@ -341,7 +341,7 @@ void FillUntilFull(BlockStorage& store, uint32_t& committed) {
   }
 }
 
-// What the DiskError says that this throws.
+// The message of the DiskError that `body` throws.
 template <typename Body>
 std::string WhatFails(const Body& body) {
   try {

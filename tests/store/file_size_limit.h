@@ -8,7 +8,8 @@
 
 namespace enfilade {
 
-// Lets no file of this process grow beyond a size, and says nothing but EFBIG.
+// Lets no file of this process grow beyond a size; a write beyond it fails with
+// EFBIG and raises no signal.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

@@ -239,7 +239,8 @@ TEST(Store, BlockUnderAnotherKeyIsDamaged) {
     store->Put(other, TestContent(2, 1000));
     store->Commit();
   }
-  // Frames 1 and 2 change places, and what is said of them but for the keys.
+  // Frames 1 and 2 change places, and so does all that the catalogue says of
+  // them except the keys.
   Tamper(path,
          "UPDATE catalogue SET frame = 3 - frame, frame_bytes = "
          "(SELECT sum(frame_bytes) FROM catalogue) - frame_bytes");
@@ -248,7 +249,7 @@ TEST(Store, BlockUnderAnotherKeyIsDamaged) {
   EXPECT_THROW(static_cast<void>(store->Get(other)), DamagedStoreError);
 }
 
-// For some kinds none is as good as an empty one.
+// For some kinds of blocks, a missing block would be taken for an empty one.
 TEST(Store, LostOrRenamedBlockIsFoundAtOpening) {
   const TemporaryFolder folder;
   const auto path = folder / "a.enf";

@@ -19,8 +19,8 @@ constexpr BlockKey kLeftKey{BlockKind::kLinks, 3, 4, 5};
 
 class NewStore : public ::testing::Test {
  protected:
-  // Leaves what a program leaves that is killed, and whose store is removed: a
-  // journal with a commit in it.
+  // Leaves what remains of a program that is killed and whose store is removed:
+  // a journal with a commit in it.
   void LeaveAJournal() {
     const auto store = CreateStore(path_);
     store->Put(kLeftKey, TestContent(1, 1000));
@@ -54,8 +54,8 @@ TEST_F(NewStore, IsNotThereIfItCannotBeFilled) {
   EXPECT_FALSE(std::filesystem::exists(path_ + ".part"));
 }
 
-// What is put into it fits into the journal, and not into the file behind the
-// tables: it would stay in a journal of another name.
+// The content fits into the journal but not into the file behind the tables:
+// after a rename it would stay in a journal of another name.
 TEST_F(NewStore, IsNotThereIfTheDiskIsFullBeforeAllIsInItsFile) {
   std::optional<FileSizeLimit> full;
   const auto fill = [&](BlockStorage& made) {
@@ -66,8 +66,9 @@ TEST_F(NewStore, IsNotThereIfTheDiskIsFullBeforeAllIsInItsFile) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.Path()));
 }
 
-// A reader of what the store was before it was filled: until it is gone, the
-// rest stays in the journal, and would in one of another name.
+// A reader keeps the state from before the store was filled: until the reader
+// is gone, the rest stays in the journal, which would have another name after a
+// rename.
 TEST_F(NewStore, IsNotThereIfAReaderKeepsAllFromComingIntoItsFile) {
   std::unique_ptr<BlockStorage> reader;
   const auto fill = [&](BlockStorage& made) {
@@ -86,7 +87,7 @@ TEST_F(NewStore, IsNotMadeOverAnother) {
   EXPECT_EQ(OpenStore(path_, StoreAccess::kRead)->Meta("who"), "first");
 }
 
-// The link may lead to a disk that is not there now.
+// The link may lead to a disk that is absent now.
 TEST_F(NewStore, IsNotMadeInThePlaceOfALinkToNothing) {
   std::filesystem::create_symlink(folder_ / "elsewhere", path_);
   EXPECT_THROW(MakeStore(path_, [](BlockStorage&) {}), DiskError);

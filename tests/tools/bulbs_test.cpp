@@ -1,4 +1,4 @@
-// Bulbs of many facets: the error that was asked for, at a few links per
+// Bulbs of many facets are solved to the requested error with a few links per
 // element.
 
 #include <cstdint>
@@ -18,10 +18,11 @@ using nlohmann::json;
 struct BulbCase {
   std::string basis;
   double error = 0;
-  // Half of what patch by patch takes: docs/decisions/source-groups.md.
+  // Half of the links that a solve patch by patch takes:
+  // docs/decisions/source-groups.md.
   uint64_t most_links = 0;
 
-  // For test names.
+  // Names the test by its basis.
   friend void PrintTo(const BulbCase& c, std::ostream* out) { *out << c.basis; }
 };
 

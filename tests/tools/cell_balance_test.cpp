@@ -21,8 +21,8 @@ namespace {
 
 constexpr int kLevels = 12;
 
-// The cell of a floor that has most patches, with fine trees on which light has
-// come.
+// The cell with the most patches of a floor, with fine trees that have received
+// light.
 class BalanceOfACell : public ::testing::Test {
  protected:
   BalanceOfACell() : store_(CreateStoreInMemory()) {
@@ -42,8 +42,8 @@ class BalanceOfACell : public ::testing::Test {
     }
   }
 
-  // Balances the cell once with so much room, in shares of an array of its
-  // coefficients. Leaves the tree as it is then.
+  // Balances the cell once with `room` times the bytes of an array of its
+  // coefficients free. Appends what the cell sends and its delta.
   void Balance(double room,
                std::vector<float>* sent,
                std::vector<float>* gained) {
@@ -75,7 +75,7 @@ class BalanceOfACell : public ::testing::Test {
                         pager,
                         *store_,
                         &times);
-    // What others have been told of, a half of what there is.
+    // Others have been told of half of the light that the cell sends.
     delta->Blend(0.5F, tree->Sent(), 0);
     const auto array = static_cast<double>(tree->Sent().SizeBytes());
     ASSERT_GT(array, 1e6);

@@ -216,7 +216,7 @@ TEST(Cli, NothingIsWrittenOverWhatIsRead) {
       {"solve", scene, "-o", folder / "s.enf", "--report", scene},
       {"probe", scene, scene, "-o", scene},
       {"export", scene, scene},
-      // Its numbers go to b.bin.
+      // The export writes its numbers to b.bin.
       {"export", folder / "b.bin", folder / "b.gltf"}};
   WriteFile(folder / "b.bin", "a store");
   for (const auto& words : lines) {
@@ -331,7 +331,7 @@ TEST(Cli, WhatIsNoSizeIsAUsageError) {
   }
 }
 
-// No other verb would take it for a store.
+// No other verb would take a file of that name for a store.
 TEST(Cli, AStoreHasNoNameOfAScene) {
   const TemporaryFolder folder;
   WriteRoomScene(folder / "room.obj", 0);
@@ -350,7 +350,7 @@ TEST(Cli, ACapWithoutItsUnitIsAUsageError) {
       << result.err;
 }
 
-// Input is read more than once: a pipe would be waited for without end.
+// Input is read more than once, so that a pipe would be waited for without end.
 TEST(Cli, PipesAndDevicesAreNoScenes) {
   const TemporaryFolder folder;
   const std::string pipe = folder / "pipe.obj";
@@ -383,7 +383,7 @@ TEST(Cli, StoreInAMissingFolderIsADiskError) {
   ExpectOneErrorLine(result);
 }
 
-// Said before the work is done, not after it.
+// The error is reported before the work is done, not after it.
 TEST(Cli, ReportInAMissingFolderIsRefusedAtOnce) {
   const TemporaryFolder folder;
   WriteRoomScene(folder / "room.obj", 0);

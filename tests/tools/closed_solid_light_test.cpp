@@ -24,7 +24,7 @@ class RoomWriter {
     obj_ << "mtllib room.mtl\n";
   }
 
-  // `top`: with its upper side.
+  // Writes a box, with its upper side if `top`.
   void AddBox(const Box3& box, bool top) {
     obj_ << "o box" << first_ << "\nusemtl white\n";
     for (const double z : {box.low.z, box.high.z}) {
@@ -33,7 +33,7 @@ class RoomWriter {
       Vertex(box.high.x, box.high.y, z);
       Vertex(box.low.x, box.high.y, z);
     }
-    // Wound anyhow, as exporters do.
+    // The faces are wound either way, as exporters wind them.
     Face({0, 1, 2, 3});
     Face({0, 1, 5, 4});
     Face({1, 5, 6, 2});
@@ -45,7 +45,7 @@ class RoomWriter {
     first_ += 8;
   }
 
-  // Facing down.
+  // Writes a lamp that faces down.
   void AddLamp(Point3 corner, double size) {
     obj_ << "o lamp\nusemtl lamp\n";
     Vertex(corner.x, corner.y, corner.z);

@@ -65,7 +65,8 @@ TEST_F(CompareTest, AnErrorInOneChannelIsAThirdOfTheSquares) {
   EXPECT_NEAR(s.max_error, .3, 1e-12);
 }
 
-// Area counts, not patches: the two 4 x 3 m faces are 24 of 52 m2.
+// Errors are weighed by area, not by patch: the two 4 x 3 m faces are 24 of 52
+// m2.
 TEST_F(CompareTest, ErrorsAreWeighedByArea) {
   const CompareSummary s = Against2([](const Patch& patch, Point3) {
     const double b = PatchArea(patch) == 12 ? 2.1 : 2;
@@ -85,7 +86,7 @@ TEST_F(CompareTest, ASmoothErrorIsIntegratedToOnePercent) {
   });
   EXPECT_NEAR(s.rms_error, std::sqrt(.5 * 24 / 52), .01 * s.rms_error);
   EXPECT_NEAR(s.mean_deviation, 0, .005);
-  // One per 100 cm2 in a square grid: 12, 8 and 6 m2.
+  // Each face, of 12, 8 or 6 m2, has one point per 100 cm2 in a square grid.
   EXPECT_EQ(s.points, 2U * (32 * 32 + 29 * 29 + 25 * 25));
 }
 

@@ -48,8 +48,8 @@ int NamedCap(const std::string& message) {
                                  : std::stoi(message.substr(at + words.size()));
 }
 
-// How far trees grow is known only once they have. Whatever the cap: it is
-// kept, and who goes on with the one that is named comes to an end.
+// How far trees grow is known only once they have grown. The solve keeps any
+// cap, and a resume with the named cap comes to an end.
 TEST(SlowContract, AFloorRefusedForMemoryGoesOnWithTheCapNamed) {
   const TemporaryFolder folder;
   const std::string scene = folder / "floor.obj";

@@ -1,5 +1,6 @@
 // A ceiling full of downlights, in whose tubes light is hundreds of times the
-// mean: the links follow their number, and no light is lost.
+// mean: the number of links follows that of the downlights, and no light is
+// lost.
 
 #include <cstdint>
 #include <fstream>
@@ -55,8 +56,8 @@ double AbsorbedShare(const std::string& csv_path) {
   return absorbed / emitted;
 }
 
-// With 64 parts for the ceiling however many lamps there were, thirty of them
-// took 6.2 million links for an error of 0.68, and were not done.
+// With 64 parts for the ceiling whatever the number of lamps, a solve with
+// thirty lamps takes 6.2 million links for an error of 0.68 and is not done.
 TEST(Downlights, AreSolvedWithoutMillionsOfLinks) {
   const TemporaryFolder folder;
   const std::string scene = folder / "downlights.obj";
@@ -74,8 +75,8 @@ TEST(Downlights, AreSolvedWithoutMillionsOfLinks) {
   EXPECT_LT(json::parse(ReadFile(report)).at("links").get<uint64_t>(),
             kCount * 40'000);
   ASSERT_EQ(RunProgram({"export", store, csv}).exit_code, 0);
-  // Means are up to 1.4 % off where 0.1 is asked (README, known limits): twice
-  // that.
+  // Means are up to 1.4 % off where 0.1 is asked (README, known limits); the
+  // tolerance is twice that.
   EXPECT_NEAR(AbsorbedShare(csv), 1, 0.03);
 }
 

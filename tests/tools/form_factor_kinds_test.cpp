@@ -1,4 +1,5 @@
-// The kinds of form factors against closed forms, and what goes with what.
+// The kinds of form factors against closed forms, and which options go
+// together.
 
 #include "solver/reference/form_factors.h"
 #include "store/sqlite_store.h"
@@ -26,7 +27,7 @@ const std::vector<std::string> kTraced = {"hemicube", "montecarlo"};
 // Two unit squares face to face at distance 1.
 constexpr double kParallel = 0.199825;
 
-// Panels of a scene, and all form factors between them as the kind has them,
+// The panels of a scene and all form factors between them by a given kind,
 // before any row is scaled.
 class Panels {
  public:
@@ -47,7 +48,7 @@ class Panels {
     return scene_.ExitanceOf(panels_[i])[0] > 0;
   }
 
-  // World coordinates.
+  // The center of a panel in world coordinates.
   [[nodiscard]] Point3 CenterOf(size_t i) const {
     const Vec3f center = panels_[i].end.center;
     return scene_.Origin() + Vec3{center.x, center.y, center.z};
@@ -121,7 +122,7 @@ class FormFactorKinds : public ::testing::Test {
     return RunProgram(words);
   }
 
-  // Of a scene, a store that has all but fine elements.
+  // Makes a store of a scene that has everything but fine elements.
   std::string StoreOf(std::vector<std::string> words) {
     words.insert(words.begin(), "scene");
     words.push_back(folder_ / "a.obj");
@@ -136,8 +137,9 @@ class FormFactorKinds : public ::testing::Test {
 
 // Between panels of edge h at distance 1 both midpoint rules are wrong by the
 // second derivatives of 1 / (pi r^4), |f''| < 4 / pi: h^2 / 24 of them in each
-// of four directions, 0.21 h^2 at most. A polygon has the error of half of the
-// directions. Exact is wrong by what Gauss points leave out, far less.
+// of four directions, 0.21 h^2 at most. The kind `polygon` has the error of
+// half of the directions. The kind `exact` is wrong by what Gauss points leave
+// out, far less.
 TEST_F(FormFactorKinds, ParallelSquaresConvergeToTheClosedForm) {
   const std::string store = StoreOf({"parallel"});
   for (const char* kind : {"exact", "point", "polygon", "switch"}) {
@@ -164,9 +166,9 @@ TEST_F(FormFactorKinds, PointToPointConvergesAtTheSecondOrder) {
 }
 
 // A pixel is in or out by its center, so that a rim of the square is wrong by
-// up to half a pixel, 1/64. The square is 32 pixels wide: what is too much at
-// one rim is too little at the opposite one, and what is left for each of the
-// two pairs is the difference of the densities there, below 1 / pi.
+// up to half a pixel, 1/64. The square is 32 pixels wide: the excess at one rim
+// is lacking at the opposite rim. For each of the two pairs of rims the
+// difference of their densities is left, below 1 / pi.
 TEST_F(FormFactorKinds, HemicubeIsRightToItsPixels) {
   const std::string store = StoreOf({"parallel"});
   for (const double h : {0.25, 0.125}) {
@@ -177,8 +179,8 @@ TEST_F(FormFactorKinds, HemicubeIsRightToItsPixels) {
   }
 }
 
-// 4,096 rays from each of n panels, four standard deviations: wrong in one run
-// of 16,000. Random points leave no error of dicing.
+// With 4,096 rays from each of n panels, four standard deviations are exceeded
+// in one run of 16,000. Random points leave no error of dicing.
 TEST_F(FormFactorKinds, MonteCarloIsRightToItsNoise) {
   const std::string store = StoreOf({"parallel"});
   for (const double h : {0.5, 0.25}) {
@@ -192,7 +194,7 @@ TEST_F(FormFactorKinds, MonteCarloIsRightToItsNoise) {
 
 // The center of a receiver that is one panel sees four quarters of the source:
 // F = 4 / (2 pi) 2 s atan s = 0.2395 with s = x / sqrt(1 + x^2) at x = 1/2.
-// Four points of the receiver have its mean within a percent.
+// Four points of the receiver give its mean within a percent.
 TEST_F(FormFactorKinds, CollocationTakesTheIrradianceOfTheCenter) {
   Panels panels(StoreOf({"parallel"}), 1);
   const double s = 0.5 / std::sqrt(1.25);
@@ -202,8 +204,8 @@ TEST_F(FormFactorKinds, CollocationTakesTheIrradianceOfTheCenter) {
   EXPECT_NEAR(panels.ToLights("exact"), kParallel, 0.01 * kParallel);
 }
 
-// All rays of a closed box meet its sides, but for what slips through where
-// they touch: one of 4,096. The pixels' shares sum to 1 within 1e-3.
+// All rays in a closed box meet its sides, except one in 4,096 that slips
+// through where they touch. The pixels' shares sum to 1 within 1e-3.
 TEST_F(FormFactorKinds, RowsOfAClosedBoxSumToOne) {
   Panels panels(StoreOf({"furnace", "--count", "0"}), 2);
   for (const std::string& kind : kTraced) {
@@ -223,8 +225,8 @@ TEST_F(FormFactorKinds, RowsOfAClosedBoxSumToOne) {
 }
 
 // The blocker, 0.4 m wide, hangs 1 cm above the receiver. Panels of 0.125 m
-// beside its middle end 0.075 m from its rim: what passes below that rim is far
-// outside where the light hangs, 2 m above.
+// beside the blocker's middle end 0.075 m from its rim: rays that pass below
+// the rim go far beside the light, which hangs 2 m above.
 TEST_F(FormFactorKinds, NothingIsSeenThroughAnOccluder) {
   Panels panels(StoreOf({"blocker", "--height", "0.01"}), 0.15);
   const auto is_below = [&](size_t i) {

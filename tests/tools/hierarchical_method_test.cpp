@@ -26,7 +26,7 @@ class HierarchicalMethod : public ::testing::Test {
     ASSERT_EQ(written.exit_code, 0) << written.err;
   }
 
-  // Anew.
+  // Solves into a new store.
   ProgramResult Solve(const std::string& name,
                       const std::vector<std::string>& more) {
     std::filesystem::remove(folder_ / (name + ".enf"));
@@ -46,7 +46,7 @@ class HierarchicalMethod : public ::testing::Test {
     return json::parse(ReadFile(folder_ / (name + ".json")));
   }
 
-  // Of a.enf against NAME.enf: rms_error or mean_deviation.
+  // The value `key` of a.enf against NAME.enf: rms_error or mean_deviation.
   [[nodiscard]] double Compared(const std::string& name,
                                 const std::string& key) const {
     const ProgramResult compared = RunProgram({"compare",
@@ -64,8 +64,9 @@ class HierarchicalMethod : public ::testing::Test {
 };
 
 // From 0.01 to 0.0001 links and elements grow tenfold and more, and the error
-// of constants falls with the square root of elements: by three. Half of that
-// must be there, floor of the reference (0.02) and noise of rays included.
+// of constants falls with the square root of the elements, by three. The test
+// asks for half of that, because of the floor of the reference (0.02) and the
+// noise of rays.
 TEST_F(HierarchicalMethod, ConvergesBehindABlockerByEveryVisibility) {
   WriteScene("blocker");
   ASSERT_EQ(Solve("true", {"--error", "0.02"}).exit_code, 0);
@@ -81,8 +82,8 @@ TEST_F(HierarchicalMethod, ConvergesBehindABlockerByEveryVisibility) {
   }
 }
 
-// Where all rays of the first links agree, the triage has the right answer for
-// all below, and asks no more.
+// If all rays of the first links agree, the triage has the right answer for all
+// links below and traces no more rays.
 TEST_F(HierarchicalMethod, TriageSavesRaysWhereNothingIsPartlyVisible) {
   WriteScene("parallel");
   SolveTo("0.001", {"--visibility", "fractional"});
@@ -97,7 +98,8 @@ TEST_F(HierarchicalMethod, TriageSavesRaysWhereNothingIsPartlyVisible) {
             fractional.at("rays").get<double>() / 16);
 }
 
-// In half a shadow the same triage sees less than those who ask again.
+// In half a shadow, triage sees less than a mode that traces again for each
+// link.
 TEST_F(HierarchicalMethod, TriageInheritsWhatItMissed) {
   WriteScene("blocker");
   SolveTo("0.0001", {"--visibility", "fractional"});
@@ -185,8 +187,8 @@ class TouchingSquares : public HierarchicalMethod {
   }
 };
 
-// One link: what the center of the floor sees of the lamp; and between the
-// centers 1/2 1/2 / (pi (1/2)^2) = 1 / pi.
+// With one link, the floor gets what its center sees of the lamp. The kernel
+// between the centers is 1/2 1/2 / (pi (1/2)^2) = 1 / pi.
 TEST_F(TouchingSquares, SwitchOverMendsTheOneLinkOfTwoSquares) {
   WriteScene("perpendicular");
   SolveTo("100", {"--singular", "none"});
@@ -205,7 +207,7 @@ TEST_F(TouchingSquares, SwitchOverMendsTheOneLinkOfTwoSquares) {
   EXPECT_LT(std::abs(to_polygon), std::abs(between_centers) / 2);
 }
 
-// Elements of a hundredth, at which the error of third order is below 0.5 %.
+// At elements of a hundredth, the error of third order is below 0.5 %.
 TEST_F(TouchingSquares, FlatletsAndSwitchOverMatchTheClosedForm) {
   WriteScene("perpendicular");
   SolveTo("2e-7", {"--basis", "m3", "--singular", "cc"});
@@ -227,8 +229,8 @@ TEST_F(TouchingSquares, HigherOrdersHaveLessOfTheBrightStrip) {
   EXPECT_LT(third.rms, haar.rms / 2);
 }
 
-// Two squares that no light reaches: nothing is refined there, but by the form
-// factor, which does not ask for light.
+// No light reaches two of the squares: no oracle refines them except the form
+// factor, which ignores light.
 TEST_F(HierarchicalMethod, OnlyTheFormFactorRefinesInTheDark) {
   WriteFile(folder_ / "a.mtl",
             "newmtl white\nKd 0.5 0.5 0.5\n"
@@ -265,9 +267,10 @@ TEST_F(HierarchicalMethod, OnlyTheFormFactorRefinesInTheDark) {
   }
 }
 
-// The mean light of a box: by every oracle that of the matrix to 2 %, of which
-// the matrix's own error of the mean is 0.3 %. The bounds of the errors are a
-// quarter above what was measured against a solution that is good to 0.02.
+// By every oracle the mean light of a box is that of the matrix to 2 %, of
+// which the matrix's own error of the mean is 0.3 %. The bounds of the errors
+// are a quarter above what was measured against a solution that is good to
+// 0.02.
 TEST_F(HierarchicalMethod, AgreesWithTheMatrixByEveryOracle) {
   struct Case {
     std::string oracle;

@@ -160,8 +160,8 @@ TEST_P(HigherOrders, FurnaceOfBoxesMeetsTheErrorAskedFor) {
   EXPECT_LE(ErrorOfFurnace(), 0.02);
 }
 
-// On triangles the bases have nodes of their own, and M4 and the flatlets more
-// of them than functions.
+// On triangles the bases have nodes of their own; M4 and the flatlets have more
+// nodes than functions.
 TEST_P(HigherOrders, FurnaceOfTrianglesMeetsTheErrorAskedFor) {
   WriteFile(folder_.Path() / "a.mtl",
             "newmtl glow\nKd 0.5 0.5 0.5\nKe 1 1 1\n");

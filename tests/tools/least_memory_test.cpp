@@ -85,8 +85,8 @@ TEST_F(LeastMemoryOfFloor, WithLessItDoesNotBegin) {
   EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
-// The bound is no phantasy: beside the work space, an eighth of it is too
-// little even here, where most is allowed for the growth of trees.
+// The bound is not far too large: beside the work space, an eighth of it is too
+// little even here, although most of it allows for the growth of trees.
 TEST_F(LeastMemoryOfFloor, FarLessIsTooLittle) {
   const uint64_t least = AtLeast(Coarse()).budget_bytes;
   constexpr uint64_t kWorkspace = kSolveWorkspaceBytes + kRefineWorkspaceBytes;
@@ -115,8 +115,8 @@ TEST_F(LeastMemoryOfFloor, SmallerErrorsNeedMoreAtTheEnd) {
   }
 }
 
-// From where a solve begins on, up to where it should end, it goes on with a
-// word of warning.
+// Under a cap between the one at which a solve begins and the one at which it
+// should end, the solve goes on with a warning.
 TEST_F(LeastMemoryOfFloor, BetweenTheTwoCapsItSaysSo) {
   SolveOptions fine = Coarse();
   fine.error = 0.02;
@@ -159,7 +159,8 @@ TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
   EXPECT_LE(static_cast<double>(foreseen), 1.3 * static_cast<double>(taken));
 }
 
-// With room for everything nothing is read twice, and the yardstick says so.
+// With room for everything nothing is read twice, and Belady's measure says the
+// same.
 TEST_F(LeastMemoryOfFloor, WithRoomForAllTheRoundsReadWhatTheyMust) {
   MemoryBudget budget(kRoomy);
   const SolveSummary roomy = Solve(*store_, Coarse(), budget);

@@ -1,5 +1,5 @@
-// The shadows of chair legs, which rays may miss all together: against paths of
-// light, at points of the floor about every leg.
+// The shadows of chair legs, which all rays may miss, against paths of light at
+// points of the floor around every leg.
 
 #include "base/random.h"
 #include "partition/partition.h"
@@ -30,13 +30,13 @@ constexpr double kBandLegs = 3;
 constexpr size_t kPointsPerLeg = 48;
 constexpr uint32_t kStrata = 16;  // squared: paths of a point
 constexpr size_t kLegs = 64;      // of 16 chairs
-// A shadow of its own, over the mean light of all bands: many legs stand in the
-// shadow of a seat.
+// The least contrast, over the mean light of all bands, of a leg with a shadow
+// of its own: many legs stand in the shadow of a seat.
 constexpr double kLeastContrast = 0.1;
-// Fitted to what was seen, not derived. What the solution has of the contrast
-// by paths. In ten solves (M2, five seeds, two versions) the faintest had 0.41
-// to 0.78, 0.53 in the mean with a deviation of 0.11: two of these below; all
-// others had 0.73 and more.
+// The least share that the solution has of the contrast by paths, fitted to
+// measurements and not derived. In ten solves (M2, five seeds, two versions)
+// the faintest shadow had 0.41 to 0.78, 0.53 in the mean with a deviation of
+// 0.11; the bound is two deviations below. All others had 0.73 and more.
 constexpr double kLeastShare = 0.3;
 constexpr double kShareOfMost = 0.65;
 
@@ -73,16 +73,16 @@ std::vector<Point3> FindLegs(const BuildingView& view) {
   return feet;
 }
 
-// A point of the floor with the light that comes there: by the solution, and
-// by two independent sets of paths.
+// A point of the floor and the light there, by the solution and by two
+// independent sets of paths.
 struct FloorPoint {
   double solved = 0;
   double first = 0;
   double second = 0;
 };
 
-// What the brightest quarter of a leg's points has over the darkest. Which
-// these are is told by one set of paths, and how bright they are by the other.
+// The excess of the brightest quarter of a leg's points over the darkest. One
+// set of paths tells which points these are, the other how bright they are.
 struct Contrast {
   double solved = 0;
   double by_paths = 0;
@@ -123,7 +123,7 @@ class LegShadows : public ::testing::TestWithParam<std::string> {
     store_ = OpenStore(folder_ / "chairs.enf", StoreAccess::kRead);
   }
 
-  // Of the bands of all legs, leg by leg.
+  // The points of the bands of all legs, leg by leg.
   std::vector<FloorPoint> PointsAbout(const std::vector<Point3>& legs,
                                       const BuildingView& view,
                                       MemoryBudget& budget) {

@@ -17,10 +17,10 @@ namespace {
 
 using Quad = std::array<Point3, 4>;
 
-// A sheet five centimetres above the ground, inside of a box of sky, turned in
-// plan by eleven degrees. All corners are off by up to 0.15 mm, each for
-// itself: no quadrilateral is planar, and the plane of one half of the ground
-// runs over the other, from nothing to a fraction of a millimetre before it.
+// A sheet lies five centimetres above the ground in a box of sky, turned in
+// plan by eleven degrees. Each corner is off by up to 0.15 mm on its own: no
+// quadrilateral is planar, and the plane of one half of the ground lies in
+// front of the other half by up to a fraction of a millimetre.
 constexpr Quad kSheet{{{-0.2371575, -0.3516343, -0.2500045},
                        {-1.8782743, 8.0901131, -0.2499512},
                        {8.5270364, 10.1129162, -0.2500381},
@@ -88,7 +88,7 @@ TEST(NoisyCorners, ASheetOverTheGroundIsSolved) {
       SolveScene(folder.Path(), "a", {"--error", "0.1"});
   ASSERT_EQ(solved.exit_code, 0) << solved.err;
   const auto report = nlohmann::json::parse(ReadFile(folder / "a.json"));
-  EXPECT_LT(report["links"], 20'000);  // lost light asks for ever more
+  EXPECT_LT(report["links"], 20'000);  // lost light takes ever more links
   const ProgramResult verified = RunProgram({"verify",
                                              folder / "a.enf",
                                              "--seconds",

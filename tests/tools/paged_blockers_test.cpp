@@ -1,4 +1,5 @@
-// Cells paged in one after the other block what they block together.
+// Cells that are paged in one after the other block the same segments as all of
+// them together.
 
 #include "solver/paging/paged_blockers.h"
 
@@ -101,7 +102,7 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   CellsBetween together(roomy.pager, receiver, source, {});
   together.Hold();
   ASSERT_EQ(together.All().distant, nullptr);
-  // What all of them take, less a half.
+  // Room for half of what all cells between take.
   Pages narrow(*this, (roomy.budget.UsedBytes() - before) / 2);
   CellsBetween in_turn(narrow.pager, receiver, source, {});
   in_turn.Hold();
@@ -144,8 +145,8 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
   EXPECT_LT(empty, kShafts);
 }
 
-// To look for victims takes as long for one as for many: a little more than
-// must goes, and not much more.
+// A search for victims takes as long for one as for many, so the pager evicts a
+// little more than it must, and not much more.
 TEST_F(PagedFloor, MakingRoomEvictsALittleMoreThanItMust) {
   constexpr uint64_t kMargin = kModest / 256;
   constexpr uint64_t kFree = 50'000;
@@ -177,7 +178,7 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   CellsBetween all(roomy.pager, receiver, source, {});
   all.Hold();
   const uint64_t needed = roomy.budget.UsedBytes() - before;
-  // So much is charged that what this process holds beside is nothing.
+  // So much is charged that the other memory of this process is negligible.
   Pages narrow(*this, kRoomy);
   const MemoryCharge rest(
       narrow.budget, narrow.budget.FreeBytes() - 4 * needed, "a test");
@@ -191,7 +192,8 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   EXPECT_NE(between.All().distant, nullptr);
 }
 
-// Until it is balanced anew: pairs are refined by it without the tree.
+// The pager knows what a cell sends until the cell is balanced anew; pairs are
+// refined by this knowledge without the tree.
 TEST_F(PagedFloor, KnowsWhatACellSendsUntilThatIsForgotten) {
   constexpr uint64_t kMuch = 1 << 30;
   constexpr CellId kCell(size_t{0});
@@ -214,7 +216,7 @@ TEST_F(PagedFloor, KnowsWhatACellSendsUntilThatIsForgotten) {
   }
 }
 
-// What is pinned cannot go when the process comes near the cap.
+// Pinned cells cannot be evicted when the process comes near the cap.
 TEST_F(PagedFloor, HoldsTogetherOnlyWhatTheProcessHasRoomFor) {
   CellId receiver;
   VisibleCell source;

@@ -65,7 +65,7 @@ TEST(PendingFile, LinksAreFollowed) {
   EXPECT_EQ(ReadFile(folder / "target"), "new");
 }
 
-// A pipe that were renamed over would be gone for its readers.
+// A file renamed over a pipe would take the pipe away from its readers.
 TEST(PendingFile, PipesAreWrittenAsTheyAre) {
   const TemporaryFolder folder;
   const std::string path = folder / "pipe";

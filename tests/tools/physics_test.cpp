@@ -28,9 +28,9 @@ struct Sample {
   bool emits = false;  // the patch does
 };
 
-// The points of a leaf at which a polynomial of its corners' values, squared,
-// is integrated exactly: Gauss points of a parallelogram, middles of the edges
-// of a triangle. By their weights of the corners.
+// The points of a leaf at which the square of the polynomial of its corners'
+// values is integrated exactly: Gauss points of a parallelogram, middles of the
+// edges of a triangle. A point is given by its weights of the corners.
 std::vector<std::vector<double>> QuadratureOf(size_t corners) {
   if (corners == 3) {
     return {{0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}};
@@ -148,8 +148,9 @@ Comparison CompareReceiver(const std::vector<Sample>& samples,
 
 constexpr double kSquaresBound = 0.005;
 
-// The quadrature over the receiver against the closed forms: they are given to
-// six digits, and near a singular edge it is good to half a thousandth.
+// The tolerance of the quadrature over the receiver against the closed forms,
+// which have six digits; near a singular edge the quadrature is good to half a
+// thousandth.
 constexpr double kQuadrature = 5e-4;
 
 // A separation and the mean of B at it, of scenes/*.md.
@@ -278,8 +279,8 @@ TEST(FurnaceRoom, EmptyRoomComesOutFlat) {
   ExpectFlat("0", "m2", "0.02");
 }
 
-// The errors asked for are what the bounds take: RMS of 0.011 (haar at 0.05 and
-// m2 at 0.035) miss them.
+// The requested errors are as small as the bounds need: an RMS of 0.011 (haar
+// at 0.05 and m2 at 0.035) misses the bounds.
 TEST(SlowFurnaceRoom, NineChairsComeOutFlat) {
   ExpectFlat("9", "haar", "0.035");
   ExpectFlat("9", "m2", "0.025");
@@ -308,8 +309,8 @@ TEST(FurnaceRoom, WallsWrittenTwiceCountOnce) {
   EXPECT_LE(std::abs(f.mean), 0.01);
 }
 
-// Light is reflected twenty times, and with it whatever is wrong with the sums
-// of the links: none of it may be on one side.
+// Light is reflected twenty times, and with it the errors in the sums of the
+// links: they must not be one-sided.
 TEST(SlowFurnaceRoom, WhiteRoomIsAsBrightAsItShouldBe) {
   const FurnaceError f = MeasureFurnace(
       Solve({"furnace", "--count", "4", "--reflectance", "0.95"}, "m2", "0.05"),

@@ -49,7 +49,7 @@ class SolvedRoom : public ::testing::Test {
             folder_ / (name + ".json")};
   }
 
-  // A hash of every block, whatever it is of.
+  // A hash of every block of every kind.
   [[nodiscard]] std::map<BlockKey, uint64_t> Blocks(
       const std::string& name) const {
     const auto store = OpenStore(folder_ / (name + ".enf"), StoreAccess::kRead);
@@ -135,7 +135,8 @@ TEST_F(SolvedRoom, ReportHasEveryKeyWithItsTruth) {
             std::filesystem::file_size(folder_ / "a.enf"));
 }
 
-// What starts the program may be large: a child begins with its peak.
+// The process that starts the program may be large, and a child begins with its
+// parent's peak.
 TEST_F(SolvedRoom, PeakIsThatOfTheProgramAlone) {
   std::vector<char> large(256 * kMiB, 1);
   ASSERT_EQ(Solve("a", {"--memory", "128M"}).exit_code, 0);
@@ -279,7 +280,7 @@ TEST_F(SolvedRoom, InterruptedSolveExits130AndResumesToTheSameBits) {
   EXPECT_EQ(Blocks("a"), Blocks("whole"));
 }
 
-// Whoever asks a process to stop may ask its group as well: that is one
+// A sender may signal a process and also its group: the signals are one
 // request, and no reason to lose what was done since the last commit.
 TEST_F(SolvedRoom, SignalsThatComeTogetherAreOneRequest) {
   RunningProgram program({"solve",

@@ -131,8 +131,8 @@ TEST_F(ProbeTest, BadLinesAreNamed) {
   EXPECT_NE(Refusal("1,1,2m,0,0,1").find("'2m'"), std::string::npos);
 }
 
-// Columns are read by their place: these would be read as others, or not at
-// all.
+// Columns are read by their place: columns under these headers would be read as
+// others, or not at all.
 TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {
   for (const char* header :
        {"nx,ny,nz,x,y,z", "1;1;1;0;0;1", "1 1 1 0 0 1", "a,b,c"}) {
@@ -141,7 +141,7 @@ TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {
   }
 }
 
-// Every batch may read the whole building again.
+// Batches are large because every batch may read the whole building again.
 TEST_F(ProbeTest, ABatchOfRaysTakesHalfOfTheBudgetAtLeast) {
   constexpr uint64_t kBudgetBytes = 8ULL << 20;
   constexpr size_t kPathBytes = 768;

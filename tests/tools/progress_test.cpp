@@ -28,7 +28,7 @@ TEST(ProgressText, GivesNoTimeBeforeItKnowsEnough) {
             "solve 1 %: refine");
 }
 
-// What an earlier run has done took none of this one's time.
+// The work of an earlier run took none of this run's time.
 TEST(ProgressText, OfARunThatGoesOnExtrapolatesFromWhereItBegan) {
   EXPECT_EQ(ProgressText("solve", {0.6, 0.7, 30}, ""),
             "solve 70 %, 1 min 30 s left");
@@ -46,7 +46,7 @@ TEST(ProgressText, ClampsTheFraction) {
   EXPECT_EQ(ProgressText("solve", {0, -1, 10}, ""), "solve 0 %");
 }
 
-// As after a logout: nothing can be written any more.
+// Nothing can be written to the terminal any more, as after a logout.
 TEST(Progress, GoesOnWithoutItsTerminal) {
   const int stderr_before = dup(STDERR_FILENO);
   const int full = open("/dev/full", O_WRONLY | O_CLOEXEC);

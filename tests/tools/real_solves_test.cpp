@@ -46,7 +46,7 @@ TEST_P(SlowRealSolves, MeetErrorAndCap) {
   ASSERT_EQ(verify.exit_code, 0) << verify.err;
   EXPECT_LE(verify.peak_rss_bytes, kCapBytes);
   const json verified = json::parse(ReadFile(report));
-  // How far the interval reaches is a matter of the time that verify has.
+  // The width of the interval depends on the time that verify has.
   EXPECT_LE(verified.at("error").get<double>(), kError);
   EXPECT_LE(verified.at("error_low").get<double>(),
             verified.at("error_high").get<double>());

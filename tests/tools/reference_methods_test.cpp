@@ -119,8 +119,8 @@ TEST_F(ReferenceMethods, PerpendicularSquaresMatchTheClosedForm) {
 }
 
 // E = 1, rho = 1/2: B = 2. The matrix has rows that sum to 1, so that only its
-// residual is left. Shooting stops with 0.05 times the error still to come,
-// and sends all it has: dark by no more than that, in the mean.
+// residual is left. Shooting stops with 0.05 times the error still to come and
+// sends all that it has, so that the mean is too dark by no more than that.
 TEST_F(ReferenceMethods, FurnaceComesOutFlat) {
   WriteScene({"furnace", "--count", "0"});
   for (const std::string& method : kReferences) {
@@ -158,8 +158,8 @@ TEST_F(ReferenceMethods, AbsorbedPowerIsEmittedPower) {
       absorbed += leaf.area * (1 - leaf.reflectance) * leaf.irradiance;
     });
     EXPECT_GT(emitted, 0);
-    // Unshot light, at --error 0.05; for the matrix, panels that are enclosed
-    // but for what 256 rays do not find.
+    // The tolerance is for the unshot light at --error 0.05; for the matrix,
+    // panels that count as enclosed may have gaps that 256 rays do not find.
     EXPECT_NEAR(absorbed / emitted, 1, 0.005) << method;
   }
 }
@@ -201,7 +201,7 @@ TEST_F(ReferenceMethods, AllAgreeWithinTheirErrors) {
   }
 }
 
-// Long walls of high reflectance: the same bound.
+// The same bound holds for long walls of high reflectance.
 TEST_F(ReferenceMethods, ReferencesAgreeInTheTube) {
   WriteScene({"tube", "--reflectance", "0.9"});
   for (const std::string& method : kReferences) {
@@ -223,7 +223,8 @@ TEST_F(ReferenceMethods, ReferencesAgreeInTheTube) {
   }
 }
 
-// The residual of a system whose eigenvalues are at least 1 - rho.
+// The residual bounds the error, as the system's eigenvalues are at least 1 -
+// rho.
 TEST_F(ReferenceMethods, LinearSolversAgreeToTheirResiduals) {
   WriteScene({"box", "--reflectance", "0.9"});
   for (const char* solver : {"gs", "sor", "cg"}) {

@@ -1,4 +1,4 @@
-// What rays say of a solution, against solutions whose residual is known.
+// The residual that rays measure, against solutions whose residual is known.
 
 #include "solver/residual/residual_check.h"
 
@@ -117,10 +117,10 @@ TEST(ResidualCheck, IsSmallWhereTheSolutionIsRight) {
   EXPECT_LT(Measure(Furnace(), 1).high, 0.05);
 }
 
-// Of twice the irradiance, H' = 2 E / (1 - rho), one bounce leaves E + rho H':
-// the residual is E, or 1 - rho of H. What it becomes by reflection is the
-// error, H, rho of which is reflected: 1 W/m2. The series of bounces ends where
-// one adds a thousandth. No light reaches the outer sides, which are half of
+// At twice the irradiance, H' = 2 E / (1 - rho), one bounce leaves E + rho H':
+// the residual is E, or 1 - rho of H. Reflection makes the residual the error
+// H, of which rho is reflected: 1 W/m2. The series of bounces ends when a
+// bounce adds a thousandth. No light reaches the outer sides, which are half of
 // the area.
 TEST(ResidualCheck, IsTheErrorOfTwiceTheLight) {
   SolvedScene scene = Furnace();
@@ -139,7 +139,7 @@ double CornerFormFactor(double a, double b) {
   return (a / p * std::atan(b / p) + b / q * std::atan(a / q)) / (2 * kPi);
 }
 
-// Of no light at all the residual is the direct light.
+// The residual of a solution without light is the direct light.
 TEST(ResidualCheck, IsTheDirectLightOfADarkSolution) {
   SolvedScene scene = LampOverSquare();
   scene.Scale(0);
@@ -155,7 +155,7 @@ TEST(ResidualCheck, IsTheDirectLightOfADarkSolution) {
       squares += 0.25 * f * f / (kSteps * kSteps);
     }
   }
-  // Those of the lamp, which are black, do not count.
+  // The sides of the lamp are black and do not count.
   const double reflecting_sides = 2;  // m2
   const double expected = std::sqrt(squares / reflecting_sides);
   const ResidualEstimate residual = Measure(scene, 1);
@@ -164,9 +164,10 @@ TEST(ResidualCheck, IsTheDirectLightOfADarkSolution) {
   EXPECT_GT(residual.high, expected);
 }
 
-// What the error is relative to is a mean over the sides that reflect: a black
-// backdrop of 100 m2, which lights nothing, changes neither the mean nor what
-// is predicted. With it, light that the links lack would weigh a tenth.
+// The error is relative to a mean over the sides that reflect: a black backdrop
+// of 100 m2, which lights nothing, changes neither the mean nor what is
+// predicted. With the backdrop in the mean, light that the links lack would
+// weigh a tenth.
 TEST(ResidualCheck, IsAMeanOverWhatReflects) {
   const std::string black = "newmtl black\nKd 0 0 0\n";
   const std::string obj =
@@ -209,8 +210,8 @@ TEST(ResidualCheck, OfAConstantBasisItCountsWhatSlopesBecome) {
   EXPECT_NEAR(with / without, 1.05 + 0.75 * 0.5, 1e-9);
 }
 
-// Twice the irradiance on one wall is 1 W/m2 too much of what it reflects; the
-// others, which see it as a fifth of their hemispheres, lack a tenth of that.
+// At twice the irradiance one wall reflects 1 W/m2 too much; the other walls,
+// which see it as a fifth of their hemispheres, lack a tenth of that.
 TEST(ResidualCheck, SaysOnWhichPatchesTheErrorIs) {
   size_t wrong = 0;
   for (const size_t bright : {0U, 1U}) {  // one of two sides of the same face
@@ -241,8 +242,9 @@ TEST(ResidualCheck, SaysOnWhichPatchesTheErrorIs) {
   EXPECT_GE(wrong, 1U);
 }
 
-// Leaves weigh as much as they are bright, and the points on them stand for as
-// much less: in the mean all points together stand for the reflecting area.
+// Leaves are chosen by their brightness, and the points on bright leaves stand
+// for as much less area: in the mean all points together stand for the
+// reflecting area.
 TEST(ResidualProbes, StandForTheWholeArea) {
   const SolvedScene scene = LampOverSquare();
   MemoryBudget budget(kRoomy);
@@ -261,7 +263,7 @@ TEST(ResidualProbes, StandForTheWholeArea) {
       lit += p.weight / kProbes;
     }
   }
-  // Both sides of the square; the lamp reflects nothing.
+  // The area is that of both sides of the square; the lamp reflects nothing.
   EXPECT_NEAR(area, 2, 0.02);
   EXPECT_NEAR(lit, 1, 0.02);
 }
@@ -276,8 +278,8 @@ TEST(ResidualCheck, IsTheSameForEveryBudgetAndNumberOfThreads) {
   EXPECT_EQ(roomy.rays, tight.rays);
 }
 
-// It stops where the interval says on which side of the value it is, or is
-// narrow, or where the rays are spent.
+// The check stops when the interval lies on one side of the value, when it is
+// narrow, or when the rays are spent.
 TEST(ResidualCheck, StopsWhenItKnowsOrHasNoMoreRays) {
   SolvedScene scene = LampOverSquare();
   scene.Scale(0.99F);

@@ -1,6 +1,7 @@
 // A solve that is stopped after every few of its steps and resumed each time
-// comes to the bits of one that runs through: whatever a step leaves undone or
-// unwritten shows. One that is resumed for another error goes on to that.
+// ends with the bits of one that runs through, so that anything a step leaves
+// undone or unwritten shows. A solve that is resumed for another error goes on
+// to that error.
 
 #include "base/error.h"
 #include "base/stopwatch.h"
@@ -81,8 +82,9 @@ class ResumedFloor : public ::testing::Test {
 class ResumeSteps : public ResumedFloor,
                     public ::testing::WithParamInterface<int> {};
 
-// Not while rays measure the residual, which begin anew after a stop: where
-// that takes longer than the time between two reports, it would never end.
+// The test does not stop a solve while rays measure the residual: the
+// measurement begins anew after a stop, and would never end if it takes longer
+// than the time between two reports.
 TEST_P(ResumeSteps, ComeToTheSameBits) {
   const auto whole = Import();
   SolveTo(0.5, *whole);
@@ -139,7 +141,7 @@ TEST_F(ResumedFloor, SpendsATwentiethOfItsTimeOnCommitsThatAreSlow) {
   MemoryBudget budget(kRoomy);
   const auto begin = std::chrono::steady_clock::now();
   Solve(store, options, budget);
-  // A round ends with two, the solve with one.
+  // A round ends with two commits, the solve with one.
   const double most =
       2.0 * rounds + 2 + SecondsSince(begin) / (20 * SlowStore::kCommitSeconds);
   EXPECT_LE(store.Commits() - before, most);
@@ -155,7 +157,8 @@ TEST_F(ResumedFloor, MeetsASmallerErrorThanItWasBegunWith) {
   EXPECT_LE(summary.estimated_error, 0.2);
 }
 
-// It may be the memory that the round in progress asks for that made it stop.
+// The solve may have stopped because of the memory that the round in progress
+// asks for.
 TEST_F(ResumedFloor, MakesNoMoreLinksThanALargerErrorNeeds) {
   const auto store = Import();
   SolveTo(0.5, *store);
@@ -193,8 +196,8 @@ std::vector<double> LightOfCells(const BlockStorage& store) {
   return light;
 }
 
-// A cell gathers its light anew in each round, pair by pair: who reads it in
-// between sees that of the round before.
+// A cell gathers its light anew in each round, pair by pair: a reader in
+// between sees the light of the round before.
 TEST_F(ResumedFloor, IsAsBrightAsBeforeWhereverARoundIsStopped) {
   const auto store = Import();
   std::atomic<bool> stop = false;

@@ -25,7 +25,7 @@ class RunningProgram {
  public:
   explicit RunningProgram(const std::vector<std::string>& arguments);
 
-  // Waits first if nobody did.
+  // Waits for the program if nobody did.
   ~RunningProgram();
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
@@ -47,7 +47,7 @@ ProgramResult SolveScene(const std::filesystem::path& folder,
                          const std::string& name,
                          const std::vector<std::string>& more);
 
-// Whether what it printed has this part.
+// Whether the text has this part.
 inline bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }

@@ -55,7 +55,7 @@ TEST(Solution, IsTheSameForEveryBudgetAndNumberOfThreads) {
   const Solution solution(SolvedRooms(), roomy);
   ASSERT_GT(solution.CellCount(), 4U);
   const std::vector<Rgb> values = solution.Radiosity(points);
-  // One by one: neither order nor company matters.
+  // Evaluates points one by one: neither their order nor their company matters.
   for (size_t i = 0; i < points.size(); i += 100) {
     EXPECT_EQ(solution.Radiosity(std::span(points).subspan(i, 1))[0],
               values[i]);

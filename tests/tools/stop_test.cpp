@@ -16,8 +16,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// A room, and in it one star of so many corners that are up to so high above
-// the others.
+// Writes a room with one star of `corners` corners, of which some are up to
+// `rise_m` above the others.
 void WriteStar(const std::filesystem::path& path, int corners, double rise_m) {
   WriteRoomScene(path, 0);
   std::string text = ReadFile(path);
@@ -34,8 +34,8 @@ void WriteStar(const std::filesystem::path& path, int corners, double rise_m) {
   WriteFile(path, text + face + "\n");
 }
 
-// Runs for so long, and is asked to stop; then it must be gone soon, and the
-// store must be one to go on with.
+// Runs the program for `delay` and asks it to stop: the program must end soon,
+// and the store must be one to go on with.
 void ExpectStopAfter(milliseconds delay, const TemporaryFolder& folder) {
   constexpr auto kSoon = milliseconds(3000);  // of a machine that is busy
   RunningProgram program(

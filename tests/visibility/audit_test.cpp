@@ -106,7 +106,7 @@ TEST(Audit, FindsAllPairsOfAnEnfiladeAndNoneMissing) {
   EXPECT_LT(found.audit_leaks, 20U);
 }
 
-// The sets of the same rooms without the last door.
+// The sets are those of the same rooms without the last door.
 TEST(Audit, ReportsPairsThatTheSetsLack) {
   Row row;
   BuildRow(4, row);
@@ -123,7 +123,7 @@ TEST(Audit, ReportsPairsThatTheSetsLack) {
   }
 }
 
-// The sets of rooms whose doors are half as wide as they are.
+// The sets are those of rooms whose doors are half as wide.
 TEST(Audit, ReportsPartsThatTheSetsLack) {
   Row row;
   BuildRow(4, row);
@@ -139,8 +139,9 @@ TEST(Audit, ReportsPartsThatTheSetsLack) {
   EXPECT_GT(found.audit_missed, 50U);
 }
 
-// Two cells, one upon the other with z = 0 between them, that do not see each
-// other by their sets: a floor `depth` below and a ceiling.
+// Counts the rays missed by the sets of two cells, one upon the other with z =
+// 0 between them, that do not see each other by their sets. One has a floor
+// `depth` below, the other a ceiling.
 uint64_t MissedFromBelow(double depth) {
   MapStorage store;
   CellPatches below;
@@ -157,7 +158,7 @@ uint64_t MissedFromBelow(double depth) {
   BspTree tree;
   tree.box = {{-1, -1, -1}, {3, 3, 3}};
   tree.root = BspChild(NodeId(0U));
-  // What lies in the plane is of the cell below.
+  // Points in the plane belong to the cell below.
   tree.nodes = {{{{0, 0, -1}, 0}, BspChild(LeafId(0U)), BspChild(LeafId(1U))}};
   tree.leaf_count = 2;
   SaveTree(tree, {CellId(0U), CellId(1U)}, store);
@@ -166,7 +167,8 @@ uint64_t MissedFromBelow(double depth) {
   return AuditOf(store, 10000, kRoomy).audit_missed;
 }
 
-// Rays from the floor begin in the plane between the cells.
+// If a cell is as thin as the offset of rays, rays from its floor begin in the
+// plane between the cells.
 TEST(Audit, ACellAsThinAsTheOffsetOfRaysProvesNothing) {
   EXPECT_GT(MissedFromBelow(1), 100U);
   EXPECT_EQ(MissedFromBelow(kRayOffsetMetres), 0U);

@@ -32,7 +32,7 @@ struct Regions {
   std::vector<Portal> openings;
 };
 
-// What is seen out of cell 0 of so many cells.
+// The cells with these bounds that cell 0 sees, and the parts of them.
 ReachedParts SeenOf(const Regions& regions, std::vector<Box3> bounds) {
   MemoryBudget budget(1U << 30);
   const RegionGraph graph(
@@ -71,14 +71,14 @@ std::vector<bool> SeenFromCell0(double gap) {
                  3);
 }
 
-// A line from a door, past the wall, rises out of reach of the other door.
+// A line from one door past the wall rises out of reach of the other door.
 TEST(BeamFlood, KnowsTheWallsWithinACell) {
   EXPECT_EQ(SeenFromCell0(2.5), (std::vector<bool>{false, true, false}));
   EXPECT_EQ(SeenFromCell0(0), (std::vector<bool>{false, true, true}));
 }
 
-// From the top of one door by the lower edge of the wall's end to the top of
-// the other: a straight line at y = 1.
+// The line from the top of one door past the lower end of the wall to the top
+// of the other door is straight: y = 1.
 TEST(BeamFlood, MillimetresDecide) {
   EXPECT_TRUE(SeenFromCell0(0.999)[2]);
   EXPECT_FALSE(SeenFromCell0(1.001)[2]);
@@ -106,17 +106,17 @@ std::vector<bool> SeenAlong(const std::vector<std::array<double, 2>>& doors) {
   return CellsOf(PartsAlong(doors), doors.size() + 1);
 }
 
-// The second and the third door let lines through that rise by 0.9 to 1 a
-// metre, of those through the first and the third alone some rise by 0.45:
-// they would reach the last one.
+// Lines through the second and the third door rise by 0.9 to 1 per metre. Some
+// lines through the first and the third door alone rise by only 0.45 and would
+// reach the last door.
 TEST(BeamFlood, HoldsALineToEveryDoorItHasPassed) {
   EXPECT_FALSE(SeenAlong({{0, 1}, {0.9, 1}, {1.9, 2}, {2.3, 2.5}})[4]);
   EXPECT_TRUE(SeenAlong({{0, 1}, {0.9, 1}, {1.9, 2}, {2.3, 3}})[4]);
   EXPECT_TRUE(SeenAlong({{0, 1}, {0.9, 1.7}, {1.9, 2}, {2.3, 2.5}})[4]);
 }
 
-// What is seen through two doors, one of them from `y0` to `y1`, either of
-// which leads from the first door to the third; six cells in a row.
+// The cells seen in a row of six. Two doors, one of them from `y0` to `y1`,
+// lead from the first door to the third.
 std::vector<bool> SeenByTwoWays(double y0, double y1) {
   constexpr size_t kCells = 6;
   Regions regions;
@@ -140,20 +140,20 @@ std::vector<bool> SeenByTwoWays(double y0, double y1) {
   return CellsOf(SeenOf(regions, std::move(bounds)), kCells);
 }
 
-// What is known of the one way does not hold for the other.
+// What the flood knows of one way does not hold for the other.
 TEST(BeamFlood, ForgetsADoorThatCanBePassedBy) {
   EXPECT_TRUE(SeenByTwoWays(1.4, 1.5)[4]);
 }
 
-// The middle of the second door is so far off that what lies behind both has
-// been looked through before.
+// The middle of the second door is so far off that the flood has looked through
+// what lies behind both doors before.
 TEST(BeamFlood, LooksAgainWhereAnotherWayIsFoundLater) {
   const std::vector<bool> seen = SeenByTwoWays(1.4, 9);
   EXPECT_TRUE(seen[4]);
   EXPECT_TRUE(seen[5]);
 }
 
-// Out of the plane of a door a line does not come back into it.
+// A line that has left the plane of a door does not come back into that plane.
 TEST(BeamFlood, PassesAPlaneOnce) {
   Regions regions;
   regions.cell_of = {CellId(0U), CellId(1U), CellId(2U)};
@@ -165,8 +165,8 @@ TEST(BeamFlood, PassesAPlaneOnce) {
       (std::vector<bool>{false, true, false}));
 }
 
-// Doors at x = 1, 2 and 3 from y = 0 to 1: of the lines through the first and
-// the last one the steepest rise, or fall, by a half a metre.
+// Doors at x = 1, 2 and 3 extend from y = 0 to 1: the steepest lines through
+// the first and the last one rise, or fall, by a half per metre.
 TEST(BeamFlood, TellsWhatPartOfACellIsSeen) {
   constexpr double kTolerance = 2e-3;  // of every door, times what it spreads
   const ReachedParts parts = PartsAlong({{0, 1}, {0, 1}, {0, 1}});
@@ -184,7 +184,7 @@ TEST(BeamFlood, TellsWhatPartOfACellIsSeen) {
   expect_rises_to(3, 0.5);
 }
 
-// It lies beside what comes through the door.
+// The cell lies beside all lines that come through the door.
 TEST(BeamFlood, ACellWithoutAPartIsNotReached) {
   Regions regions;
   regions.cell_of = {CellId(0U), CellId(1U), CellId(2U)};
@@ -255,8 +255,8 @@ TEST(GroupDoorways, LosesNoneAndTellsDirectionsApart) {
   EXPECT_EQ(count, doors.size());
 }
 
-// Cells in a row; each sees all, and all lie between, if not as the first of
-// every three sees it: what it sees is loose.
+// Every cell is seen, either with all cells between or, if `is_loose`, loosely
+// and without any.
 std::vector<SeenCell> AllSeen(size_t cells, bool is_loose) {
   std::vector<SeenCell> seen;
   for (size_t i = 0; i < cells; ++i) {

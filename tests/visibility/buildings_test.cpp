@@ -43,9 +43,9 @@ class BuildingSets : public testing::RealBuildings {
 };
 
 // Townhouse has a cell between two walls that is a wedge, 6.9 mm wide at one
-// end and of no width at the other. Half of all rays go evenly to the cells;
-// of those that it gets, so many begin where it is narrower than their offset,
-// and thus in another cell.
+// end and of no width at the other. Half of all rays go evenly to the cells; of
+// the rays that the wedge gets, this many begin where it is narrower than their
+// offset, and thus in another cell.
 uint64_t RaysOfWedges(const Building& building, uint64_t rays) {
   if (building.info.source_path.find("townhouse") == std::string::npos) {
     return 0;
@@ -57,10 +57,10 @@ uint64_t RaysOfWedges(const Building& building, uint64_t rays) {
                                kWidthM);
 }
 
-// Duplex has surfaces a tenth of a millimetre or two before one another. Such
-// cracks are taken for closed, and rays begin beyond what stands before them.
-// The share is by what was seen (775 rays of 3 million, where other buildings
-// may have 300), not derived, and not each of them was looked at.
+// Duplex has surfaces a tenth of a millimetre or two in front of one another.
+// Such cracks are taken for closed, and rays begin beyond the surface in front.
+// The share is measured (775 rays of 3 million, where other buildings may have
+// 300), not derived, and not every such ray was looked at.
 uint64_t RaysOfCracks(const Building& building, uint64_t rays) {
   return building.info.source_path.find("duplex") == std::string::npos
              ? 0
@@ -111,7 +111,7 @@ using IdPair = std::pair<uint32_t, uint32_t>;
 
 class UntoldSets : public BuildingSets {};
 
-// The Space of each cell of a partition that was told them.
+// The Space of each cell of a partition that was told the Spaces.
 std::map<uint32_t, uint32_t> SpacesOf(const Partition& told) {
   std::map<uint32_t, uint32_t> spaces;
   for (uint32_t i = 0; i < told.cells.size(); ++i) {
@@ -187,8 +187,8 @@ std::set<IdPair> RayPairs(const Building& building,
   return pairs;
 }
 
-// Pairs of cells of the told partition, in Spaces, that no pair of found cells
-// in these Spaces covers.
+// Pairs of cells of the partition that was told the Spaces that no pair of
+// found cells in the same Spaces covers.
 std::vector<IdPair> Uncovered(
     const std::set<IdPair>& told,
     const std::map<uint32_t, uint32_t>& space_of_cell,
@@ -213,8 +213,8 @@ std::vector<IdPair> Uncovered(
   return uncovered;
 }
 
-// Found cells are smaller than Spaces, so their sets may rightly know better
-// than those of the Spaces: but never better than rays.
+// Found cells are smaller than Spaces, so their sets may rightly lack pairs
+// that the sets of the Spaces have, but never pairs that rays find.
 TEST_P(UntoldSets, CoverThePairsThatRaysFindBetweenTheFilesSpaces) {
   const Building told = Build(GetParam());
   const Building found = Build(GetParam(), true);

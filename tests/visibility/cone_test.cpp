@@ -80,7 +80,7 @@ TEST(InteriorOfCone, AgreesWithGlpkOnRandomRows) {
   EXPECT_LT(open, 1500);
 }
 
-// Rows that a hidden vector satisfies by a little: narrow cones are found.
+// A hidden vector satisfies the rows by a little: narrow cones are found.
 TEST(InteriorOfCone, FindsNarrowCones) {
   Random random(2);
   for (int i = 0; i < 500; ++i) {

@@ -1,4 +1,4 @@
-// A store in memory for tests of visibility: a map, and a limit on nothing.
+// A store in memory for tests of visibility: a map without limits.
 
 #pragma once
 

@@ -60,8 +60,8 @@ TEST(Occlusion, WallBlocksWhatCrossesItAndNothingElse) {
   EXPECT_FALSE(Blocked(*wall, {0.3, 0.7, 1}, {0.3, 0.7, 0.5}));
 }
 
-// Faces of a wall in which another ends, whose corners are a little off: what
-// lies behind must not be seen from afar and hidden from near by.
+// A face of a wall lies just in front of another, since corners are a little
+// off: the one behind must not be seen from afar and hidden from near by.
 TEST(Occlusion, ASurfaceJustBeforeAnotherHidesItFromAnyDistance) {
   MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});

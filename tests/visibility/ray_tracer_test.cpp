@@ -256,8 +256,8 @@ TEST(RayTracer, SmallBudgetIsKeptAndLargeBudgetLoadsEachChunkOnce) {
   EXPECT_LE(store.Gets() - before, store.Count(BlockKind::kTrace) - 1);
 }
 
-// Rays out of the middle of a closed room of many patches: at shared edges too
-// none escapes but a few in a hundred thousand.
+// Rays start in the middle of a closed room of many patches: even at shared
+// edges only a few in a hundred thousand escape.
 TEST(RayTracer, ClosedRoomHardlyLeaks) {
   MapStorage store;
   std::vector<Patch> patches;

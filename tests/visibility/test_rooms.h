@@ -50,7 +50,7 @@ inline void Append(std::vector<Patch>& to, const std::vector<Patch>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
-// In a cube with a corner in the origin.
+// A random point in a cube with a corner in the origin.
 inline Point3 RandomPoint(Random& random, double size) {
   return {random.Next() * size, random.Next() * size, random.Next() * size};
 }

@@ -28,7 +28,7 @@ struct Opening2d {
 struct Maze {
   std::array<int, 3> size{};
   std::vector<uint32_t> cell_of_box;
-  // Of each box, towards +x, +y and +z.
+  // The openings of each box towards +x, +y and +z.
   std::vector<std::array<Opening2d, 3>> openings;
   uint32_t cells = 0;
 
@@ -203,8 +203,8 @@ std::vector<VisibleSet> Build(const Partition& partition,
   return sets;
 }
 
-// No walk finds a pair that the sets lack, or passes a cell that is not
-// between. Returns the number of ordered pairs that walks found.
+// Checks that no walk finds a pair that the sets lack, or passes a cell that is
+// not between. Returns the number of ordered pairs that walks found.
 size_t ExpectNoWalkMissed(const Maze& maze,
                           const std::vector<VisibleSet>& sets,
                           int walks) {
@@ -367,8 +367,8 @@ TEST_P(Mazes, SpentBudgetIsConservativeAndReported) {
   EXPECT_GE(PairCount(few_steps), PairCount(all_steps));
 }
 
-// Of the two ends of a ray, neither lies outside of what the other's cell sees;
-// and what it sees is not everything.
+// Each end of a walk lies within what the cell of the other end sees, and that
+// is not everything.
 TEST_P(Mazes, PartsHoldBothEndsOfEveryWalk) {
   constexpr int kWalksOfParts = 20000;
   const Maze maze = RandomMaze(23, {8, 8, 2});
@@ -436,7 +436,8 @@ TEST(VisibleSet, SameBitsForOneThreadAndTwo) {
   EXPECT_EQ(one.Count(BlockKind::kScratch), 0U);
 }
 
-// The budget decides how many cells are explored side by side, and no more.
+// The budget decides how many cells are explored side by side, and nothing
+// else.
 TEST(VisibleSet, SameBitsUnderASmallBudget) {
   const Partition partition = PartitionOf(RandomMaze(5, {8, 8, 2}), true);
   MapStorage roomy;

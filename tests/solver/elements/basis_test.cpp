@@ -74,10 +74,12 @@ class ShapeBasisTest : public ::testing::TestWithParam<ShapeAndKind> {
     return all;
   }
 
-  // As many functions as coefficients, so that these are independent.
+  // True if there are as many functions as coefficients, so that the
+  // coefficients are independent.
   [[nodiscard]] bool IsProper() const { return Monomials().size() == Count(); }
 
-  // The coefficients of a function, by what they mean.
+  // The coefficients of a function: its values at the nodes, or its means over
+  // the cells if the basis is flat.
   [[nodiscard]] std::vector<double> Sample(const Function& f) const {
     std::vector<double> values;
     for (size_t i = 0; i < Count(); ++i) {
@@ -126,7 +128,7 @@ class ShapeBasisTest : public ::testing::TestWithParam<ShapeAndKind> {
     return values;
   }
 
-  // Any coefficients.
+  // Random coefficients in [-1, 1].
   [[nodiscard]] std::vector<double> Anything(uint64_t seed) const {
     Random random(seed);
     std::vector<double> values(Count());
@@ -153,9 +155,9 @@ TEST_P(ShapeBasisTest, PolynomialsAreReproduced) {
 }
 
 TEST_P(ShapeBasisTest, ThereAreAsManyFunctionsAsTheSpaceHas) {
-  // The coefficients of the functions make a projection on the space: its
-  // trace is the space's dimension; where there are no more coefficients than
-  // that it is the identity.
+  // The coefficients of the functions form a projection onto the space. Its
+  // trace is the space's dimension; if there are no more coefficients than
+  // that, the projection is the identity.
   double trace = 0;
   for (size_t i = 0; i < Count(); ++i) {
     const auto row = basis_.CoefficientsOf(basis_, i);
@@ -169,8 +171,8 @@ TEST_P(ShapeBasisTest, ThereAreAsManyFunctionsAsTheSpaceHas) {
 
 TEST_P(ShapeBasisTest, ValuesAtNodesAreOrthogonalCoordinates) {
   // The L2 product of function g with f is w_g f(node g), so that functions of
-  // different nodes are orthogonal and w_g is the square of their norm. The
-  // means of a flat basis have only the first of these for f = 1.
+  // different nodes are orthogonal and w_g is the squared norm of function g.
+  // For the means of a flat basis the product is that only for f = 1.
   const auto products =
       kind_.flat ? std::vector<Function>{Monomial(0, 0)} : Monomials();
   for (const Function& f : products) {
@@ -200,8 +202,8 @@ TEST_P(ShapeBasisTest, WeightsGiveTheMean) {
 }
 
 TEST_P(ShapeBasisTest, PushIsTheTwoScaleRelation) {
-  // The function of the pushed coefficients is the parent's on the child, also
-  // where the coefficients are not those of a polynomial.
+  // The pushed coefficients give the parent's function on the child, even if
+  // the parent's coefficients are not those of a polynomial.
   Random random(3);
   const auto parent = Anything(3);
   for (size_t c = 0; c < kChildren; ++c) {
@@ -230,7 +232,8 @@ TEST_P(ShapeBasisTest, PushOfAPolynomialHasItsCoefficients) {
 }
 
 TEST_P(ShapeBasisTest, PullAfterPushIsTheIdentity) {
-  // Of functions; of coefficients where they are independent.
+  // Pulling what was pushed restores the function, and the coefficients if they
+  // are independent.
   const auto parent = Anything(4);
   std::array<std::vector<double>, kChildren> children;
   for (size_t c = 0; c < kChildren; ++c) {
@@ -248,8 +251,8 @@ TEST_P(ShapeBasisTest, PullAfterPushIsTheIdentity) {
 }
 
 TEST_P(ShapeBasisTest, WhatPullLeavesHasVanishingMoments) {
-  // The difference of children and their projection is orthogonal to every
-  // polynomial of the space: the wavelets' vanishing moments.
+  // The difference between the children and their projection is orthogonal to
+  // every polynomial of the space: the wavelets' vanishing moments.
   std::array<std::vector<double>, kChildren> children;
   for (size_t c = 0; c < kChildren; ++c) {
     children[c] = Anything(10 + c);
@@ -352,8 +355,8 @@ INSTANTIATE_TEST_SUITE_P(
 // A table of W, appendix A.1: rows of a one-dimensional push or pull.
 using Table = std::vector<std::vector<double>>;
 
-// Child (0, 0) of the tensor product: the lower half along both edges, or
-// child 3, the upper.
+// Checks child (0, 0) of the tensor product, the lower half along both edges,
+// or child 3, the upper half.
 void ExpectTensorProduct(const ShapeBasis& basis,
                          size_t child,
                          const Table& push,
@@ -364,7 +367,7 @@ void ExpectTensorProduct(const ShapeBasis& basis,
       EXPECT_NEAR(basis.Push(child, q, g),
                   push[q % k][g % k] * push[q / k][g / k],
                   kDoubleRounding);
-      // They print pulls to six digits.
+      // W prints pulls to six digits.
       EXPECT_NEAR(basis.Pull(child, q, g),
                   pull[q % k][g % k] * pull[q / k][g / k],
                   1e-6);

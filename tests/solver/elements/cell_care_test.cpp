@@ -1,4 +1,4 @@
-// How much more carefully than others patches are refined.
+// How much more carefully some patches are refined than others.
 
 #include "solver/elements/cell_care.h"
 
@@ -47,8 +47,8 @@ TEST(CellCare, NothingIsRaisedWhereTheErrorIsSmallEnough) {
   EXPECT_EQ(care[1].care, 1);
 }
 
-// The squares of a patch fall with the 1.3th root of tau; the level is where
-// those of all add up to what is wanted.
+// The squared error of a patch falls with the 1.3th root of tau; at the level
+// sought, the squared errors of all patches add up to what is wanted.
 TEST(CellCare, TheLevelLeavesWhatIsWanted) {
   const std::vector<LinkErrors> known = {{4, 10}, {2, 20}, {1, 200}};
   const LinkErrors rest = {1, 10000};
@@ -114,8 +114,8 @@ TEST_F(ProbedPatches, OneProbeSaysNothingOfAPatchButOfAll) {
   EXPECT_EQ(errors_.OfAll(), 6);
 }
 
-// As many probes as a patch has the share of, each of the integral over that
-// patch over its share.
+// Each patch gets probes in proportion to its share; the value of a probe is
+// the integral over the patch divided by that share.
 TEST_F(ProbedPatches, ManyProbesAddUpToTheWhole) {
   constexpr std::array<double, 3> kSquare = {2, 0.5, 7};
   constexpr std::array<double, 3> kShare = {0.5, 0.375, 0.125};
@@ -132,14 +132,16 @@ TEST_F(ProbedPatches, ManyProbesAddUpToTheWhole) {
   EXPECT_NEAR(errors_.OfAll(), 9.5, 1e-9);
   std::vector<float> seen = errors_.Of(CellId(0U), 2);
   seen.push_back(errors_.Of(CellId(1U), 1)[0]);
-  // Less one standard deviation: a share of one over the root of the probes.
+  // One standard deviation is subtracted: one over the root of the number of
+  // probes, as a share.
   for (size_t p = 0; p < kSquare.size(); ++p) {
     const double known = 1 - 1 / std::sqrt(kProbes * kShare[p]);
     EXPECT_NEAR(seen[p], kSquare[p] * known, 1e-4 * kSquare[p]);
   }
 }
 
-// A patch whose probes differ in sign is as likely right as wrong.
+// If the probes of a patch differ in sign, the patch is as likely right as
+// wrong.
 TEST_F(ProbedPatches, NoiseIsNoError) {
   for (int i = 0; i < 10; ++i) {
     errors_.Add(CellId(1U), PatchId(0U), 0.3, i % 2 == 0 ? 5 : -4);

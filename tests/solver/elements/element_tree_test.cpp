@@ -1,5 +1,5 @@
-// Element trees, and what they receive, in the store: what is saved is what is
-// loaded.
+// Element trees and the light they receive, in the store: a load returns what
+// was saved.
 
 #include "solver/elements/element_tree.h"
 
@@ -124,8 +124,8 @@ TEST_F(StoredTree, HasADeltaBeside) {
   EXPECT_EQ(store_.Count(BlockKind::kCellDelta), 0U);
 }
 
-// Elements that are made where the delta is not in memory have the part of it
-// that they would have, had it been there: that of the ancestor they are of.
+// Elements that are made while the delta is not in memory get the same part of
+// it as if it had been in memory: the part of their ancestor.
 TEST_F(StoredTree, LetsItsDeltaGrowToElementsMadeSince) {
   CoefficientArray delta(shape_.Stride());
   delta.GrowTo(tree_.Size());
@@ -162,7 +162,8 @@ TEST_F(StoredTree, LetsItsDeltaGrowToElementsMadeSince) {
   }
 }
 
-// Its structure is in pages: none is missing, or of an earlier state.
+// The tree's structure is stored in pages: a load throws if a page is missing
+// or of an earlier state.
 TEST_F(StoredTree, LacksNoElements) {
   tree_.Save(store_, kCell);
   const BlockKey first{BlockKind::kCellTree, kCell.value, 0, 1};
@@ -194,7 +195,7 @@ TEST_F(StoredTree, WhatItReceivedComesBackWhole) {
              received_.gathered);
 }
 
-// Others have made elements meanwhile.
+// Elements that were added after the save have received nothing.
 TEST_F(StoredTree, ElementsThatWereAddedHaveReceivedNothing) {
   for (const size_t more : {size_t{1}, CoefficientArray::kPageElements + 7}) {
     received_.Save(store_, kCell);

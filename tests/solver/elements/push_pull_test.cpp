@@ -124,7 +124,7 @@ TEST_P(PushPullTest, ConstantIrradianceOfTheRootIsReflectedEverywhere) {
 }
 
 TEST_P(PushPullTest, IrradianceOfAPointIsTheSumOverItsElements) {
-  // 1 on every element: a leaf at level n has n + 1.
+  // Every element has gathered 1, so a leaf at level n has n + 1.
   ForEachNode(
       [&](ElementId e, size_t, size_t, size_t at) { gathered_[e][at] = 1; });
   const CoefficientArray b =
@@ -160,14 +160,15 @@ TEST_P(PushPullTest, ParentsAreTheProjectionOfTheirChildren) {
     if (child == 0) {
       return;
     }
-    // The projection has the children's inner product with every function.
+    // The projection has the same inner product with every function as the
+    // children.
     const ShapeBasis& basis = BasisOf(e);
     double projected = 0;
     for (size_t k = 0; k < kChildren; ++k) {
       for (size_t q = 0; q < basis.NodeCount(); ++q) {
         const auto of_child = b[ElementId(child + k)];
         const float v = of_child[c * tree_.Shape().NodeStride() + q];
-        // The child's node lies at a point of the parent, weighs a quarter.
+        // The child's node lies at a point of the parent and weighs a quarter.
         const ChildFrame frame = FrameOfChild(PatchOf(e).shape, k);
         const UnitPoint node = basis.Node(q);
         const UnitPoint at_parent = {frame.a + frame.scale * node.a,

@@ -1,5 +1,5 @@
-// The gather: what a link of each kind brings is what its kernel makes of the
-// light of its source.
+// The gather: a link of each kind brings what its kernel makes of the light of
+// the source.
 
 #include "solver/links/gather.h"
 
@@ -54,7 +54,7 @@ class RandomPairOfPatches {
     return {values.begin(), values.end()};
   }
 
-  // The same by a kernel [receiver node][source node].
+  // The same, computed with a kernel [receiver node][source node].
   std::vector<float> Expected(const Kernel& kernel) {
     std::vector<float> values;
     const auto sent = cell_.Tree().Sent()[ElementId(kSource)];
@@ -76,7 +76,8 @@ class RandomPairOfPatches {
   }
 
  private:
-  // About one metre large, `height` up, the front towards the other.
+  // Draws a patch about one metre large at `height`, with its front towards the
+  // other patch.
   Patch Draw(double height) {
     const auto off = [this] { return 0.6 * (random_->Next() - 0.5); };
     const Vec3 u{1 + off(), off(), off()};
@@ -145,7 +146,8 @@ TEST_F(GatheredLink, FarBringsWhatIsVisibleOfTheQuadrature) {
   });
 }
 
-// The quadrature of what is visible, with the sum that is given.
+// A near link brings the quadrature of the visible node pairs, scaled to the
+// stored sum.
 TEST_F(GatheredLink, NearBringsTheQuadratureScaledToItsSum) {
   ForEachCase([this](RandomPairOfPatches& pair) {
     const auto visible = static_cast<uint16_t>(random_.NextBelow(1U << 16));
@@ -175,7 +177,8 @@ TEST_F(GatheredLink, ShapedBringsWhatItsCodeSays) {
   });
 }
 
-// The mean of the source to all nodes of the receiver, and to no others.
+// A weak link brings the mean of the source to all nodes of the receiver, and
+// to no others.
 TEST_F(GatheredLink, WeakBringsTheMean) {
   ForEachCase([this](RandomPairOfPatches& pair) {
     const uint16_t code = EncodeCoefficient(static_cast<float>(random_.Next()));

@@ -66,10 +66,11 @@ TEST_F(KernelCode, KeepsZeros) {
   }
 }
 
-// Squares of roots are at most 2 * most - 1 of most^2 apart. A coefficient
-// takes half of that in its own rounding and, since roots of smaller ones are
-// nearer to each other, no more than that from one before it. The scale that
-// keeps the sum is the mean of such errors, weighted by size.
+// Squares of adjacent roots are at most 2 * most - 1 of most^2 apart. A
+// coefficient takes half of that by its own rounding and no more than that from
+// the coefficient before it, since the squares of smaller roots are closer
+// together. The error of the scale that keeps the sum is the mean of these
+// errors, weighted by size.
 TEST_F(KernelCode, KeepsEachCoefficientToAShareOfTheLargest) {
   const double apart = (2 * kMostRoot - 1) / (kMostRoot * kMostRoot);
   for (int n = 0; n < 1000; ++n) {
@@ -94,9 +95,10 @@ TEST_F(KernelCode, KeepsTheSum) {
   }
 }
 
-// Four roundings of their own would each be off by the root of a twelfth of a
-// step, and their sum by twice that; with what one takes from the next there is
-// the rounding of the smallest, and the common scale.
+// Four independent roundings would each be off by the root of a twelfth of a
+// step, and their sum by twice that. Since each coefficient takes over the
+// rounding error of another, only the rounding of the smallest and of the
+// common scale is left.
 TEST_F(KernelCode, KeepsTheSumsOfRows) {
   const double step = 2 * 0.84 / kMostRoot;  // at the mean root, of 1 to 2
   double squared = 0;
@@ -119,8 +121,8 @@ TEST_F(KernelCode, KeepsTheSumsOfRows) {
             step / std::sqrt(12) + std::ldexp(1.0, -11));
 }
 
-// Nothing is lost on one side: what many kernels bring together is right for a
-// source that is bright at any one of its nodes.
+// Rounding is not one-sided: the sum of many kernels is right for a source that
+// is bright at any one of its nodes.
 TEST_F(KernelCode, IsNotOneSided) {
   std::array<double, kTransferNodes> exact{};
   std::array<double, kTransferNodes> restored{};

@@ -65,8 +65,8 @@ TEST(ChunkWriter, WritesEachChunkOnceAndTellsWhatItTakes) {
   }
 }
 
-// A pair has the same chunks whatever the threads, and its reader never meets
-// one that is still under way.
+// A pair has the same chunks for any number of threads, and its reader never
+// meets a chunk that is still being written.
 TEST(LinkWriter, HandsChunksOutInOrderAndWritesThemAll) {
   const size_t links = 60'000;
   std::vector<std::vector<size_t>> sizes;
@@ -103,8 +103,8 @@ TEST(LinkWriter, HandsChunksOutInOrderAndWritesThemAll) {
   EXPECT_GT(sizes[0].size(), 1U);
 }
 
-// What fails beside the work is told where it is waited for; who goes without
-// waiting loses no more than the chunk.
+// A write that fails in the background is reported where the writer waits for
+// it; a writer that goes without waiting loses no more than the chunk.
 TEST(ChunkWriter, AFullDiskIsToldAtTheEnd) {
   for (const bool waits : {true, false}) {
     const TemporaryFolder folder;
@@ -135,7 +135,7 @@ TEST(ChunkWriter, AFullDiskIsToldAtTheEnd) {
   }
 }
 
-// A store into which nothing goes.
+// A store in which every Put fails as on a full disk.
 class FullStorage : public test::MapStorage {
  public:
   uint64_t Put(const BlockKey& /*key*/,

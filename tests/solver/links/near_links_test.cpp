@@ -1,5 +1,5 @@
-// Links of elements that are close: what the store keeps of them suffices for
-// the light that they bring.
+// Links of close elements: what the store keeps of a link suffices to rebuild
+// the light that it brings.
 
 #include "solver/elements/element_tree.h"
 #include "solver/links/link_codes.h"
@@ -24,7 +24,7 @@ using test::Scenery;
 
 constexpr double kRoomTau = 0.01;
 
-// What the receiver's nodes get of a source of 1 W/m2.
+// What the receiver's nodes get from a source of 1 W/m2.
 using Gain = std::array<float, kTransferNodes>;
 
 // A furnished room that is linked to itself.
@@ -57,7 +57,8 @@ class LinkedRoom : public ::testing::Test {
     return MakeTransferEnd(geometry, FrameOfPath(geometry.shape, path));
   }
 
-  // Of the quadrature of what is visible, scaled to the sum.
+  // The gain by the quadrature of the visible node pairs, scaled to the stored
+  // sum.
   [[nodiscard]] Gain Rebuilt(const RawLink& link) const {
     Kernel kernel =
         QuadratureKernel(End(link.receiver_patch, link.receiver_path),
@@ -72,7 +73,8 @@ class LinkedRoom : public ::testing::Test {
     return gain;
   }
 
-  // By what they differ, as refinement weighs it, in tau.
+  // The difference between the link's gain and `gain` in units of tau, weighed
+  // as refinement weighs errors.
   [[nodiscard]] double Difference(const RawLink& link, const Gain& gain) const {
     double square = 0;
     for (size_t g = 0; g < kTransferNodes; ++g) {
@@ -103,7 +105,7 @@ TEST_F(LinkedRoom, NearAndShapedLinksKeepTheirSum) {
   EXPECT_GT(ForEach(LinkKind::kShaped, check), 100U);
 }
 
-// Sources are even here: what rows are off by is all.
+// The sources are even here, so the errors of rows are the whole error.
 TEST_F(LinkedRoom, NearLinksAreRebuiltWhereThatIsNotSeen) {
   ForEach(LinkKind::kNear, [&](const RawLink& link, const RawLinks& /*item*/) {
     const Gain rebuilt = Rebuilt(link);
@@ -112,8 +114,8 @@ TEST_F(LinkedRoom, NearLinksAreRebuiltWhereThatIsNotSeen) {
   });
 }
 
-// Of a row a code of roots in 255ths is off by half a step of its smallest
-// coefficient and of the common scale: far less than what is rebuilt may be.
+// A code of roots in 255ths puts a row off by half a step of its smallest
+// coefficient and of the common scale, far less than a rebuilt link may be off.
 TEST_F(LinkedRoom, ShapedLinksBringWhatTheirCodesSay) {
   ForEach(LinkKind::kShaped, [&](const RawLink& link, const RawLinks& item) {
     const KernelColumns columns =

@@ -35,7 +35,8 @@ TEST(AccessTrace, StaysSmallHoweverOftenAThingIsUsed) {
   EXPECT_EQ(reads.compulsory, 200U);
 }
 
-// A solve that reads ever other blocks: each is read once, whatever is kept.
+// A solve that keeps reading new blocks reads each of them once, whatever is
+// kept.
 TEST(AccessTrace, StaysSmallHoweverManyThingsThereAre) {
   AccessTrace trace(kOwnBytes);
   trace.SetCapacity(1 << 20);
@@ -79,8 +80,8 @@ TEST(AccessTrace, ForgetsWhatItHasSaid) {
   EXPECT_EQ(trace.TakeReads().belady, 5U);
 }
 
-// A random play of uses, some inside others, told to a trace and, step by step,
-// to the cache itself.
+// A random sequence of uses, some inside others, that is told to a trace and,
+// step by step, to the cache itself.
 struct Play {
   std::vector<CacheStep> steps;
   std::vector<CachedBytes> sizes;
@@ -99,8 +100,8 @@ struct Play {
   }
 };
 
-// Uses of 12 things with room for some; returns the trace's own measure and
-// that of the steps as they are.
+// Uses of 12 things with room for some; returns the measure of all steps as
+// they are, then the trace's own measure.
 std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
                                             uint64_t own_bytes,
                                             uint64_t most_bytes) {
@@ -119,7 +120,7 @@ std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
   std::vector<bool> in_use(kThings, false);
   size_t uses = 0;
   for (int i = 0; i < 600; ++i) {
-    // Near ones more often than others, as blockers are.
+    // Things near the current place are used more often, as blockers are.
     const uint32_t thing = (static_cast<uint32_t>(i) / 40 +
                             random.NextBelow(3) + random.NextBelow(4)) %
                            kThings;
@@ -144,7 +145,7 @@ std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
   return {cache.TakeReads(), {reads.belady, reads.compulsory}};
 }
 
-// What is left out of the trace changes nothing.
+// Uses that the trace leaves out change nothing in what it measures.
 TEST(AccessTrace, MeasuresAsIfAllUsesWereNoted) {
   for (uint64_t seed = 1; seed <= 300; ++seed) {
     const auto [whole, traced] = Compare(seed, kOwnBytes, 16);
@@ -153,7 +154,7 @@ TEST(AccessTrace, MeasuresAsIfAllUsesWereNoted) {
   }
 }
 
-// A trace that cannot hold all of it looks less far ahead, and reads no less.
+// A trace too short for all uses looks less far ahead and reads no less.
 TEST(AccessTrace, ShortTracesReadNoLessAndLittleMore) {
   constexpr uint64_t kShort = 100;
   uint64_t whole_bytes = 0;
@@ -170,7 +171,7 @@ TEST(AccessTrace, ShortTracesReadNoLessAndLittleMore) {
             1.1 * static_cast<double>(whole_bytes));
 }
 
-// Both blockers of a cell come of one read, unless one was there.
+// One read brings both blockers of a cell, unless one of them is in memory.
 TEST(AccessTrace, WhatComesAlongCostsOneRead) {
   AccessTrace trace(kOwnBytes);
   trace.SetCapacity(100);

@@ -1,4 +1,4 @@
-// What is evicted first is what is needed last.
+// What is needed last is evicted first.
 
 #include "solver/paging/next_use.h"
 
@@ -41,7 +41,7 @@ std::unique_ptr<BlockStorage> RowOfRooms(size_t cells) {
   return store;
 }
 
-// What a pair of a sweep needs.
+// A receiver and its source, one pair of a sweep.
 struct Pair {
   CellId receiver;
   VisibleCell source;
@@ -73,7 +73,7 @@ class NextUseInRow : public ::testing::Test {
     ASSERT_LT(order_.size(), kCells * kCells) << "all rooms see each other";
   }
 
-  // Steps from one to the next that is wanted, around the end of the sweep.
+  // Steps from `from` to the next wanted pair, around the end of the sweep.
   size_t Steps(size_t from, const std::function<bool(const Pair&)>& is_wanted) {
     size_t k = 0;
     while (k < 2 * order_.size() &&
@@ -83,7 +83,7 @@ class NextUseInRow : public ::testing::Test {
     return k;
   }
 
-  // Tells it of the work, from the beginning of the receiver's turn.
+  // Tells `next` of the work, from the beginning of the receiver's turn.
   void MoveTo(size_t at, NextUse* next) {
     const Pair& pair = order_[at];
     std::vector<VisibleCell> sources;
@@ -101,8 +101,8 @@ class NextUseInRow : public ::testing::Test {
   MemoryBudget budget_{kRoomy};
 };
 
-// The rule, against the schedule itself: the farther the use, the larger the
-// distance.
+// Checks the rule against the schedule itself: the later the use, the larger
+// the distance.
 template <typename Distance, typename StepsTo>
 void ExpectSameOrder(const Distance& distance, const StepsTo& steps) {
   for (size_t i = 0; i < 6; ++i) {
@@ -137,7 +137,7 @@ TEST_F(NextUseInRow, OrdersCellsAsPropagationDoes) {
   }
 }
 
-// What a cell has received is needed when it has its turn, and by nobody else.
+// What a cell has received is needed in that cell's own turn only.
 TEST_F(NextUseInRow, OrdersWhatIsReceivedByTurns) {
   NextUse next(*store_, kCells, budget_);
   for (const Pair& p : order_) {
@@ -163,8 +163,8 @@ TEST_F(NextUseInRow, OrdersWhatIsReceivedByTurns) {
   }
 }
 
-// What a cell has sent is needed where others gather it: not while links are
-// made, which takes the whole tree.
+// What a cell has sent is needed where others gather it, but not while links
+// are made, which takes the whole tree.
 TEST_F(NextUseInRow, OrdersNewsByThoseWhoGatherThem) {
   NextUse next(*store_, kCells, budget_);
   for (const Pair& p : order_) {
@@ -222,7 +222,8 @@ TEST_F(NextUseInRow, LeavesOutPairsWithoutLinks) {
   }
 }
 
-// What has not changed since a receiver looked is not looked at again.
+// A receiver does not look again at a source that has not changed since it
+// looked.
 TEST_F(NextUseInRow, LeavesOutSourcesWithoutNews) {
   NextUse next(*store_, kCells, budget_);
   std::vector<CellRow> rows(kCells);
@@ -237,8 +238,8 @@ TEST_F(NextUseInRow, LeavesOutSourcesWithoutNews) {
   next.StartSweep(SweepKind::kPropagate);
   next.StartTurn(CellId(2U), {});
   next.MoveTo(CellId(2U), CellId(2U));
-  // Cell 4 sees cell 3 and so has its turn; nothing is new for cell 3 but what
-  // cell 2 may have in a moment.
+  // Cell 4 sees cell 3, which has news, and so has its turn. Cell 3 has nothing
+  // new to gather except what cell 2 may have in a moment.
   EXPECT_LT(next.OfCell(CellId(3U)), next.OfCell(CellId(4U)));
   EXPECT_LT(next.OfCell(CellId(4U)), next.OfCell(CellId(1U)));
   rows[3].published = 9;
@@ -252,7 +253,8 @@ TEST_F(NextUseInRow, KnowsWhatStandsBetweenInATurn) {
     MoveTo(at, &next);
     const CellId receiver = order_[at].receiver;
     const CellId source = order_[at].source.source;
-    // Sources have their places, the receiver itself comes last.
+    // Each source has its place in the turn, and the receiver itself comes
+    // last.
     const size_t left = source == receiver ? 0 : kCells - source.Index();
     for (size_t i = 0; i < kCells; ++i) {
       const size_t steps = Steps(at, [&](const Pair& p) {
@@ -271,7 +273,8 @@ TEST_F(NextUseInRow, KnowsWhatStandsBetweenInATurn) {
   EXPECT_EQ(next.OfBlockers(CellId(0U)), NextUse::kNever);
 }
 
-// The budget may have room for it where the process has none.
+// The budget may have room for the order of a turn although the process has
+// none.
 TEST_F(NextUseInRow, HoldsTheOrderOfATurnWhereTheProcessHasRoom) {
   const std::vector<char> ballast(64 << 20, 1);
   MemoryBudget narrow(1 << 20);
@@ -284,8 +287,8 @@ TEST_F(NextUseInRow, HoldsTheOrderOfATurnWhereTheProcessHasRoom) {
   EXPECT_EQ(ballast.back(), 1);
 }
 
-// Those of pairs come once in a sweep, those of a cell with itself again and
-// again at the end of its turn.
+// The links of a pair are read once in a sweep, those of a cell with itself
+// again and again at the end of the cell's turn.
 TEST_F(NextUseInRow, OrdersLinksAsTheyAreRead) {
   NextUse next(*store_, kCells, budget_);
   next.StartSweep(SweepKind::kPropagate);

@@ -46,7 +46,8 @@ TEST(AbutAlongEdge, IsSharingMoreThanAPointOfAnEdge) {
   const auto touching = RightAngle(0);
   EXPECT_TRUE(Abut(touching));
   EXPECT_FALSE(Abut(RightAngle(0.01)));
-  // Quarters at the line: one beside the other, and one step along it.
+  // Quarters at the line: first side by side, then one step apart along the
+  // line.
   const ElementFrame low{0, 0, 0.5F};
   EXPECT_TRUE(Abut(touching, low, low));
   EXPECT_FALSE(Abut(touching, low, {0.5F, 0, 0.5F}));  // a corner is shared
@@ -55,9 +56,9 @@ TEST(AbutAlongEdge, IsSharingMoreThanAPointOfAnEdge) {
   EXPECT_TRUE(Abut(touching, {}, {0.25F, 0, 0.125F}));
 }
 
-// R keeps means and S makes a constant of a constant: so what a constant source
-// brings in all is the mean over the receiver's boxes of what their centers see
-// of it.
+// R keeps means and S makes a constant of a constant. The total that a constant
+// source brings is therefore the mean, over the receiver's boxes, of what their
+// centers see of the source.
 TEST(FlatletTransfer, BringsWhatTheCentersOfBoxesSee) {
   const auto patches = RightAngle(0);
   for (const size_t order : {size_t{1}, size_t{2}, size_t{3}}) {
@@ -91,9 +92,8 @@ TEST(FlatletTransfer, BringsWhatTheCentersOfBoxesSee) {
   }
 }
 
-// The relative difference of the two is the square of size over distance, of
-// ends of at most 0.1 that are 10 apart: 1e-4 of a kernel of at most 0.01 /
-// 314.
+// The two differ by the square of size over distance: for ends of at most 0.1
+// that are 10 apart, by 1e-4 of a kernel of at most 0.01 / 314.
 TEST(SwitchOverTransfer, IsPlainWhereSourcesAreFar) {
   auto patches = test::RandomPatches(3, 40, 0.1, 0.1);
   for (size_t i = 0; i < patches.size(); i += 2) {
@@ -127,8 +127,8 @@ TEST(FormFactorEstimate, IsThatOfPointsWhereEndsAreFar) {
   EXPECT_FLOAT_EQ(FormFactorEstimate(b, a), PointToPoint(b, a));
 }
 
-// However the two are turned: their centers may be behind each other where
-// their rims are not.
+// The estimate is positive however the ends are turned: their centers may be
+// behind each other although their rims are not.
 TEST(FormFactorEstimate, IsNowhereZeroWhereLightMayPass) {
   const auto geometry = test::GeometryOf(test::RandomPatches(5, 400, 2, 1));
   for (size_t i = 0; i + 1 < geometry.size(); i += 2) {
@@ -164,8 +164,8 @@ class Oracles : public ::testing::Test {
   }
 };
 
-// By brightness: what is twice as bright is twice as wrong, what is dark is
-// not. The form factor alone knows nothing of it.
+// A source that is twice as bright has twice the error, and a dark source has
+// none. Only the form-factor oracle ignores brightness.
 TEST_F(Oracles, WeighBrightnessButForTheFormFactor) {
   const auto patches = Ends(0.5);
   const std::vector<TransferEnd> ends = {MakeTransferEnd(patches[0], {}),
@@ -197,9 +197,9 @@ TEST_F(Oracles, PowerIsTheSameBothWays) {
   EXPECT_TRUE(Of(OracleKind::kPower, basis, {b, a}, 1).source_is_worse);
 }
 
-// Half the size: power goes with both areas, 1/16, and what a polynomial of
-// degree below k leaves of the kernel with h^k. The next term of the series is
-// h / r = 0.1 of it at first.
+// At half the size, power falls to 1/16, with both areas, and what a polynomial
+// of degree below k leaves of the kernel falls with h^k. The next term of the
+// series is h / r = 0.1 of that at first.
 TEST_F(Oracles, PolynomialFallsWithTheOrderOfTheBasis) {
   for (const size_t order : {size_t{1}, size_t{2}, size_t{3}}) {
     const Basis basis(order);

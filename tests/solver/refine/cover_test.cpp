@@ -1,4 +1,4 @@
-// Covers are found where something stands, and looked for nowhere else.
+// Covers are found where something stands and are searched for nowhere else.
 
 #include "solver/refine/cover.h"
 
@@ -29,8 +29,8 @@ void Fill(std::span<float> coefficients, float value) {
   std::fill(coefficients.begin(), coefficients.end(), value);
 }
 
-// A cell with the covers found on it. All of it reflects 1 W/m2, unless it is
-// lit in another way.
+// A cell with the covers found on it. All patches reflect 1 W/m2 unless another
+// light is given.
 class CoveredCell {
  public:
   using Light = std::function<void(std::span<const PatchGeometry>, CellTree*)>;
@@ -97,7 +97,7 @@ std::vector<Patch> BareRoom() {
   return BoxPatches(kRoomBox, true);
 }
 
-// A low plinth on the floor, too low and narrow to be looked out of.
+// A plinth on the floor, too low and narrow for a view out from under it.
 constexpr Box3 kPlinth = {{1.3, 2.1, 0}, {1.6, 2.4, 0.1}};
 
 std::vector<Patch> RoomWithPlinth() {
@@ -127,7 +127,7 @@ double LeafArea(ElementFrame leaf) {
 
 TEST(Cover, BareRoomHasNone) {
   // In the corner between two walls half of the directions are blocked: one
-  // point in 2^16 is taken for covered.
+  // point in 2^16 is mistaken for covered.
   const CoveredCell cell(BareRoom(), 0.2);
   ASSERT_EQ(cell.Found().receivers.size(), 6U);
   for (const ClusterItem& item : cell.Found().receivers) {
@@ -137,10 +137,10 @@ TEST(Cover, BareRoomHasNone) {
 
 TEST(Cover, BareRoomIsLookedAtInStripsAlongItsEdgesOnly) {
   const CoveredCell cell(BareRoom(), 0.2);
-  // One point for 8 cm2 of the four strips of 0.05 m along the edges of each of
-  // six walls, of at most 4 m. At least half of all directions are free there,
-  // so a point takes 2 rays on the average, with a variance of 2 at most; 5
-  // standard deviations on top.
+  // There is one point per 8 cm2 of the four strips of 0.05 m along the edges
+  // of each of six walls, of at most 4 m. At least half of all directions are
+  // free there, so a point takes 2 rays on the average, with a variance of 2 at
+  // most; 5 standard deviations are added.
   const double points = 6 * 4 * kRoomEdge * 0.05 / 8e-4;
   EXPECT_GT(cell.Found().rays, 0U);
   EXPECT_LE(static_cast<double>(cell.Found().rays),
@@ -165,9 +165,9 @@ TEST(Cover, BoxOnTheFloorIsFound) {
   for (const ElementFrame leaf : leaves) {
     const double share = CoveredShare(leaf);
     const double error = std::sqrt(share * (1 - share) * LeafArea(leaf));
-    // Twice for the noise of the sampled share: where that error is 2 tau, the
-    // share is (2 tau)^2 / area or more, of one point for 8 cm2 at least 12; to
-    // be taken for tau, 3 or fewer must have been hit.
+    // The bound is 2 tau because the share is sampled. If the error is 2 tau,
+    // the share is (2 tau)^2 / area or more, which is at least 12 points at one
+    // per 8 cm2; the error passes for tau only if 3 or fewer of them were hit.
     EXPECT_LE(error, 2 * tau) << leaf.a << " " << leaf.b << " " << leaf.scale;
     covered += share > 0.5 ? LeafArea(leaf) : 0;
   }
@@ -175,8 +175,8 @@ TEST(Cover, BoxOnTheFloorIsFound) {
   EXPECT_NEAR(covered, 0.3 * 0.3, 0.3 * 0.3 * 0.5);
 }
 
-// The floor is lit within the square metre that the plinth stands on and
-// nowhere else, or everywhere else and not there.
+// Lights the square metre of the floor that the plinth stands on with `inside`,
+// and the rest of the floor with `outside`.
 CoveredCell::Light LightAboutThePlinth(float inside, float outside) {
   return [=](std::span<const PatchGeometry> patches, CellTree* tree) {
     ElementPath path = kRootPath;
@@ -205,7 +205,8 @@ CoveredCell::Light LightAboutThePlinth(float inside, float outside) {
   };
 }
 
-// By the mean of the floor the plinth's edges would be an error of 0.02.
+// Weighed by the mean light of the floor, the plinth's edges would be an error
+// of only 0.02.
 TEST(Cover, IsFoundInTheOneBrightPlaceOfADarkPatch) {
   const double tau = 0.05;
   const CoveredCell cell(
@@ -226,8 +227,8 @@ TEST(Cover, IsNotSplitInTheOneDarkPlaceOfABrightPatch) {
   }
 }
 
-// The feet of chairs are a thousandth of the floor that they stand on: one that
-// was missed on the way down would be lit like the floor around it.
+// The feet of chairs are a thousandth of the floor that they stand on: a foot
+// that was missed on the way down would be lit like the floor around it.
 TEST(Cover, EveryFootIsFound) {
   constexpr double kFoot = 0.04;
   constexpr double kTau = 0.01;
@@ -256,16 +257,16 @@ TEST(Cover, EveryFootIsFound) {
           overlap(kRoomEdge * static_cast<double>(leaf.a), width, low.x) *
           overlap(kRoomEdge * static_cast<double>(leaf.b), width, low.y);
     }
-    // Not split, a foot is an error of 4 tau. Where an element's is 3 tau, 7 of
-    // 32 points or more are covered on the average; to be taken for tau, none
-    // must have been hit.
+    // A foot in an unsplit element is an error of 4 tau. If an element's error
+    // is 3 tau, 7 of 32 points or more are covered on the average; the error
+    // passes for tau only if none of them was hit.
     EXPECT_LE(std::sqrt(covered * (1 - covered / LeafArea(leaf))), 3 * kTau)
         << leaf.a << " " << leaf.b << " " << leaf.scale;
   }
 }
 
-// The facets of a round leg are narrow: what it stands on is farther from each
-// of them than they are wide.
+// The facets of a round leg are narrow: the floor under the leg is farther from
+// each facet than the facet is wide.
 TEST(Cover, TheFootOfARoundLegIsFound) {
   constexpr int kFacets = 48;
   constexpr double kRadius = 0.04;
@@ -293,8 +294,8 @@ TEST(Cover, TheFootOfARoundLegIsFound) {
   EXPECT_NEAR(covered, kPi * kRadius * kRadius, 0.5 * kPi * kRadius * kRadius);
 }
 
-// The RMS over the floor of what is lost by taking each leaf for covered in its
-// mean.
+// The root of the integral over the floor of the squared error of taking each
+// leaf for evenly covered.
 double EdgeError(double tau) {
   double square = 0;
   for (const ElementFrame leaf : CoveredCell(RoomWithPlinth(), tau).Leaves(0)) {
@@ -308,7 +309,7 @@ TEST(Cover, ErrorOfItsEdgesFallsWithTheRootOfTau) {
   const double whole = std::sqrt(0.09 * (1 - 0.09 / 16));  // one element
   EXPECT_NEAR(EdgeError(1), whole, 1e-4);
   // Leaves on the edge are about as wide as tau / reflected, and the strip that
-  // they make up is in the wrong by a constant: its area falls with tau.
+  // they form is wrong by a constant: its area falls with tau.
   const double slope =
       std::log(EdgeError(0.2) / EdgeError(0.005)) / std::log(0.2 / 0.005);
   EXPECT_NEAR(slope, 0.5, 0.1);
@@ -316,7 +317,7 @@ TEST(Cover, ErrorOfItsEdgesFallsWithTheRootOfTau) {
 
 TEST(Cover, OnlyWhatIsPartlyCoveredIsSplit) {
   const CoveredCell cell(RoomWithPlinth(), 0.05);
-  // A parent of four leaves must have been crossed by the edge of the cover.
+  // The edge of the cover must cross the parent of every leaf.
   for (const ElementFrame leaf : cell.Leaves(0)) {
     if (leaf.scale == 1) {
       continue;
@@ -331,7 +332,7 @@ TEST(Cover, OnlyWhatIsPartlyCoveredIsSplit) {
   }
 }
 
-// Every path's leaves tile its patch: none is an ancestor of another, and their
+// The leaves of every patch tile it: none is an ancestor of another, and their
 // areas add up.
 void ExpectTiled(const CoveredCell& cell) {
   std::vector<std::vector<ElementPath>> paths(cell.Geometry().size());
@@ -355,8 +356,8 @@ void ExpectTiled(const CoveredCell& cell) {
 
 TEST(Cover, LeavesTileTheirPatches) {
   std::vector<Patch> patches = RoomWithPlinth();
-  // A triangle that lies half under the plinth's neighbour, 5 mm below it: what
-  // gets in at the sides is no view.
+  // A triangle lies half under the plinth's neighbour, 5 mm below it: the gap
+  // at the sides is no view.
   Append(patches, BoxPatches({{3, 3, 0.985}, {3.2, 3.2, 1.1}}, false));
   patches.push_back(test::Triangle({2.9, 2.9, 0.98}, {0, 0.5, 0}, {0.5, 0, 0}));
   std::swap(patches.back().u, patches.back().v);  // faces up, to the box
@@ -371,8 +372,8 @@ TEST(Cover, BlackPatchesReceiveNothing) {
   EXPECT_TRUE(CoveredCell(patches, 0.05).Leaves(0).empty());
 }
 
-// A box around the floor's middle that is open above by a slit: a twentieth of
-// the light gets in, now here, now there, and there is no edge to be found.
+// A box around the floor's middle is open above by a slit: a twentieth of the
+// light gets in, here and there, and there is no edge to find.
 TEST(Cover, ANarrowViewIsNoEdge) {
   std::vector<Patch> patches = BareRoom();
   Append(patches, BoxPatches({{1, 1, 0}, {1.3, 1.01, 0.1}}, false));

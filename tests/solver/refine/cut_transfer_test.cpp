@@ -1,6 +1,6 @@
-// Transfers of which one end lies on both sides of the other's plane: the part
-// that is seen may be a corner in which neither nodes nor test points lie.
-// Light is held against exact form factors of points.
+// Transfers in which one end lies on both sides of the other's plane: the
+// visible part may be a corner that holds neither nodes nor test points. The
+// tests compare the light with exact form factors of points.
 
 #include "base/random.h"
 #include "solver/refine/refiner.h"
@@ -36,8 +36,9 @@ Patch Lamp(Random& random) {
   return lamp;
 }
 
-// A patch of up to 20 cm, turned anyhow, before which the whole lamp lies, not
-// far away, with a corner, an edge or more above the lamp's plane.
+// A patch of up to 20 cm in a random orientation, near the lamp. The whole lamp
+// lies in front of the patch, and a corner, an edge or more of the patch lies
+// above the lamp's plane.
 Patch PlateAcross(Random& random) {
   constexpr double kGap = 0.02;  // m
   const std::array<Point3, 4> lamp = {
@@ -81,7 +82,7 @@ struct Errors {
   double predicted = 0;  // likewise, by refinement
 };
 
-// Links from one patch of 1 W/m2 to another, with nothing else about.
+// The errors of links from one patch of 1 W/m2 to another in an empty scene.
 Errors ErrorsOfLinks(const Patch& receiver,
                      const Patch& source,
                      const Basis& basis,
@@ -133,8 +134,8 @@ Errors ErrorsOfLinks(const Patch& receiver,
 
 class CutTransfersOfOrder : public ::testing::TestWithParam<size_t> {
  protected:
-  // Over many places: the errors are those that refinement predicts, together
-  // within a quarter, and nowhere as much as twice.
+  // Checks that over many places the errors are those that refinement predicts,
+  // together within a quarter and nowhere as much as twice.
   template <typename Link>
   void ExpectPredictedErrors(const Link& link) {
     double seen = 0;
@@ -169,8 +170,8 @@ TEST_P(CutTransfersOfOrder, LightAPlateByThePartOfALampAboveItsHorizon) {
 
 INSTANTIATE_TEST_SUITE_P(Orders, CutTransfersOfOrder, ::testing::Values(1, 2));
 
-// A gap that is closed to rays: both sides are seen through each other, and
-// must not send each other light besides.
+// The gap between the surfaces is closed to rays: each surface is seen through
+// the other, so the two must not send each other light as well.
 TEST(CutTransfers, SurfacesThatNearlyTouchSendEachOtherNothing) {
   const auto exchange = [](double gap, double tilt) {
     const auto patches = test::GeometryOf(
@@ -187,8 +188,8 @@ TEST(CutTransfers, SurfacesThatNearlyTouchSendEachOtherNothing) {
   EXPECT_TRUE(exchange(1e-4, 0.1)) << "open at one side";
 }
 
-// Also from afar, where plain quadrature serves whole sources: a corner above
-// the horizon may have no node.
+// From afar, plain quadrature serves whole sources, but a corner above the
+// horizon may have no node: the transfer must know that corner.
 TEST(CutTransfers, KnowWhatIsAboveTheHorizonFromAfar) {
   Random random(1618);
   int missed = 0;
@@ -269,7 +270,7 @@ TEST(CornerAlong, IsTheFarthestCorner) {
     for (const Vec3f p : corners.View()) {
       farthest = std::max(farthest, Dot(p, direction));
     }
-    // It keeps off the rim by 3 % along each edge.
+    // The corner that is found keeps off the rim by 3 % along each edge.
     EXPECT_NEAR(found, farthest, 0.1F * end.diameter);
     EXPECT_LT(found, farthest + 1e-6F);
   }

@@ -1,5 +1,5 @@
-// Items of work: next to none between cells that hardly see each other, and
-// what such cells get of each other is right on the average.
+// Items of work: cells that hardly see each other have next to none, and the
+// light that such cells get from each other is right on the average.
 
 #include "solver/refine/pair_work.h"
 
@@ -55,7 +55,7 @@ struct Average {
   }
 };
 
-// What the patches of the receiver gain, mean over them, for one seed each.
+// The mean gain of the receiver's patches, one value per seed.
 Average GainsOf(const RefineSide& receiver,
                 const RefineSide& source,
                 const Blockers& blockers) {
@@ -90,7 +90,7 @@ Vec3f MiddleOf(const PatchGeometry& p) {
   return p.origin + (p.u + p.v) * 0.5F;
 }
 
-// The parts end just before, or behind, the edges of patches.
+// The visible parts end just before, or just behind, the edges of patches.
 TEST(PairWork, LinksWhatSeesEachOtherAlone) {
   const RefineOptions options = {.tau = 0.01, .tau_weak = 1e-9};
   const Basis basis(2);
@@ -134,7 +134,7 @@ TEST(PairWork, IsNoneWhereNothingOfACellCanBeSeen) {
   EXPECT_TRUE(PairWork({}, floor.Side(), source).Items().empty());
 }
 
-// A million pairs, of which two or three are looked at.
+// Refinement looks at two or three of a million pairs.
 TEST(PairWork, OfFarCellsAreRightOnTheAverage) {
   const Basis basis(2);
   const Scenery scenery({});
@@ -146,14 +146,14 @@ TEST(PairWork, OfFarCellsAreRightOnTheAverage) {
   EXPECT_NEAR(gains.Mean(), exact, 4 * gains.StandardError());
 }
 
-// A bulb, which counts as one, far above a floor.
+// A bulb, which counts as one source, hangs far above a floor.
 TEST(PairWork, OfAFarBulbAreRightOnTheAverage) {
   constexpr double kHeight = 6;
   constexpr double kRadius = 0.05;
   const Basis basis(2);
   const Scenery scenery({});
   const BrightCell floor(0, basis, Tiled(Floor(), 32));
-  // Below a shelf that faces away.
+  // The bulb hangs below a shelf that faces away.
   std::vector<Patch> patches = {
       test::Rectangle({0, 0, kHeight + 1}, {1, 0, 0}, {0, 1, 0})};
   test::Append(patches, test::Bulb({0.5, 0.5, kHeight}, kRadius, 5));
@@ -162,7 +162,7 @@ TEST(PairWork, OfAFarBulbAreRightOnTheAverage) {
   const RefineSide source = lamp.Side(&groups);
   ASSERT_EQ(groups.Roots().size(), 1U);
   // A convex body shows a quarter of its area on the average over all
-  // directions, a bulb nearly so from each.
+  // directions; a bulb shows nearly as much from each direction.
   const double area = static_cast<double>(groups.All()[groups.Roots()[0]].area);
   const double about = area / 4 / (kPi * kHeight * kHeight);
   const Average gains = GainsOf(floor.Side(), source, scenery.All());

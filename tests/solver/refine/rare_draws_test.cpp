@@ -25,8 +25,8 @@ TEST(RareDraws, SucceedWithTheirProbability) {
         last = draws.Trial();
       }
     }
-    // Five standard deviations of a binomial number; the least it can be is
-    // not far below some of them.
+    // Five standard deviations of a binomial number; 5 more for expected
+    // numbers near zero.
     const auto near = [&](double p) { return 5 * std::sqrt(kRuns * p) + 5; };
     for (size_t i = 0; i < kTrials; ++i) {
       EXPECT_NEAR(successes.at(i), kRuns * probability, near(probability));
@@ -40,7 +40,7 @@ TEST(RareDraws, OfNoTrialsAreNone) {
   EXPECT_TRUE(RareDraws(1, 0.5, 0).AtEnd());
 }
 
-// Of as many trials as a building has pairs, none is gone through.
+// The draws do not go through each of as many trials as a building has pairs.
 TEST(RareDraws, GoFarInOneJump) {
   constexpr uint64_t kTrials = uint64_t{1} << 50;
   RareDraws draws(7, 0x1p-49, kTrials);

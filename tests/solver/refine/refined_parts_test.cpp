@@ -1,5 +1,5 @@
-// Links are handed out in the order of their parts, whatever is refined
-// together, and however the trees have grown.
+// Links are handed out in the order of their parts, whichever parts are refined
+// together and however the trees have grown.
 
 #include "solver/refine/refined_parts.h"
 
@@ -67,12 +67,12 @@ void ExpectEnd(const HandedOut& whole, size_t links, const HandedOut& end) {
 }
 
 // A furnished room that is linked to itself so finely that an item must be cut
-// and not all links can wait.
+// and not all links can wait in memory.
 class VeryFinelyLinkedRoom : public ::testing::Test {
  protected:
   VeryFinelyLinkedRoom() {
-    // A gradient in the colour of each channel: a pushed largest channel is not
-    // the largest pushed channel.
+    // Each channel has its own gradient, so that the largest channel, pushed,
+    // is not the largest of the pushed channels.
     CellTree& tree = cell_.Tree();
     for (size_t i = 0; i < tree.Size(); ++i) {
       auto sent = tree.Sent()[ElementId(i)];

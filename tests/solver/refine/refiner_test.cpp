@@ -94,9 +94,10 @@ TEST_P(FineLinks, OfEachWallOfABareRoomSeeAWholeHemisphere) {
     options.tau_weak = 0.5 * tau;
     const Gains gains = LinkToItself(options, &cell, scenery.All());
     for (size_t i = 0; i < room.size(); ++i) {
-      // The prediction is of rho times the irradiance, squared and integrated
-      // over all walls; no mean of one can be further off than its root. For
-      // rooms in which all is alike to come out flat it must be within 1 %.
+      // The prediction is the squared error of rho times the irradiance,
+      // integrated over all walls; the mean of a wall can be off by no more
+      // than its root. For rooms with equal walls to come out flat, the error
+      // must be within 1 %.
       const double predicted =
           std::sqrt(gains.squared_error / PatchArea(room[i])) / kReflectance;
       EXPECT_NEAR(gains.means[i], 1, std::min(predicted, 0.01))
@@ -105,8 +106,8 @@ TEST_P(FineLinks, OfEachWallOfABareRoomSeeAWholeHemisphere) {
   }
 }
 
-// A bulb over a floor, with a plate that hides a part of it: the floor gains
-// from it as one what its facets bring one by one.
+// A bulb hangs over a floor, with a plate that hides a part of it: the floor
+// gains from the bulb as one source what the facets bring one by one.
 TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
   const Basis basis(GetParam());
   std::vector<Patch> patches = {
@@ -133,17 +134,19 @@ TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
   };
   const auto [apart, apart_error] = link(false);
   const auto [as_one, as_one_error] = link(true);
-  // Errors are of rho times the irradiance, integrated over the floor's 16 m2.
+  // The errors are those of rho times the irradiance, integrated over the
+  // floor's 16 m2.
   const double floor = kReflectance * std::sqrt(16.0);
   EXPECT_GT(apart, 0);
   EXPECT_NEAR(as_one, apart, (apart_error + as_one_error) / floor);
   EXPECT_NEAR(as_one, apart, 0.01 * apart);
 }
 
-// A bulb half sunk into a floor: light is brightest at its rim and ends there.
-// An element that the rim crosses is half dark, whatever its nodes happen to
-// see, and must be so small that this does not matter: rays from points that
-// have nothing of the bulb before them are no proof that it is hidden.
+// A bulb is half sunk into a floor: light is brightest at its rim and ends
+// there. An element that the rim crosses is half dark, whatever its nodes
+// happen to see, and must be so small that this does not matter. Rays from
+// points that have nothing of the bulb before them do not prove that the bulb
+// is hidden.
 TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
   constexpr double kRadius = 0.05;
   constexpr double kTau = 2e-4;
@@ -176,9 +179,9 @@ TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
         const double middle =
             std::hypot(static_cast<double>(end.center.x) - center.x,
                        static_cast<double>(end.center.y) - center.y);
-        // A circle through its corners lies in the bulb for the most part. Half
-        // of what the element gains is wrong then; what its nodes, test points
-        // and rays say of that may be four times too little.
+        // Most of the circle through the element's corners lies in the bulb.
+        // Half of the element's gain is wrong then; its nodes, test points and
+        // rays may underestimate that fourfold.
         const auto diameter = static_cast<double>(end.diameter);
         if (middle + 0.5 * diameter < 1.2 * kRadius) {
           ++crossed;
@@ -194,9 +197,9 @@ TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
   EXPECT_GT(crossed, 0U);
 }
 
-// A small plate that shines down on a large floor inside of a shade that all
-// but touches it: whatever gets through the opening of the shade lands on the
-// floor, in a spot that is a thousandth of it. Everywhere else the plate is
+// A small plate shines down on a large floor from inside a shade that all but
+// touches the floor. All light that gets through the opening of the shade lands
+// in a spot that is a thousandth of the floor. Everywhere else the plate is
 // hidden.
 TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
   constexpr double kSide = 0.05;             // of the plate, m
@@ -257,16 +260,16 @@ TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
           static_cast<double>(PointToPolygon(p, {0, 0, -1}, corners.View()));
     }
   }
-  // A link may be wrong by tau over the root of its receiver's area, in
-  // radiosity; errors of links do not know of each other.
+  // The radiosity of a link may be wrong by tau over the root of its receiver's
+  // area; the errors of links are independent.
   const double bound = std::sqrt(square_error) / kReflectance;
   EXPECT_LT(bound, 0.15 * passing);
   EXPECT_NEAR(flux, passing, bound);
 }
 
-// A wall that is bright in one spot only, as behind a bulb, and a small plate
-// before the spot: as seen from the plate the wall is bright, however little
-// the spot is of the wall.
+// A wall is bright in one spot only, as behind a bulb, and a small plate lies
+// in front of the spot. Seen from the plate the wall is bright, however small a
+// part of the wall the spot is.
 TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
   constexpr size_t kLevels = 6;
   constexpr float kBrightness = 100;
@@ -279,8 +282,8 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
   const Scenery scenery(patches);
   BrightCell cell(0, basis, patches);
   CellTree& tree = cell.Tree();
-  // The spot is the element in the corner; those that hold it have the mean of
-  // their children.
+  // The spot is the element in the corner; the elements that contain it have
+  // the mean of their children.
   std::vector<ElementId> holders = {ElementId(kWall.value)};
   ElementPath path = kRootPath;
   for (size_t level = 0; level < kLevels; ++level) {
@@ -333,7 +336,7 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
     exact += static_cast<double>(receiver.weight[i / kTransferNodes] *
                                  kernel[i] * kBrightness);
   }
-  // A few links are each off by tau over rho and the root of the area.
+  // A few links are each off by tau, divided by rho and the root of the area.
   const double tolerance =
       2 * options.tau /
       (kReflectance * std::sqrt(static_cast<double>(plate.area)));
@@ -343,7 +346,8 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
 
 INSTANTIATE_TEST_SUITE_P(Orders, FineLinks, ::testing::Values(1, 2));
 
-// In an order that does not depend on how the work was cut.
+// The links of all parts in an order that does not depend on how the work was
+// cut.
 std::vector<RawLink> Sorted(const std::vector<RefinedPart>& parts) {
   std::vector<RawLink> all;
   for (const RefinedPart& part : parts) {
@@ -361,7 +365,8 @@ std::vector<RawLink> Sorted(const std::vector<RefinedPart>& parts) {
   return all;
 }
 
-// A hall of a hundred thousand patches has no billions of pairs to go through.
+// The work for a hall of a hundred thousand patches must not go through
+// billions of pairs.
 TEST(Refiner, ItemsOfWorkGrowWithTheReceiversAlone) {
   const Basis basis(2);
   const Scenery scenery({});
@@ -390,7 +395,7 @@ class FinelyLinkedRoom : public ::testing::Test {
                                              scenery_.All());
 };
 
-// Sources that are looked at a few at a time.
+// The sources are so many that refinement looks at a few at a time.
 TEST(Refiner, HasTheSameLinksOfManySourcesHoweverTheWorkIsCut) {
   const Basis basis(2);
   const BrightCell floor(0, basis, Tiled(Floor(), 4));
@@ -437,7 +442,7 @@ TEST_F(FinelyLinkedRoom, HasPartsBelowTheirLimit) {
 }
 
 // A patch that is cared for n times as much gets the links of a solve with an
-// n-th of tau; their errors are what they are.
+// n-th of tau; care does not scale the errors of the links.
 TEST(Care, IsASmallerTauOfOnePatch) {
   const Basis basis(2);
   const std::vector<Patch> floor = Tiled(Floor(), 2);
@@ -485,10 +490,10 @@ TEST(Care, IsASmallerTauOfOnePatch) {
   EXPECT_GT(cared_error, fine_error);
 }
 
-// A leg below the rim of a seat, before a lamp above: the rim hides it from a
-// strip of 5 mm at the top, which sixteen rays from an eighth of the leg find
-// every other time. The kernel asks for eighths; without the rim's outline,
-// that is what there is.
+// A leg stands below the rim of a seat and is lit by a lamp above: the rim
+// hides the lamp from a strip of 5 mm at the top of the leg. Sixteen rays from
+// an eighth of the leg find the strip every other time. The kernel asks for
+// eighths; without the rim's outline, the elements would stay eighths.
 TEST(Links, SeeTheNarrowShadowOfARim) {
   constexpr double kHeight = 1;
   constexpr double kRim = 0.0025;
@@ -506,8 +511,9 @@ TEST(Links, SeeTheNarrowShadowOfARim) {
   const Scenery scenery({leg, lamp, rim});
   RefineOptions options;
   options.tau_weak = 1e-9;
-  // The transfer weighs 160 tau, that to an eighth of the leg 30. The shadow is
-  // a twenty-fifth of it, and unknown so that it weighs 2 tau.
+  // The transfer weighs 160 tau, and the transfer to an eighth of the leg 30.
+  // The shadow is a twenty-fifth of the eighth and is unknown, so that it
+  // weighs 2 tau.
   double transfer = 0;
   options.tau = 1;
   for (const RawLinks& item :
@@ -517,7 +523,8 @@ TEST(Links, SeeTheNarrowShadowOfARim) {
     }
   }
   options.tau = transfer * kReflectance * std::sqrt(kHeight * 0.2) / 160;
-  // How high the elements along the top are, mean over the top and the seeds.
+  // The height of the elements along the top, averaged over the top and the
+  // seeds.
   constexpr int kSeeds = 32;
   double height = 0;
   for (int seed = 0; seed < kSeeds; ++seed) {
@@ -540,8 +547,8 @@ TEST(Links, SeeTheNarrowShadowOfARim) {
   EXPECT_LT(height, 1.0 / 12);
 }
 
-// Half of the ceiling is hidden. Whichever rays let a link be accepted, what
-// the links bring together must be half of what the bare ceiling would.
+// Half of the ceiling is hidden. Whichever rays let a link be accepted, the
+// links together must bring half of what the bare ceiling would.
 TEST(Links, KeepRaysThatDidNotDecideOnThem) {
   Patch plate = Ceiling(1 - 3e-4);
   plate.v = {0.5, 0, 0};
@@ -551,7 +558,8 @@ TEST(Links, KeepRaysThatDidNotDecideOnThem) {
   const BrightCell receiver(0, basis, floor);
   const BrightCell source(1, basis, ceiling);
   const Scenery scenery({Floor(), Ceiling(1), plate});
-  // Coarse and fine: with the first, four rays decide; with the others sixteen.
+  // Coarse and fine: four rays decide for the first tau, sixteen for the
+  // others.
   for (const double tau : {1.0, 0.05, 0.02}) {
     RefineOptions options;
     options.tau = tau;

@@ -1,5 +1,5 @@
-// What elements reflect is known down to where light was balanced, and no
-// further, however the tree has grown since.
+// The light that elements reflect is known down to where it was balanced, and
+// no further, however the tree has grown since.
 
 #include "solver/refine/reflected_light.h"
 

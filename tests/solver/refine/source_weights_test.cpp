@@ -66,7 +66,7 @@ TEST(SourceWeights, AreTheLargestOfEachCluster) {
   }
 }
 
-// They may be made before a cell's elements are, or after.
+// The weights may be computed before a cell's elements are made, or after.
 TEST(SourceWeights, AreTheSameOnceTheTreeHasGrown) {
   const CellGeometry cell = RandomCell(10);
   CellTree tree = TreeOf(cell);

@@ -1,4 +1,4 @@
-// Sampled links: right on the average, whatever each of them is.
+// Sampled links are right on the average, whatever each single link brings.
 
 #include "base/random.h"
 #include "solver/refine/refiner.h"
@@ -37,8 +37,9 @@ Statistics StatisticsOf(double sum, double square, int count) {
   return {mean, std::sqrt((square / count - mean * mean) / count)};
 }
 
-// Over many seeds, what the floor's 4 x 4 tiles gain from tiles of 1 W/m2 that
-// are all too weak to be linked outright: its mean form factor to them.
+// The mean gain, over many seeds, of the floor's 4 x 4 tiles from tiles of 1
+// W/m2 that are all too weak to be linked outright: the floor's mean form
+// factor to them.
 Statistics SampledFormFactor(const std::vector<Patch>& sources,
                              const std::vector<Patch>& blockers,
                              int seeds) {
@@ -82,10 +83,11 @@ TEST(SlowWeakLinks, AreUnbiasedBetweenParallelSquares) {
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(2), 20), {}, 90000), 0.068590);
 }
 
-// So many that those of whole clusters of them are drawn at once.
+// There are so many tiles that the links of whole clusters of tiles are drawn
+// at once.
 TEST(SlowWeakLinks, AreUnbiasedFromThousandsOfTiles) {
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(1), 64), {}, 30000), 0.199825);
-  // Some are too near for that.
+  // Some tiles are too near for that.
   ExpectUnbiased(SampledFormFactor(Tiled(Ceiling(0.1), 64), {}, 5000),
                  0.826995);
 }
@@ -111,15 +113,15 @@ TEST(SlowWeakLinks, AreUnbiasedWhereHalfOfTheirSourcesIsHidden) {
   ExpectUnbiased(seen, 0.199825 / 2);
 }
 
-// A ball of which half is below a plate, straight above a small floor: those of
-// its facets that are seen cover half of (r / d)^2.
+// A ball hangs straight above a small floor, with a plate below half of it: the
+// visible facets cover half of (r / d)^2.
 TEST(SlowWeakLinks, OfABulbAsOneAreUnbiased) {
   const Basis basis(2);
   const std::vector<Patch> floor =
       Tiled(test::Rectangle({-0.01, -0.01, 0}, {0.02, 0, 0}, {0, 0.02, 0}), 4);
   const std::vector<Patch> bulb = test::Bulb({0, 0, 1}, 0.05, 5);
   std::vector<Patch> lit = bulb;
-  // Lamps are lamps where little of a cell emits.
+  // Patches count as lamps only if little of a cell emits.
   lit.push_back(test::Rectangle({-1, -1, 3}, {0, 2, 0}, {2, 0, 0}));
   const BrightCell receiver(0, basis, floor);
   BrightCell source(1, basis, lit);

@@ -1,4 +1,4 @@
-// Means that a single number can hide.
+// Means that a single outlier can hide.
 
 #include "solver/residual/outlier_sum.h"
 
@@ -31,8 +31,8 @@ TEST(OutlierSum, OfNothingIsNothing) {
   EXPECT_EQ(sum.MeanWithout(0).deviation, 0);
 }
 
-// One number in ten thousand makes the mean of all uncertain; that of the
-// others is known to a percent.
+// One number in ten thousand makes the mean of all numbers uncertain; the mean
+// of the others is known to a percent.
 TEST(OutlierSum, KnowsTheOthers) {
   OutlierSum sum;
   Random random(5);

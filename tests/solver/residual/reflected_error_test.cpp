@@ -33,12 +33,13 @@ class ErrorOfCells {
         budget_(16ULL << 20),
         error_(Cells(kCells), budget_) {}
 
-  // Probes with the residuals of their cells, and rays: a closed room if the
-  // shares of each cell's rays sum to 1.
+  // Adds probes with the residuals of their cells, and rays. The room is closed
+  // if the shares of each cell's rays sum to 1.
   template <typename Residual, typename Share>
   ErrorIntegral Measure(int probes, Residual residual, Share share) {
     for (int i = 0; i < probes; ++i) {
-      // Sixteens, so that each part has as many probes of a cell.
+      // Each cell gets sixteen probes in a row, so that each part has equally
+      // many probes of a cell.
       const auto cell = static_cast<uint32_t>(i / 16) % kCells;
       const double r = residual(cell);
       const size_t group = GroupOf(cell);
@@ -77,7 +78,7 @@ TEST(ReflectedError, GrowsInAClosedRoomAsLightDoes) {
   }
 }
 
-// What is seen of the outside comes back from nowhere.
+// No light comes back from the outside.
 TEST(ReflectedError, IsLessWhereLightEscapes) {
   const auto half = [](uint32_t, uint32_t) { return 0.5 / kCells; };
   const ErrorIntegral added = ErrorOfCells(0.8).Measure(
@@ -86,8 +87,8 @@ TEST(ReflectedError, IsLessWhereLightEscapes) {
   EXPECT_NEAR(added.value, kSurfaceArea * (whole * whole - 1), 1e-9);
 }
 
-// Two sides that see only each other, one too bright and one too dark by as
-// much, mend each other: e = r / (1 + rho).
+// Two sides see only each other; one is too bright and the other too dark by as
+// much. Their errors mend each other: e = r / (1 + rho).
 TEST(ReflectedError, OfOppositeSignsShrinks) {
   const auto other = [](uint32_t from, uint32_t to) {
     return (from ^ to) == 1 ? 1.0 : 0.0;
@@ -98,8 +99,8 @@ TEST(ReflectedError, OfOppositeSignsShrinks) {
   EXPECT_NEAR(added.value, kSurfaceArea * (whole * whole - 1), 1e-9);
 }
 
-// Residuals of no mean have no light to reflect, however much they scatter: the
-// halves are independent, so that on the average nothing is added.
+// Residuals of zero mean have no light to reflect, however much they scatter:
+// the halves are independent, so that on the average nothing is added.
 TEST(SlowReflectedError, IsNotFooledByScatter) {
   constexpr int kRuns = 400;
   double sum = 0;
@@ -120,10 +121,10 @@ TEST(SlowReflectedError, IsNotFooledByScatter) {
   EXPECT_LE(4 * deviation, 0.5 * kSurfaceArea) << "which would say nothing";
 }
 
-// In a white room all error is one number, the mean: the deviation says how far
-// it may be off. Of 16 parts, Student's t with 15 degrees of freedom: twice
-// that in 6.4 % of all runs. (Two parts: in 30 %, for two numbers often agree
-// by chance.)
+// In a white room the whole error is one number, the mean; the deviation says
+// how far the mean may be off. With 16 parts, Student's t has 15 degrees of
+// freedom and exceeds twice the deviation in 6.4 % of all runs. (With two parts
+// it exceeds that in 30 %, since two numbers often agree by chance.)
 TEST(SlowReflectedError, KnowsHowSureItIs) {
   constexpr int kRuns = 400;
   constexpr double kMean = 0.2;
@@ -132,7 +133,7 @@ TEST(SlowReflectedError, KnowsHowSureItIs) {
     Random random(seed);
     const ErrorIntegral added = ErrorOfCells(0.9).Measure(
         kProbes, [&](uint32_t) { return kMean + random.Next() - 0.5; }, Alike);
-    // Of e = 10 r; what r itself is is not part of it.
+    // The error e is 10 r; the integral leaves out the part of r itself.
     const double expected = kSurfaceArea * (100 - 1) * kMean * kMean;
     off += std::abs(added.value - expected) > 2 * added.deviation ? 1 : 0;
   }

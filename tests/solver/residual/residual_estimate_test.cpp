@@ -1,4 +1,4 @@
-// What probes say together, of residuals that are known.
+// What many probes say together of known residuals.
 
 #include "solver/residual/residual_estimate.h"
 
@@ -17,17 +17,18 @@ constexpr double kMeanReflected = 4;   // W/m2
 constexpr ErrorScale kScale = {kMeanReflected, kReflectingArea, {}};
 constexpr uint64_t kRays = 1000;
 
-// The error that an integral of its square is, W^2/m2.
+// The relative error whose square has this integral, W^2/m2.
 double ErrorOf(double integral) {
   return std::sqrt(integral / kReflectingArea) / kMeanReflected;
 }
 
-// A probe that stands for everything, so that the mean of all is the integral.
+// A probe that stands for the whole area, so that the mean of all probes is the
+// integral.
 ProbeResidual Probe(double square) {
   return {kReflectingArea, square, 0, {0.5, 0.5, 0.5}};
 }
 
-// As many probes of either square.
+// `count` probes, half of them with each square.
 ResidualSum Halves(double first, double second, int count) {
   ResidualSum sum(kScale);
   for (int i = 0; i < count; ++i) {
@@ -47,8 +48,9 @@ TEST(ResidualEstimate, IsTheRootOfTheMeanRelativeToTheLight) {
   EXPECT_EQ(e.rays, kRays);
 }
 
-// Of 16 probes the squares 1 and 4 make integrals of 20 +- 12 over 8 m2: the
-// mean deviates by 3. With the 4 of what reflection adds that is 5.
+// The squares 1 and 4 of 16 probes are integrals of 20 +- 12 over 8 m2, so that
+// their mean deviates by 3. With the deviation of 4 of what reflection adds,
+// the deviation is 5.
 TEST(ResidualEstimate, AddsWhatReflectionAddsAndHowUnsureItIs) {
   const ResidualEstimate e = Halves(1, 4, 16).Estimate({80, 4}, kRays);
   EXPECT_DOUBLE_EQ(e.value, ErrorOf(100));
@@ -58,7 +60,7 @@ TEST(ResidualEstimate, AddsWhatReflectionAddsAndHowUnsureItIs) {
   EXPECT_DOUBLE_EQ(e.most, ErrorOf(100 + 5));
 }
 
-// Squares without bias have either sign where there is nothing but noise.
+// Unbiased squares have either sign if there is nothing but noise.
 TEST(ResidualEstimate, NoiseAloneIsNoError) {
   const ResidualEstimate e = Halves(1, -1, 64).Estimate({}, kRays);
   EXPECT_EQ(e.value, 0);
@@ -86,26 +88,27 @@ TEST(ResidualEstimate, OutliersBelowZeroLeaveNoLessThanTheLeast) {
   EXPECT_GE(e.most, e.least);
 }
 
-// Noise of what reflection adds may take all away that is seen.
+// Noise in what reflection adds may cancel all of the error that is seen.
 TEST(ResidualEstimate, ReflectionsBelowZeroLeaveNoLessThanTheLeast) {
   const ResidualEstimate e =
       Halves(0.9, 1.1, 1'000)
           .Estimate({-0.8 * kReflectingArea, 0.4 * kReflectingArea}, kRays);
-  // Without one that is a tenth above the mean of a thousand.
+  // The least estimate leaves out one probe that is a tenth above the mean of a
+  // thousand.
   EXPECT_NEAR(e.least, ErrorOf(kReflectingArea), 1e-4);
   EXPECT_GE(e.most, e.least);
 }
 
-// What is below zero by chance may be as much above it.
+// A mean that is below zero by chance may be as much above zero.
 TEST(ResidualEstimate, AMeanBelowZeroLeavesRoomForItsDeviation) {
   const ResidualEstimate e = Halves(-1, -1, 64).Estimate({0, 3}, kRays);
   EXPECT_EQ(e.value, 0);
   EXPECT_DOUBLE_EQ(e.most, ErrorOf(3));
 }
 
-// Of what half of all directions see, half is reflected: a quarter of the light
-// is left by a bounce. Half of the area sees nothing and is no part of the
-// mean.
+// Half of all directions see something, and half of that light is reflected: a
+// bounce leaves a quarter of the light. Half of the area sees nothing and is no
+// part of the mean.
 TEST(ResidualEstimate, AddsWhatIsNotSeenByTheLightThatABounceLeaves) {
   const auto value_of = [](UnseenError unseen, double enclosed) {
     ResidualSum sum({kMeanReflected, kReflectingArea, unseen});
@@ -120,8 +123,8 @@ TEST(ResidualEstimate, AddsWhatIsNotSeenByTheLightThatABounceLeaves) {
 }
 
 // A residual of 1 under noise, by products of two independent estimates. The
-// interval is 1.96 deviations: of 400 it misses 20, and those with a deviation
-// of 4.36, of which 4 are allowed to either side.
+// interval is 1.96 deviations: of 400 intervals 20 miss, with a deviation of
+// 4.36, of which 4 are allowed to either side.
 TEST(ResidualEstimate, NineteenOfTwentyIntervalsHoldTheError) {
   constexpr int kRuns = 400;
   constexpr int kPointsPerRun = 1000;
@@ -159,7 +162,7 @@ TEST(ResidualEstimate, IsDecidedClearOfTheRequestedErrorOrWhereNarrow) {
   EXPECT_FALSE(IsDecided(Interval(0.093, 0.107), 0.1, {})) << "7 %";
 }
 
-// Where few points hold all of the error, a few others see none of it.
+// If few points hold all of the error, a few other points see none of it.
 TEST(ResidualEstimate, BelowTheRequestedErrorItTakesRaysToBelieveIt) {
   EXPECT_FALSE(IsDecided(Interval(0.08, 0.12), 0.13, {kRays + 1, 0}));
   EXPECT_TRUE(IsDecided(Interval(0.08, 0.12), 0.13, {kRays, kRays + 1}));

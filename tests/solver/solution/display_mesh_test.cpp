@@ -1,4 +1,4 @@
-// Meshes for display, by the rules that make them: balanced, anchored, exact
+// Display meshes follow the rules that define them: balanced, anchored, exact
 // for polynomials of the basis, with the integral of the leaves.
 
 #include "solver/solution/display_mesh.h"
@@ -61,7 +61,7 @@ std::vector<Patch> Pavement() {
           MakePatch({0, -0.05}, {2, 0}, {0, 0.05})};
 }
 
-// Its outline.
+// The outline of the pavement.
 const std::vector<PlanePoint> kOutline = {
     {0, -0.05}, {2, -0.05}, {2, 0}, {3, 0}, {3, 2}, {2, 2}, {2, 4}, {0, 4}};
 
@@ -99,7 +99,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
           random.NextBelow(static_cast<uint32_t>(patches_.size())));
       tree_.FindOrCreate(patch, path, geometry_);
     }
-    // Deep in the corner where four patches meet, in one of them.
+    // Refines one patch deeply in the corner where four patches meet.
     ElementPath path = kRootPath;
     for (int level = 0; level < 7; ++level) {
       path = ChildPath(path, 3);
@@ -117,7 +117,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
     }
   }
 
-  // `field(x, y)`, given to the roots: coefficients are values at the nodes.
+  // Gives `field(x, y)` to the roots: coefficients are values at the nodes.
   template <typename Field>
   void SetField(const Field& field) {
     for (size_t p = 0; p < patches_.size(); ++p) {
@@ -140,7 +140,8 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
     return DisplayMesh(tree_, gathered_, cell_, 0, {smooth}, budget_);
   }
 
-  // The integral of the leaves: sums over their ancestors of the means.
+  // The integral over the leaves, each of which has the sum of its ancestors'
+  // means.
   [[nodiscard]] double IntegralOfLeaves() {
     double sum = 0;
     for (size_t e = 0; e < tree_.Size(); ++e) {
@@ -229,7 +230,7 @@ TEST_P(DisplayMeshTest, TouchingLeavesAreBalanced) {
   EXPECT_GT(touching, 5 * leaves.size());
 }
 
-// OpenMesh takes only what is a manifold; its edges with one triangle are the
+// OpenMesh accepts only a manifold. The edges with one triangle are the
 // outline, and nothing is missing.
 TEST_P(DisplayMeshTest, HasNoTVertices) {
   using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<>;
@@ -267,8 +268,8 @@ TEST_P(DisplayMeshTest, HasNoTVertices) {
   EXPECT_NEAR(area, 4 + 2 + 4 + 0.1, 1e-9);
 }
 
-// Single precision holds the values to 1e-6 of the largest, a few sums of
-// which are made.
+// Single precision holds each value to 1e-6 of the largest; the mesh adds up a
+// few of them.
 TEST_P(DisplayMeshTest, APolynomialOfTheBasisIsReproduced) {
   const auto degree = static_cast<double>(GetParam()) - 1;
   const auto field = [&](PlanePoint p) {
@@ -413,9 +414,9 @@ TEST_F(DisplayBorderTest, ElementsThatMeetAtACornerAreNotAveraged) {
   }
 }
 
-// Slivers thinner than the cracks between faces, that do not quite touch, are
-// not welded away: a point moves by an eighth of the least height at most.
-// Means stay within the range of what they are of.
+// Slivers that are thinner than the cracks between faces and do not quite touch
+// are not welded away: a point moves by an eighth of the least height at most.
+// Means stay within the range of the values that they average.
 TEST_F(DisplayBorderTest, SliversKeepTheirPlace) {
   Random random(9);
   for (int i = 0; i < 200; ++i) {
@@ -466,7 +467,7 @@ TEST(CoplanarPatchesTest, GroupsHavePlaneSideAndMaterial) {
             (std::vector<PatchId>{PatchId(0U), PatchId(1U), PatchId(2U)}));
 }
 
-// Wherever the borders of the keys are.
+// Rounding parts no coplanar patches, wherever the borders between keys are.
 TEST(CoplanarPatchesTest, RoundingNeverParts) {
   Random random(5);
   for (int i = 0; i < 2000; ++i) {

@@ -11,7 +11,7 @@
 namespace enfilade {
 namespace {
 
-// As a stable sort does.
+// The order is that of a stable sort.
 TEST(PointsByCell, KeepTheOrderWithinACell) {
   constexpr uint32_t kCellCount = 20;
   Random random(3);

@@ -1,4 +1,4 @@
-// What leaves keep of the gains that their links claim.
+// The share that leaves keep of the gains that their links claim.
 
 #include "solver/state/held_gain.h"
 

@@ -1,4 +1,4 @@
-// Parts of items cover them once, in order, however deep they are cut.
+// The parts of an item cover it once, in order, however deep they are cut.
 
 #include "solver/state/work_part.h"
 
@@ -11,8 +11,8 @@
 namespace enfilade {
 namespace {
 
-// All places of an item two levels below its receivers: 8 x 16, by the part
-// that holds them.
+// The places that a part holds of the 8 x 16 places of an item, two levels
+// below its receivers.
 std::vector<int> PlacesOf(const WorkPart& part) {
   std::vector<int> places;
   for (uint32_t r = 0; r < kItemReceivers; ++r) {

@@ -38,7 +38,8 @@ std::vector<bool> Visited(const BoxOctets& tree, size_t count, const Box& box) {
   return visited;
 }
 
-// Of every number, full octets or not: all that overlap, each once.
+// For any number of boxes, in full octets or not, the tree visits every
+// overlapping box once.
 TEST(BoxOctets, VisitWhatOverlaps) {
   Random random(7);
   for (const size_t count : std::vector<size_t>{0, 1, 7, 8, 9, 64, 65, 1000}) {
@@ -67,7 +68,7 @@ TEST(BoxOctets, StopWhenToldTo) {
   EXPECT_EQ(visits, 3);
 }
 
-// They touch where they share a face.
+// Boxes that touch, even at one corner, overlap.
 TEST(BoxOctet, WhatTouchesOverlaps) {
   BoxOctet octet;
   octet.Set(5, {{0, 0, 0}, {1, 1, 1}});

@@ -64,7 +64,7 @@ TEST(CastShadow, IsWhereSegmentsToTheLightAreCut) {
       continue;  // what is left of the blocker below the light is a matter of 2
                  // %
     }
-    // Somewhere between the two.
+    // The blocker lies somewhere between the receiver and the light.
     PatchGeometry& blocker = patches[1];
     blocker.origin =
         receiver.center + towards * static_cast<float>(2 * random.Next()) -
@@ -86,8 +86,8 @@ TEST(CastShadow, IsWhereSegmentsToTheLightAreCut) {
     }
     const double share = ShareOf(CastShadow(receiver, light), patches[1]);
     const double seen = static_cast<double>(cut) / kShadowPoints;
-    // Of the blocker 0.1 mm over the receiver and what is close to the light
-    // are left out.
+    // The shadow leaves out the parts of the blocker within 0.1 mm of the
+    // receiver's plane and close to the light.
     EXPECT_NEAR(
         share, seen, 5 * std::sqrt(share * (1 - share) / kShadowPoints) + 5e-3)
         << i;

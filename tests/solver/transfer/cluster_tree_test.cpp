@@ -1,4 +1,4 @@
-// Clusters bound what they hold: their items, and every transfer between them.
+// Clusters bound their items and every transfer between them.
 
 #include "solver/transfer/cluster_tree.h"
 

@@ -133,7 +133,7 @@ class Experiment {
     return first;
   }
 
-  // Calls for all elements of a level below `e`, and makes them.
+  // Makes all elements `level` levels below `e` and calls `visit` for each.
   void Visit(uint32_t e,
              size_t level,
              const std::function<void(uint32_t)>& visit) {
@@ -225,8 +225,8 @@ double FallOf(const std::vector<Couplings>& runs) {
   return -(n * xy - x * y) / (n * xx - x * x);
 }
 
-// S reads "about 22 %" at 4,000 couplings off the line of full matrices, and
-// that the line's slope is 1 in h, the fourth root of 1 / couplings.
+// At 4,000 couplings, S reads "about 22 %" off the line of full matrices, whose
+// slope is 1 in h, the fourth root of 1 / couplings.
 TEST(SchroederTest, FullMatrixOfConstantElementsIsThePapers) {
   std::vector<Couplings> runs;
   for (const size_t level : {3U, 4U, 5U}) {
@@ -247,7 +247,8 @@ TEST(SchroederTest, EvenMeshesConvergeAtTheOrderOfTheBasis) {
       experiment.CoupleAll(level, true);
       runs.push_back(experiment.Measure());
     }
-    // Couplings are elements of the receiver: h is their root.
+    // Each coupling is an element of the receiver, so h is the root of 1 /
+    // couplings.
     const auto k = static_cast<double>(order);
     EXPECT_NEAR(2 * FallOf(runs) / k, 1, 0.1) << "M" << order;
   }
@@ -273,7 +274,7 @@ std::vector<Couplings> RunsByOracle(size_t order) {
 
 TEST(SchroederTest, SlopesOfTheOraclesCouplingsAreInTheRatioOfTheOrders) {
   const double first = FallOf(RunsByOracle(1));
-  // One end is split: the fall is half the order, as of even meshes.
+  // Only one end is split, so the fall is half the order, as with even meshes.
   EXPECT_NEAR(2 * first, 1, 0.1);
   for (size_t order = 2; order <= 4; ++order) {
     const double ratio =

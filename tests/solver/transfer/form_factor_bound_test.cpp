@@ -1,5 +1,5 @@
-// The bound of a transfer before anything is known of it: nothing that it says
-// is nothing may bring light.
+// The bound of a transfer before anything is known of it: a transfer whose
+// bound is zero brings no light.
 
 #include "base/random.h"
 #include "solver/transfer/oracle.h"
@@ -32,7 +32,8 @@ PatchGeometry MakePatch(PatchShape shape, Point3 origin, Vec3 u, Vec3 v) {
   return MakePatchGeometry(patch, Material{}, Origin());
 }
 
-// Of any proportions: every other one is up to fifty times as long as wide.
+// A patch of any proportions; every other one is up to fifty times as long as
+// wide.
 PatchGeometry RandomPatch(PatchShape shape, Random* random) {
   const Point3 origin = Origin() + RandomVector(random) * 3;
   const Vec3 u = RandomVector(random);
@@ -51,8 +52,9 @@ Vec3f RandomPointOn(const PatchGeometry& patch, Random* random) {
   return PointOn(patch, {}, s, t);
 }
 
-// The largest of some points and all corners of the receiver, a little off its
-// rim: of those before the source, which sends nothing back.
+// The largest form factor of some points and all corners of the receiver, a
+// little off its rim, among those in front of the source, which sends nothing
+// backwards.
 float LargestFormFactor(const PatchGeometry& receiver,
                         const PatchGeometry& source,
                         Random* random) {
@@ -76,7 +78,7 @@ float LargestFormFactor(const PatchGeometry& receiver,
   return largest;
 }
 
-// Single precision of angles of some 1e-7, each of four edges.
+// The single-precision error of angles, some 1e-7 for each of four edges.
 constexpr float kFormFactorRounding = 2e-6F;
 
 TEST(FormFactorBound, IsNoLessThanAnyFormFactor) {
@@ -103,8 +105,8 @@ TEST(FormFactorBound, IsNoLessThanAnyFormFactor) {
 TEST(FormFactorBound, KnowsHowFarTheTipOfATriangleIs) {
   const PatchGeometry lamp = MakePatch(
       PatchShape::kParallelogram, {-0.5, -0.5, 0}, {1, 0, 0}, {0, 1, 0});
-  // Three metres long, 3 m beside the lamp, upright; its tip alone is above the
-  // plane of the lamp.
+  // The blade is three metres long and upright, 3 m beside the lamp; its tip
+  // alone is above the plane of the lamp.
   const PatchGeometry blade = MakePatch(
       PatchShape::kTriangle, {3, 0, 0.4}, {0, 0.02, -3}, {0, -0.02, -3});
   const TransferEnd r = MakeTransferEnd(blade, {});
@@ -114,8 +116,8 @@ TEST(FormFactorBound, KnowsHowFarTheTipOfATriangleIs) {
   EXPECT_GT(FormFactorBound(s, r), 0);
 }
 
-// A skirting board 10 m away stands in the floor's horizon, however long the
-// piece of floor is: all that is seen of it is its height.
+// A skirting board 10 m away stands at the floor's horizon, however long the
+// piece of floor is: only the height of the board is seen.
 TEST(FormFactorBound, OnlyTheOtherElementsHeightCounts) {
   const PatchGeometry wall = MakePatch(
       PatchShape::kParallelogram, {0, -2, 0}, {0, 4, 0}, {0, 0, 0.1F});
@@ -123,8 +125,8 @@ TEST(FormFactorBound, OnlyTheOtherElementsHeightCounts) {
       PatchShape::kParallelogram, {9.9F, -2, 0}, {0.1F, 0, 0}, {0, 4, 0});
   const TransferEnd r = MakeTransferEnd(floor, {});
   const TransferEnd s = MakeTransferEnd(wall, {});
-  // 0.4 m2, at most 0.1 m above the floor, at no less than the spheres around
-  // both are apart.
+  // The wall has 0.4 m2, is at most 0.1 m above the floor and is no nearer than
+  // the gap between the spheres around both.
   const float gap = Length(s.center - r.center) - (r.radius + s.radius);
   EXPECT_LE(FormFactorBound(r, s),
             0.4F * (0.1F / gap) / (3.14159F * gap * gap) * 1.0001F);

@@ -42,7 +42,7 @@ double MeanFormFactor(const PatchGeometry& receiver,
   return sum / static_cast<double>(grid * grid);
 }
 
-// The polynomial leaves 2.7e-14, and each of some ten operations 1.1e-16.
+// The polynomial is off by 2.7e-14, and each of some ten operations by 1.1e-16.
 TEST(AngleOf, IsTheArcTangentToTheStatedError) {
   const double least = std::ldexp(1.0, -40);
   for (double slope = least; slope < 1 / least; slope *= 1.0007) {
@@ -66,8 +66,8 @@ TEST(PointToPolygon, IsTheWholeHemisphereForAnEndlessCeiling) {
 }
 
 TEST(PointToPolygon, ClipsWhatIsBelowTheHorizon) {
-  // A wall through the horizon counts its upper half only, and a wall that
-  // starts at the horizon the same.
+  // Only the upper half of a wall through the horizon counts; a wall that
+  // starts at the horizon counts the same.
   const PatchGeometry whole = MakeRectangle({1, -1, -2}, {0, 2, 0}, {0, 0, 4});
   const PatchGeometry upper = MakeRectangle({1, -1, 0}, {0, 2, 0}, {0, 0, 2});
   const Vec3f up = {0, 0, 1};
@@ -138,8 +138,8 @@ double Lambert(Vec3f x, Vec3f n, std::span<const Vec3f> polygon) {
   return std::abs(sum) / (2 * kPi);
 }
 
-// Angles to a relative 1e-13 make at most 4 pi 1e-13 / (2 pi) of four edges;
-// the result is rounded to float, half of 2^-23 at most.
+// A relative error of 1e-13 in the angles of four edges makes at most 4 pi
+// 1e-13 / (2 pi); the result is rounded to float, by half of 2^-23 at most.
 TEST(PointToPolygon, IsLambertsFormulaToTheRoundingOfItsResult) {
   Random random(11);
   const auto next = [&] { return 2 * random.Next() - 1; };
@@ -183,8 +183,8 @@ TEST(Kernel, QuadratureConvergesToTheExactFormFactorWithDistance) {
       }
       worst = std::max(worst, std::abs(a / b - 1));
     }
-    // Fourth order in diameter over distance: 16 times less at twice as far;
-    // 10 leaves room for the next order.
+    // The error is of fourth order in diameter over distance, 16 times less at
+    // twice the distance; the factor 10 leaves room for the next order.
     EXPECT_LT(worst, height == 2.0 ? 0.01 : last / 10) << height;
     last = worst;
   }

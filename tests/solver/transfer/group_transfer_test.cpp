@@ -33,7 +33,7 @@ class Scene {
       : patches_{Rectangle({-0.5 * floor_side, -0.5 * floor_side, 0},
                            {floor_side, 0, 0},
                            {0, floor_side, 0})} {
-    // Bulbs are lamps where little of a cell emits.
+    // Bulbs count as lamps only if little of a cell emits.
     patches_.push_back(Rectangle({-5, -5, 9}, {0, 9, 0}, {9, 0, 0}));
     Append(patches_, Bulb({0, 0, height}, kBulbRadius, 6));
     Append(patches_, blockers);
@@ -101,11 +101,11 @@ TEST(GroupTransfer, OfABallIsTheSquareOfItsSine) {
   EXPECT_LT(seen, ball);
   EXPECT_GT(seen, ball * facets * facets);
   EXPECT_GE(transfer.FormFactorBound(), transfer.FormFactor());
-  // Those that look up are of no use below.
+  // Facets that look up send nothing to the floor below.
   EXPECT_LT(transfer.Facing().count, scene.Group().count * 3 / 5);
 }
 
-// On one random point after another, the same as on the nodes.
+// Samples at single random points have the mean over the floor.
 TEST(GroupTransfer, SamplesAreRightOnTheAverage) {
   const Scene scene(1);
   const GroupTransfer transfer = scene.Transfer();
@@ -120,7 +120,7 @@ TEST(GroupTransfer, SamplesAreRightOnTheAverage) {
   }
   const double mean = sum / kSamples;
   const double error = std::sqrt((square / kSamples - mean * mean) / kSamples);
-  // The mean over the floor, of points on a fine grid: cos^4 falls off.
+  // The mean over points on a fine grid of the floor, since cos^4 falls off.
   double exact = 0;
   constexpr int kGrid = 40;
   for (int i = 0; i < kGrid; ++i) {
@@ -145,7 +145,7 @@ TEST(GroupTransfer, IsRougherOnLargerReceivers) {
     return transfer.Residual(basis) / transfer.FormFactor();
   };
   EXPECT_LT(residual(0.5, haar), 0.5F * residual(1, haar));
-  // Of second order: a quarter for half the side.
+  // The residual is of second order: half the side leaves a quarter of it.
   EXPECT_LT(residual(0.5, linear), 0.3F * residual(1, linear));
   EXPECT_LT(residual(0.5, linear), residual(0.5, haar));
 }
@@ -169,8 +169,8 @@ TEST(GroupRays, SeeNothingBehindAPlate) {
   EXPECT_FALSE(scene.IsProvenClear());
 }
 
-// A floor inside of the bulb has the backs of all facets before it: no ray
-// says that any is hidden.
+// A floor inside the bulb sees only the backs of the facets: no ray says that
+// any facet is hidden.
 TEST(GroupRays, KnowNothingOfWhatFacesAway) {
   Scene scene(0.01, {}, 0);
   const GroupSight sight = scene.Look(1);
@@ -178,8 +178,8 @@ TEST(GroupRays, KnowNothingOfWhatFacesAway) {
   EXPECT_EQ(sight.fraction, 1);
 }
 
-// A shade around the bulb hides it from all of the floor but the spot below:
-// random points of the floor miss that, as it is a thousandth of it.
+// A shade around the bulb hides it from all of the floor but the spot below.
+// Random points of the floor miss the spot, which is a thousandth of the floor.
 TEST(GroupRays, SeeWhereTheLightPeaks) {
   constexpr double kLow = 0.12;
   const Vec3 up = {0, 0, 0.22};
@@ -226,7 +226,7 @@ TEST(GroupRays, KnowAShadowOnTheReceiver) {
   EXPECT_LT(sight.at_nodes[1], 0.1F);
 }
 
-// Over many looks the share is that of the area that is seen.
+// Averaged over many looks, the fraction is the share of the area that is seen.
 TEST(GroupRays, AreUnbiased) {
   Scene scene(0.05,
               {Rectangle({0, -1, kBulbHeight - 0.11}, {1, 0, 0}, {0, 2, 0})});
@@ -241,9 +241,9 @@ TEST(GroupRays, AreUnbiased) {
   }
   const double mean = sum / kLooks;
   const double error = std::sqrt((square / kLooks - mean * mean) / kLooks);
-  // The plate's edge lies in the plane of symmetry, a little below the bulb:
-  // points of the floor off the middle look past it by a fortieth of their
-  // distance from it, both ways alike.
+  // The plate's edge lies in the plane of symmetry, a little below the bulb.
+  // Floor points off the middle look past the edge by a fortieth of their
+  // distance from the middle, equally on both sides.
   EXPECT_NEAR(mean, 0.5, 4 * error);
   EXPECT_LT(4 * error, 0.01);
 }

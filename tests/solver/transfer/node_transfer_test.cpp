@@ -49,7 +49,7 @@ class NodeTransfer : public ::testing::TestWithParam<BasisKind> {
 };
 
 TEST_P(NodeTransfer, RowsOfNearTransfersAreTheExactFormFactors) {
-  // Of a receiver that is not larger, close by.
+  // The receiver is close by and not larger than the source.
   const auto patches = test::GeometryOf(test::RandomPatches(7, 40, 0.7, 1));
   for (size_t i = 0; i + 1 < patches.size(); i += 2) {
     const NodeEnd source = EndOf(patches[i]);
@@ -113,8 +113,8 @@ TEST_P(NodeTransfer, UnitSquaresFaceToFaceHaveTheirFormFactor) {
     return;
   }
   // The irradiance of cells is taken at their centroids: the error of the mean
-  // falls with the square of their size. By symmetry the four quarters of the
-  // receiver get the same.
+  // falls with the square of the cells' size. By symmetry the four quarters of
+  // the receiver get the same.
   const double error_of_quarter = error_of({0, 0, 0.5F}) - kExact;
   EXPECT_NEAR(error / error_of_quarter, 4, 0.4);
 }
@@ -179,7 +179,8 @@ INSTANTIATE_TEST_SUITE_P(Bases,
                                            BasisKind{3, true}));
 
 TEST(FlatTransfer, CoefficientsAreTheFormFactorsOfCells) {
-  // Of the ends' own cells, as if each were a constant element (W, 2.4.3).
+  // The kernel is that of the ends' own cells, as if each were a constant
+  // element (W, 2.4.3).
   const ShapeBasis f3(PatchShape::kParallelogram, {3, true});
   const PatchGeometry wall = UnitSquare({0, 0, 0}, {0, 1, 0}, {0, 0, 1});
   const PatchGeometry floor = UnitSquare({0, 0, 0}, {1, 0, 0}, {0, 1, 0});

@@ -1,5 +1,5 @@
-// Proofs of emptiness are never contradicted by rays, and are found where they
-// are easy.
+// Rays never contradict a proof that a shaft is empty, and easy proofs are
+// found.
 
 #include "solver/transfer/shaft.h"
 
@@ -53,7 +53,7 @@ class BlockerModel {
     return shaft_.LeaveEmpty(ShaftBetween(r, rf, s, sf));
   }
 
-  // Of 16 random segments between points that face each other, how many are
+  // How many of 16 random segments between points that face each other are
   // blocked.
   [[nodiscard]] int BlockedOf16(const TransferEnd& r,
                                 const TransferEnd& s,
@@ -94,8 +94,8 @@ struct Tally {
   int blocked_pairs = 0;
 };
 
-// Elements of the given ends against the blockers: no proof may be
-// contradicted.
+// Checks elements of the given ends against the blockers: no ray may contradict
+// a proof.
 Tally ExpectNoContradiction(const BlockerModel& scenery,
                             const std::vector<PatchGeometry>& ends,
                             int pairs,
@@ -205,9 +205,10 @@ TEST(Shaft, PartsOfAWallSeePastABoxThatHidesTheRest) {
   EXPECT_TRUE(room.Proves(floor, far, ceiling, far));
 }
 
-// A wall lies a tenth of a millimetre behind an opening, as that of a tiled
-// bathroom does above its tiles: too near for rays to tell a surface there from
-// the wall, but all of the wall's light comes through it.
+// A wall lies a tenth of a millimetre behind an opening, like the wall of a
+// bathroom above its tiles. The wall is too near for rays to tell it from a
+// surface in the opening, but all of the wall's light comes through the
+// opening.
 TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
   const auto opening =
       GeometryOf({test::Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1})});
@@ -230,9 +231,10 @@ TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
   EXPECT_FALSE(let_through(surfaces, -9e-5));
 }
 
-// Two halves of a floor that is a little folded: the opening in the plane of
-// the one closes a wedge over the other, and where they meet that is thinner
-// than any rounding. All light of the elements there comes through it.
+// A floor is a little folded in two halves. The opening in the plane of one
+// half closes a wedge over the other half; where the halves meet, the wedge is
+// thinner than any rounding. All light of the elements there comes through the
+// opening.
 TEST(Shaft, AnOpeningOverAThinWedgeLetsLightThrough) {
   const auto opening =
       GeometryOf({test::Rectangle({0, 0, 0}, {10, 0, 0}, {0, 10, 0})});
@@ -246,8 +248,9 @@ TEST(Shaft, AnOpeningOverAThinWedgeLetsLightThrough) {
   }
 }
 
-// A floor counts as in the plane of an opening that it is a little before: its
-// cell is below, and all its light comes through that opening.
+// A floor a little in front of an opening counts as lying in the opening's
+// plane: the floor's cell is below, and all its light comes through the
+// opening.
 TEST(Shaft, AnElementThatSticksOutOfAnOpeningIsLitThroughIt) {
   const auto opening =
       GeometryOf({test::Rectangle({0, 0, 0}, {10, 0, 0}, {0, 10, 0})});
@@ -264,7 +267,7 @@ TEST(Shaft, AnElementThatSticksOutOfAnOpeningIsLitThroughIt) {
   EXPECT_TRUE(is_lit(-kOnPlaneM));
   EXPECT_TRUE(is_lit(0));
   EXPECT_TRUE(is_lit(kOnPlaneM));
-  EXPECT_FALSE(is_lit(2 * kOnPlaneM));  // it is another's then
+  EXPECT_FALSE(is_lit(2 * kOnPlaneM));  // it is another cell's floor then
 }
 
 // A wall in the plane of a door beside it gets nothing through the door.
@@ -279,8 +282,8 @@ TEST(Shaft, AnOpeningBesideAWallLetsNothingThrough) {
   EXPECT_TRUE(portals.LeaveEmpty(ShaftBetween(ends[1], {}, ends[0], {})));
 }
 
-// What lay in another surface was put before it, and so may stand beyond an
-// opening before both.
+// A patch that lay in another surface was moved in front of that surface, and
+// so may stand beyond an opening in front of both.
 TEST(Shaft, WhatWasPutBeforeAnOpeningIsLitThroughIt) {
   const auto opening =
       GeometryOf({test::Rectangle({0, 0, 0}, {0, 1, 0}, {0, 0, 1})});
@@ -308,8 +311,8 @@ TEST(Shaft, WhatWasPutBeforeAnOpeningIsLitThroughIt) {
   EXPECT_TRUE(is_lit());
 }
 
-// All shadows are added up, however the blockers are grouped: of triangles too,
-// which are kept with a corner repeated.
+// All shadows are added up, however the blockers are grouped; so are those of
+// triangles, which are kept with a corner repeated.
 TEST(ShaftBlockers, AddUpAllShadows) {
   Random random(11);
   const auto blockers = GeometryOf(RandomPatches(12, 300, 4, 0.3));

@@ -88,7 +88,8 @@ TEST(SampledTransfer, IsRightOnTheAverage) {
   ExpectMean({kFloor, Wall()}, true, 0.200044);
 }
 
-// A thousandth of the floor, and the floor as that thousandth sees it.
+// The ends are a tile of a thousandth of the floor's area and the floor, and
+// either receives.
 TEST(SampledTransfer, TakesPointsOfTheSmallerEnd) {
   const double side = std::sqrt(1e-3);
   const Patch tile = Rectangle({0.5, 0.5, 0.1}, {0, side, 0}, {side, 0, 0});
@@ -105,8 +106,8 @@ TEST(SampledTransfer, TakesPointsOfTheSmallerEnd) {
   }
 }
 
-// Of the light of a point at height h over a floor, half lands within h of its
-// foot: rho^2 / (rho^2 + h^2).
+// Half of the light of a point at height h over a floor lands within h of the
+// point's foot: rho^2 / (rho^2 + h^2).
 TEST(PairAtPeak, IsDrawnByTheKernel) {
   constexpr float kHeight = 0.05F;
   const Patch speck =
@@ -129,8 +130,8 @@ TEST(PairAtPeak, IsDrawnByTheKernel) {
         inner += std::hypot(d.x, d.y) < kHeight ? 1 : 0;
       }
     }
-    // Beyond the floor's edges lies less than h^2 / (h^2 + 0.3^2) = 3 %, which
-    // is tried again.
+    // Less than h^2 / (h^2 + 0.3^2) = 3 % of the draws lie beyond the floor's
+    // edges and are repeated.
     EXPECT_EQ(pairs, 4000);
     EXPECT_NEAR(
         inner, 0.5 * pairs, 0.015 * pairs + 4 * std::sqrt(0.25 * pairs));
@@ -164,8 +165,8 @@ TEST(SampledTransfer, VariesAtMostHalfAsMuchAsOnePoint) {
   EXPECT_LT(all.deviation, 0.5 * one.deviation);
 }
 
-// Ends that cut through each other's planes included: a ray that starts or
-// ends behind one of them would find light that never arrives.
+// Ends may cut through each other's planes: a ray that starts or ends behind
+// one of them would find light that never arrives.
 TEST(SampledTransfer, ItsRayGoesFromFrontToFront) {
   int rays = 0;
   for (uint64_t seed = 1; seed <= 3000; ++seed) {
@@ -184,8 +185,8 @@ TEST(SampledTransfer, ItsRayGoesFromFrontToFront) {
   EXPECT_GT(rays, 1000);
 }
 
-// Also where most of one end lies behind the other, whose rays would else pass
-// below the surface that they start from.
+// Most of one end may lie behind the other; rays from there would pass below
+// the surface that they start from.
 TEST(RandomPair, GoesFromFrontToFront) {
   int asked = 0;
   int missed = 0;
@@ -236,7 +237,8 @@ TEST(RandomPair, LiesOnItsEndsWhereRoundingDecidesWhatIsInFront) {
   }
 }
 
-// What touches an edge must not open a crack: no ray starts at the rim.
+// No ray starts at the rim, so that a surface that touches an edge opens no
+// crack.
 TEST(RandomPoint, KeepsOffTheRim) {
   Random random(3);
   for (const Patch& patch : RandomPatches(9, 40, 1, 1)) {
@@ -255,7 +257,7 @@ TEST(RandomPoint, KeepsOffTheRim) {
   }
 }
 
-// What Taylor's series leave: (pi / 4)^13 / 13!.
+// The tolerance is the remainder of Taylor's series, (pi / 4)^13 / 13!.
 TEST(OnCircle, IsTheSineAndTheCosine) {
   for (int i = 0; i <= 100000; ++i) {
     const double t = i / 100000.0;
@@ -287,7 +289,8 @@ TEST(CosineDirections, HaveTheMomentsOfTheirDistribution) {
   EXPECT_NEAR(square, 0.25, 5 * std::sqrt(1.0 / 16 / kCount));
 }
 
-// Candidates are drawn side by side, with the bits of pairs one by one.
+// Candidates that are drawn side by side have the bits of pairs drawn one by
+// one.
 TEST(PairCandidates, AreThePairsThatAreDrawnOneByOne) {
   for (uint64_t trial = 0; trial < 200; ++trial) {
     const std::vector<PatchGeometry> geometry =

@@ -57,8 +57,8 @@ TEST_F(InfoOfScene, SmallerErrorsCostMore) {
   }
 }
 
-// Of a store: what it would take to go on with it, if it is not solved or if
-// another error is asked for.
+// For a store, `info` says what a resume would take if the store is not solved
+// or if another error is asked for.
 TEST_F(InfoOfScene, StoresSayWhatAResumeWouldTake) {
   const auto info = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words = {

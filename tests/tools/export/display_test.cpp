@@ -1,5 +1,5 @@
-// What is shown of a solved scene: no steps, the same mean, the same bits under
-// any cap and number of threads.
+// The display mesh of a solved scene has no steps, the same mean, and the same
+// bits under any cap and number of threads.
 
 #include <algorithm>
 #include <array>
@@ -167,7 +167,8 @@ TEST_P(DisplayOfChairs, HasNoStepsAtElementBorders) {
   EXPECT_LE(after, 0.02 * mean);
 }
 
-// Equal but for single precision: values and weights are good to 1e-7 each.
+// The means are equal up to single precision: values and weights are good to
+// 1e-7 each.
 TEST_P(DisplayOfChairs, HasTheMeanOfTheSolution) {
   MemoryBudget budget(kBudgetBytes);
   const auto store = OpenSolvedStore(Path("c.enf"));

@@ -88,7 +88,8 @@ TEST_F(PictureTest, ThePictureDoesNotDependOnTheBand) {
   }
 }
 
-// A row of it takes more than what there is: 1,000 pixels of 16 x 16 samples.
+// One row of the picture, 1,000 pixels of 16 x 16 samples, takes more than the
+// budget.
 TEST_F(PictureTest, ARowNeedNotFitIntoMemory) {
   const Camera camera =
       PerspectiveCamera({1, 2, 1}, {6, 2, 1}, {0, 0, 1}, 60, 1000);
@@ -146,7 +147,8 @@ TEST_F(PictureTest, PngHoldsTheTonesOfThePicture) {
   EXPECT_LT(at(30, 20), 220);
 }
 
-// Enough of it that libpng meets the limit, and not what is flushed at last.
+// The picture is so large that libpng itself meets the limit, and not only the
+// last flush.
 TEST_F(PictureTest, AFullDiskUnderAPngIsOneErrorAndNoWordOfTheLibrarys) {
   constexpr uint32_t kSize = 256;
   Picture noise(kSize, kSize);

@@ -45,7 +45,7 @@ std::vector<ReadPolygon> ShellOf(const ReadScene& scene) {
   return shell;
 }
 
-// Rooms, their plan and how often each kind of object stands in them.
+// The rooms of a kind, by name, with their plan.
 std::map<std::string, Rect> Floors(const ReadScene& scene,
                                    const std::string& kind) {
   std::map<std::string, Box3> boxes;
@@ -109,7 +109,8 @@ TEST_P(Floorplans, HasTheRoomsThatWereAskedFor) {
             GetParam().rooms);
 }
 
-// From the outline's first space, through doorways and up the stairs.
+// The walk begins in the outline's first space and goes through doorways and up
+// the stairs.
 TEST_P(Floorplans, EverySpaceCanBeReachedOnFoot) {
   const FloorplanOptions options = Options();
   size_t spaces = 0;
@@ -152,7 +153,8 @@ TEST(Floorplan, NoReflectanceReaches09AndLampsLookDown) {
   EXPECT_GE(lamps, 60U);
 }
 
-// Every vertex relative to the room's corner, with its material.
+// The look of a room is every vertex relative to the room's corner, with its
+// material.
 TEST(Floorplan, NoTwoRoomsAreAlike) {
   const ReadScene scene = Generate(WriteFloorplan, {300, 3, 0});
   const std::map<std::string, Rect> rooms = Floors(scene, "_office");

@@ -152,7 +152,8 @@ TEST(Chairs, CountOfPolygonsIs5Plus27PerChair) {
   }
 }
 
-// Scaled: area of floor and of walls per chair stays. Horizontal: height stays.
+// A scaled room keeps the areas of floor and walls per chair; a horizontally
+// scaled one keeps its height.
 TEST(Chairs, RoomGrowsAsTheScalingSays) {
   const auto room = [](uint32_t count, ChairScaling scaling) {
     const ReadScene scene = Generate(WriteChairs, {count, scaling});
@@ -175,7 +176,8 @@ TEST(Chairs, RoomGrowsAsTheScalingSays) {
   EXPECT_EQ(room(400, ChairScaling::kNone), room(36, ChairScaling::kNone));
 }
 
-// What stands in a room stands on its floor, inside, clear of the others.
+// Checks that the chairs stand on the room's floor, inside the room and clear
+// of each other.
 void ExpectChairsApart(const ReadScene& scene, int count, double scale) {
   const auto room = BoundsOf(Object(scene, "floor")[0].vertices);
   std::vector<Point3> centers;
@@ -202,7 +204,7 @@ TEST(Chairs, StandApartAndInsideTheRoom) {
   ExpectChairsApart(Generate(WriteChairs, {36}), 36, 1);
 }
 
-// 20 x 20 chairs on 6 m x 6 m: 0.3 m for what needs 0.678 m.
+// Each of 20 x 20 chairs on 6 m x 6 m has 0.3 m but needs 0.678 m.
 TEST(Chairs, AreSmallerWhereARoomThatDoesNotGrowIsCrowded) {
   ExpectChairsApart(
       Generate(WriteChairs, {400, ChairScaling::kNone}), 400, 0.3 / 0.678);

@@ -112,8 +112,8 @@ TEST(Study, WritesALinePerRunAndATable) {
                             "verified_deviation"}) {
       EXPECT_TRUE(line.contains(key)) << key;
     }
-    // The two errors share no code. How sure the one is depends on how much
-    // time the machine had for it.
+    // The two errors share no code. The precision of the verified error depends
+    // on how much time the machine had for it.
     const auto rms = line.at("rms_error").get<double>();
     EXPECT_GT(rms, 0.75 * line.at("verified_low").get<double>());
     EXPECT_LT(rms, 1.25 * line.at("verified_high").get<double>());
@@ -139,7 +139,7 @@ TEST(Study, GoesOnWhereItWasKilled) {
   const ProgramResult again = RunSmallStudy(folder);
   ASSERT_EQ(again.exit_code, 0) << again.err;
   const std::string after = ReadFile(file);
-  // One line was whole: it stays, byte for byte, and the other run is made.
+  // The one whole line stays, byte for byte, and the other run is made.
   EXPECT_EQ(after.substr(0, kept), whole.substr(0, kept));
   EXPECT_EQ(LoadStudy(file).size(), 2U);
   EXPECT_EQ(again.out.find("parallel 1 progressive 500\n"), std::string::npos);

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kManySeeds = 300;
 
-// 92 % of 300. With the nominal 95 %, fewer have a probability of 0.6 %.
+// 92 % of 300. At the nominal 95 %, fewer covered intervals have a probability
+// of 0.6 %.
 constexpr int kLeastCoveredOfMany = 276;
 
 constexpr int kFloorGrid = 128;
@@ -107,7 +108,7 @@ TEST(VerifyCoverageTest, PlantedErrorsUnderUnevenLampsAreCovered) {
   }
   EXPECT_GE(covered, kLeastCoveredOfMany);
   EXPECT_LE(above, kManySeeds - kLeastCoveredOfMany);
-  // Not by being wide.
+  // The intervals do not cover the truth by being wide.
   EXPECT_LE(width, .35);
 }
 

@@ -33,7 +33,8 @@ class SpotRoom {
 
   [[nodiscard]] const BuildingView& View() const { return building_.View(); }
 
-  // A part of the lamp's 10 W for each of 16 tenths of a metre.
+  // One part for each of 16 squares of a tenth of a metre, with a share of the
+  // lamp's 10 W.
   static std::vector<BrightPart> Parts() {
     std::vector<BrightPart> parts;
     for (int i = 0; i < 16; ++i) {
@@ -55,18 +56,18 @@ PathGuide LearnedGuide(const SpotRoom& room, MemoryBudget& budget) {
   return guide;
 }
 
-// On the floor, on the ceiling, and on the wall of the spot, whose horizon cuts
-// the spot's spheres.
+// The vertices lie on the floor, on the ceiling, and on the wall of the spot,
+// whose horizon cuts the spot's spheres.
 const std::pair<Point3, Vec3> kVertices[] = {
     {{.7, 1.1, 0}, {0, 0, 1}},
     {{2, 2, 3}, {0, 0, -1}},
     {{4, 1, 1.5}, {-1, 0, 0}},
 };
 
-// A density's integral over the hemisphere is 1. Directions uniform in height
-// and azimuth; the density is constant but on the rims of the cones, which few
-// of 10^6 cells meet: each of at most 16 rims, of some 0.05 of a radian, less
-// than 1 % of the cells inside.
+// The density's integral over the hemisphere is 1. Directions are uniform in
+// height and azimuth. The density is constant except on the rims of the cones,
+// which few of 10^6 cells meet: each of at most 16 rims, of some 0.05 of a
+// radian, less than 1 % of the cells inside.
 TEST(PathGuideTest, TheDensityIsOne) {
   const SpotRoom room;
   MemoryBudget budget(kModest);
@@ -88,10 +89,10 @@ TEST(PathGuideTest, TheDensityIsOne) {
   EXPECT_GT(most_share, .2) << "nothing was guided";
 }
 
-// Directions have the density that they are divided by: means of functions of
-// them are those by the cosine, of which the second moments of the components
-// are 1/4, 1/4 and 1/2. Of the component towards the spot, where the density is
-// not the cosine's.
+// Directions have the density that they are divided by: weighted means of
+// functions of directions are those of the cosine distribution, whose second
+// moments of the components are 1/4, 1/4 and 1/2. The test takes the component
+// towards the spot, where the density is not the cosine's.
 TEST(PathGuideTest, DirectionsHaveTheirDensity) {
   const SpotRoom room;
   MemoryBudget budget(kModest);

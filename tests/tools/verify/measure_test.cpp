@@ -167,7 +167,7 @@ TEST(VerifyTest, TheLargestDifferencesAreWhereTheErrorIs) {
     EXPECT_LT(d.position.y, .25);
     EXPECT_EQ(d.position.z, 0);
     EXPECT_EQ(d.normal.z, 1);
-    // Twice the truth, which takes paths to know.
+    // The solution is twice the truth, which takes paths to know.
     EXPECT_NEAR(d.solution[0] / d.reference[0], 2, .5);
     EXPECT_NEAR(d.reference[0] / d.reference[2], 4, 1e-6);
     EXPECT_GT(d.paths, 0U);
@@ -179,8 +179,9 @@ TEST(VerifyTest, TheLargestDifferencesAreWhereTheErrorIs) {
   EXPECT_LT(sum, 1.1);
 }
 
-// Many paths for each point are worth it under a small lamp, but not when there
-// is no time for them: two pilots at least, each with few, and one round.
+// Many paths for each point are worth their time under a small lamp, but not if
+// there is none: then there are two pilots at least, each with few paths, and
+// one round.
 TEST(VerifyTest, FewPathsWhereThereIsNoTime) {
   const UnderALamp scene([](Point3) { return 1e-3; });
   VerifyOptions options = QuickOptions(1);
@@ -244,7 +245,8 @@ TEST(ErrorEstimateTest, NoiselessSamplesGiveTheExactValues) {
   estimate.AddRound(samples);
   EXPECT_NEAR(estimate.Error().value, .1, 1e-12);
   EXPECT_NEAR(estimate.Error().low, .1, 1e-9);
-  // One more of ten with the same product, and 1.96 times that.
+  // One more of ten samples with the same product, and 1.96 times its
+  // deviation.
   EXPECT_NEAR(estimate.Error().high, .1 * std::sqrt(1 + 2.96 / 10), 1e-4);
   EXPECT_NEAR(estimate.Deviation().value, .1, 1e-12);
 }

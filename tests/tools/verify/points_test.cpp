@@ -37,8 +37,8 @@ TEST(PlaceOnPatchTest, EqualFractionsGetEqualAreas) {
   }
 }
 
-// Parts of parts, down to a random depth: all places of their stretch lie on
-// them, and the stretch is as long as they are large.
+// Takes parts of parts, down to a random depth: all places of a part's stretch
+// lie on the part, and the stretch is as long as the part is large.
 TEST(StretchOnPatchTest, HoldsThePlacesOfAPart) {
   Random random(2);
   for (const PatchShape shape :
@@ -84,7 +84,7 @@ class SpottedWall {
 
   [[nodiscard]] const BuildingView& View() const { return view_; }
 
-  // Of all leaves.
+  // The integral of the level over all leaves.
   static constexpr double kIntegral = 16 * (1 - 4.0 / 64) + 1e6 * 16 * 4 / 64;
 
  private:
@@ -109,7 +109,7 @@ class SpottedWall {
   BuildingView view_;
 };
 
-// Whatever has bins of its own and whatever shares one: the bins cover the line
+// Whichever leaves have bins of their own or share one, the bins cover the line
 // once, and the integral of the level is that of the leaves.
 TEST(LightBinsTest, BinsKeepTheIntegralOfTheLevel) {
   const SpottedWall wall;
@@ -205,7 +205,7 @@ TEST(PointDensityTest, WeightedMeansAreUnbiased) {
 
 // With noise of variance s^2 per path, and squared differences whose squares
 // have the mean V, the best number of paths is s^2 / sqrt(V): many where it is
-// bright and noisy, the least where it is not and nearly all of the area is.
+// bright and noisy, and the fewest elsewhere, which is nearly all of the area.
 TEST(PointDensityTest, PathsGoWhereTheNoiseIs) {
   PointDensity density({{0, 9.9, .01}, {9.9, 10, 100}});
   enfilade::Random random(1);
@@ -226,9 +226,9 @@ TEST(PointDensityTest, PathsGoWhereTheNoiseIs) {
     values.push_back({(a - d) * (b - d), (a - b) * (a - b) / 2});
   }
   density.Learn(draw, values);
-  // What is no noise holds the cross term 2 d^2 s^2 / k, and is known to 5 %:
-  // the product of two variances, of two numbers each, has 8 times the variance
-  // of their mean.
+  // The mean square without noise holds the cross term 2 d^2 s^2 / k and is
+  // known to 5 %: the product of two variances, of two numbers each, has 8
+  // times the variance of their mean.
   const double square = (.3 * .3 * .3 * .3 + .5 * .5 * .5 * .5) / 2;
   const double between = square + 2 * .17 * noise2(9.95) / kPaths;
   const double root = std::sqrt(noise2(9.95) / std::sqrt(between));

@@ -47,8 +47,8 @@ TEST(SeenEmittersTest, ChoicesGoToTheLampsOfTheRoom) {
   const EmitterTree tree(rooms.View(), budget, 1 << 20);
   SeenEmitters seen(tree);
   EXPECT_GT(seen.Learn(rooms.View(), budget, kMostBytes, 1), 0U);
-  // The lamps overhead, behind the slab, are in front of it: a point on the
-  // floor of the lower room.
+  // The point lies on the floor of the lower room: the lamps behind the slab
+  // overhead are in front of it as well.
   const Point3 x{1, 1, 0};
   int own = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -77,8 +77,8 @@ TEST(SeenEmittersTest, ASkyThatReflectsNothingIsSeenAndSeesNothing) {
   EXPECT_EQ(choice->emitter->cell, CellId(1U));
 }
 
-// A bulb in a box that is open below, 5 mm above the floor: hardly a point of
-// the room sees it, and those inside see nothing else.
+// A bulb is in a box that is open below, 5 mm above the floor: hardly a point
+// of the room sees the bulb, and points inside the box see nothing else.
 TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
   FakeBuilding building;
   const MaterialId grey = building.AddMaterial({.5, .5, .5}, {});
@@ -132,7 +132,7 @@ class BulbRoom {
   [[nodiscard]] const BuildingView& View() const { return building_.View(); }
 
  private:
-  // Its faces look outward, each in four quarters.
+  // Adds a cube whose faces look outward, each in four quarters.
   void AddBulb(Point3 o, MaterialId light) {
     constexpr double kHalf = .05;
     const Vec3 x{kHalf, 0, 0};
@@ -172,9 +172,9 @@ TEST(EmitterTreeTest, FacetsOfBulbsAreLampsAndPanelsAreNot) {
   EXPECT_LE(tree.Lamps().size(), 4U + 48 / 2) << "facets are in lamps";
 }
 
-// An estimator weighed with the densities is right only if each is the
-// probability of being chosen. Returns how many of the numbers choose nothing:
-// those that come to a node of the tree below which all look away.
+// An estimator weighed with the densities is right only if each density is the
+// probability of being chosen. Returns how many of the numbers choose nothing,
+// because they come to a node of the tree below which all emitters look away.
 int ExpectDensitiesOfChoices(const BuildingView& view) {
   MemoryBudget budget(kModest);
   const EmitterTree tree(view, budget, 1 << 20);
