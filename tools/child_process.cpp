@@ -22,6 +22,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kOwnProgram = "/proc/self/exe";
+// How long a child may take to stop when it is asked to.
+constexpr double kPatienceSeconds = 120;
 constexpr auto kPoll = std::chrono::milliseconds(10);
 
 // A file in memory; the destructor closes it.
@@ -90,6 +92,7 @@ ChildResult RunOwnProgram(const std::vector<std::string>& words,
   const auto begin = Clock::now();
   ChildResult result;
   bool asked = false;
+  auto asked_at = begin;
   int status = 0;
   pid_t ended = 0;
   while ((ended = waitpid(pid, &status, WNOHANG)) == 0) {
@@ -98,6 +101,10 @@ ChildResult RunOwnProgram(const std::vector<std::string>& words,
     if (!asked && (result.timed_out || StopRequested().load())) {
       kill(pid, SIGTERM);
       asked = true;
+      asked_at = Clock::now();
+    }
+    if (asked && SecondsSince(asked_at) > kPatienceSeconds) {
+      kill(pid, SIGKILL);  // its store holds the last commit
     }
     std::this_thread::sleep_for(kPoll);
   }

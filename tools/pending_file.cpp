@@ -70,12 +70,15 @@ void WriteFileInOneStep(const fs::path& path,
                         const std::function<void(std::ostream&)>& write) {
   PendingFile pending(path);
   std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
+  int error = errno;
   if (file) {
     write(file);
+    file.flush();
+    error = errno;
     file.close();
   }
   if (!file) {
-    Fail(path, std::system_category().message(errno));
+    Fail(path, std::system_category().message(error));
   }
   pending.Keep();
 }

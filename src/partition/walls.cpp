@@ -2,7 +2,6 @@
 
 #include "partition/plane_groups.h"
 
-#include <array>
 #include <cmath>
 #include <functional>
 
@@ -21,25 +20,21 @@ bool MaySplit(const Face& face, const SceneInfo& info) {
          Length(AreaVector(face.vertices)) >= kLeastSplitterM2;
 }
 
-// Sums, for each axis, the area that is perpendicular to it.
-struct AxisAreas {
-  std::array<double, 3> m2{};
+// The area of faces that are level if y is up, and if z is up.
+struct LevelAreas {
+  double y_m2 = 0;
+  double z_m2 = 0;
 
   void Add(const Vec3& area) {
+    constexpr double kAlong = 0.99;
     const double length = Length(area);
-    for (size_t axis = 0; axis < 3; ++axis) {
-      if (std::abs(area[axis]) > 0.99 * length) {
-        m2[axis] += length;
-      }
-    }
+    y_m2 += std::abs(area.y) > kAlong * length ? length : 0;
+    z_m2 += std::abs(area.z) > kAlong * length ? length : 0;
   }
 
-  // A tie goes to z, then y.
+  // z in a tie, as default_luminaires.h has it.
   [[nodiscard]] Vec3 Up() const {
-    if (m2[2] >= m2[1] && m2[2] >= m2[0]) {
-      return {0, 0, 1};
-    }
-    return m2[1] >= m2[0] ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
+    return y_m2 > z_m2 ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
   }
 };
 
@@ -59,7 +54,7 @@ class WallReader {
   // and bounds none. Small emitting faces are luminaires unless much of the
   // scene emits, as in a furnace.
   [[nodiscard]] Vec3 FindUp() {
-    AxisAreas areas;
+    LevelAreas areas;
     double all_m2 = 0;
     double emitting_m2 = 0;
     ForEachFace(*store_, [&](FaceId, const Face& face) {
@@ -73,7 +68,7 @@ class WallReader {
     });
     without_luminaires_ =
         info_->spaces.empty() && emitting_m2 < kMostEmittingShare * all_m2;
-    return areas.Up();
+    return info_->gbxml ? Vec3{0, 0, 1} : areas.Up();
   }
 
   void ForEach(const Visitor& visit) const {

@@ -39,12 +39,14 @@ constexpr uint64_t kHeldBytesPerBlocker = 140;
 // Segments are shortened at both ends by kEndMeters + kEndFraction * length.
 // Rounding to float moves an end off its surface by at most 2^-24 of its
 // coordinate: 4e-6 m at 64 m from the origin. A tenth of a millimetre then lets
-// all segments pass that leave their surface steeper than 1 in 25. The fraction
+// all segments pass that leave their surface steeper than 1 in 25. From 420 m
+// on, kEndOfCoordinate takes the place of kEndMeters. The fraction
 // covers the error of the distance that Embree computes in float. The fraction
 // is small, so that a surface that hides another from near by also hides it
 // from afar.
 constexpr float kEndMeters = 1e-4F;
 constexpr float kEndFraction = 2e-6F;
+constexpr float kEndOfCoordinate = 4.0F / (1 << 24);
 
 // Counts rays in counters that threads seldom share.
 struct alignas(64) RayCounter {
@@ -136,8 +138,12 @@ void MakeRays(const SegmentPacket& packet,
     const float dy = to.y[i] - rays.org_y[i];
     const float dz = to.z[i] - rays.org_z[i];
     const float length = std::sqrt(dx * dx + dy * dy + dz * dz);
+    const float farthest = std::max({std::abs(rays.org_x[i]),
+                                     std::abs(rays.org_y[i]),
+                                     std::abs(rays.org_z[i])});
+    const float end = std::max(kEndMeters, kEndOfCoordinate * farthest);
     const float near =
-        std::min(kEndFraction + kEndMeters / std::max(length, 1e-20F), 0.5F);
+        std::min(kEndFraction + end / std::max(length, 1e-20F), 0.5F);
     rays.dir_x[i] = dx;
     rays.dir_y[i] = dy;
     rays.dir_z[i] = dz;

@@ -163,6 +163,14 @@ TEST(Store, SecondWriterIsRefused) {
   EXPECT_NE(OpenStore(folder / "a.enf", StoreAccess::kWrite), nullptr);
 }
 
+TEST(Store, SecondWriterThroughALinkIsRefused) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink(folder / "a.enf", folder / "link.enf");
+  const auto first = CreateStore(folder / "a.enf");
+  EXPECT_THROW(OpenStore(folder / "link.enf", StoreAccess::kWrite), DiskError);
+  EXPECT_FALSE(std::filesystem::exists(folder / "link.enf-lock"));
+}
+
 TEST(Store, ReaderSeesTheLastCommitBeforeItOpened) {
   const TemporaryFolder folder;
   const auto writer = CreateStore(folder / "a.enf");

@@ -131,6 +131,29 @@ TEST(Occlusion, WallsDoNotBlockSegmentsBetweenTheirOwnPoints) {
   EXPECT_GT(tried, 5000);
 }
 
+// Rounding moves points of oblique surfaces by a fraction of a millimetre
+// there.
+TEST(Occlusion, ObliqueWallsAKilometreAwayDoNotBlockTheirOwnPoints) {
+  MemoryBudget budget(kRoomy);
+  const OcclusionDevice device(budget, {});
+  Random random(5);
+  int blocked = 0;
+  constexpr int kSegments = 2000;
+  for (int i = 0; i < kSegments; ++i) {
+    const auto next = [&] { return 2 * random.Next() - 1; };
+    const Point3 corner{1000 * next(), 1000 * next(), 1000 * next()};
+    const Vec3 u = Normalize(Vec3{next(), next(), next()}) * 3;
+    const Vec3 v = Normalize(Cross(u, Vec3{next(), next(), next()})) * 3;
+    CellPatches cell;
+    cell.patches = {Rectangle(corner, u, v)};
+    const auto wall = device.Build(cell);
+    const Point3 on = corner + u * random.Next() + v * random.Next();
+    const Vec3 normal = Normalize(Cross(u, v));
+    blocked += Blocked(*wall, on, on + normal * 0.8 + u) ? 1 : 0;
+  }
+  EXPECT_LT(blocked, kSegments / 100);
+}
+
 TEST(Occlusion, ContactShadowOneMillimetreAboveTheFloorIsSeen) {
   MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});

@@ -4,11 +4,15 @@
 #include "base/memory.h"
 #include "base/stop.h"
 #include "scene/import.h"
-#include "store/store_files.h"
+#include "store/sqlite_store.h"
 #include "visibility/audit.h"
 
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <system_error>
 #include <vector>
 
 #include "tools/commands/command.h"
@@ -18,7 +22,6 @@
 #include "tools/progress.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 namespace enfilade {
 namespace {
@@ -40,17 +43,29 @@ struct InfoCommand {
               MemoryBudget& budget) const;
 };
 
-// A store whose files the destructor removes.
+// Makes a folder of a name that nothing has. Throws DiskError.
+std::filesystem::path MakeTemporaryFolder() {
+  std::string name =
+      std::filesystem::temp_directory_path() / "enfilade_info_XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) {
+    throw DiskError(fmt::format("cannot make the folder '{}': {}",
+                                name,
+                                std::generic_category().message(errno)));
+  }
+  return name;
+}
+
+// A store in a folder of its own, which the destructor removes.
 class TemporaryStore {
  public:
   TemporaryStore()
-      : path_(std::filesystem::temp_directory_path() /
-              fmt::format("enfilade_info_{}.enf", getpid())),
-        store_(CreateStore(path_)) {}
+      : folder_(MakeTemporaryFolder()),
+        store_(CreateStore(folder_ / "scene.enf")) {}
 
   ~TemporaryStore() {
     store_.reset();
-    RemoveStoreFiles(path_);
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
   }
 
   TemporaryStore(const TemporaryStore&) = delete;
@@ -61,7 +76,7 @@ class TemporaryStore {
   [[nodiscard]] BlockStorage& Store() { return *store_; }
 
  private:
-  std::filesystem::path path_;
+  std::filesystem::path folder_;
   std::unique_ptr<BlockStorage> store_;
 };
 
@@ -214,8 +229,14 @@ void InfoCommand::RunOnStore() const {
              NotesText(report),
              OutlookText(report, path));
   const bool is_solved = report.at("converged").get<bool>();
-  if ((asks || !is_solved) && settings.method.name == "wavelet" &&
-      LoadStage(*storage) >= Stage::kVisible) {
+  const bool is_known = settings.method.name == "wavelet" &&
+                        LoadStage(*storage) >= Stage::kVisible;
+  if (asks && !is_known) {
+    spdlog::warn(
+        "what another error would take is known of wavelet solves alone, and "
+        "once they have found what cells see");
+  }
+  if ((asks || !is_solved) && is_known) {
     settings.error = asks ? scene_options.settings.error : settings.error;
     const SolveOptions options = SolveOptionsOf(settings);
     options.Validate();
