@@ -60,6 +60,7 @@ class StoredBuilding {
   MemoryBudget* budget_;
   GrowingCharge portals_charge_;  // charged before the free budget is shared
   SceneInfo scene_;
+  MemoryCharge scene_charge_;
   Partition partition_;
   bool turns_;
   MemoryBudget work_budget_;

@@ -40,6 +40,7 @@ Partition BuildPartition(BlockStorage& store,
                          const PartitionOptions& options,
                          MemoryBudget& budget) {
   const SceneInfo info = LoadSceneInfo(store);
+  const MemoryCharge scene_charge(budget, BytesOf(info), kScenePurpose);
   Partition partition;
   GrowingCharge portals_charge(budget, "the doorways of the building");
   SpaceCutter cutter(info, options, budget, store);

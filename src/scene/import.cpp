@@ -283,7 +283,8 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   info.photometric = options.photometric;
   MaterialTable materials(
       options.overrides ? Overrides::Load(*options.overrides) : Overrides(),
-      options.sides);
+      options.sides,
+      budget);
   SceneWriter writer(store);
   if (format == SceneFormat::kObj) {
     PolygonSink sink(budget, writer);

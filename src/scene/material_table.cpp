@@ -81,8 +81,27 @@ std::string Mend(const Material& m) {
 
 }  // namespace
 
-MaterialTable::MaterialTable(Overrides overrides, std::optional<int> sides)
-    : overrides_(std::move(overrides)), sides_(sides) {}
+MaterialTable::MaterialTable(Overrides overrides,
+                             std::optional<int> sides,
+                             MemoryBudget& budget)
+    : overrides_(std::move(overrides)),
+      sides_(sides),
+      charge_(budget, "the materials of the scene") {}
+
+uint64_t MaterialTable::BytesToResolve(const Material& material) {
+  // The entry in the map, the material in a growing vector, its copy in the
+  // SceneInfo, and what of it is on its way into the store.
+  constexpr uint64_t kBytesPerEntry = 112;
+  constexpr uint64_t kMaterials = 3;
+  constexpr uint64_t kNames = 3;
+  return kBytesPerEntry + kMaterials * sizeof(Material) +
+         kNames * AllocatedBytes(material.name.size() + 1);
+}
+
+void MaterialTable::Charge(uint64_t bytes, double share) {
+  bytes_ += bytes;
+  charge_.GrowTo(bytes_, share);
+}
 
 size_t MaterialTable::AddInput(Material material, std::string place) {
   inputs_.push_back({std::move(material), std::move(place)});
@@ -97,6 +116,9 @@ std::optional<MaterialId> MaterialTable::Resolve(
   const auto known = resolved_.find(key);
   if (known != resolved_.end()) {
     return known->second;
+  }
+  if (resolved_.size() >= inputs_.size()) {  // some are several materials
+    Charge(BytesToResolve(inputs_[input].material), 1);
   }
   const std::optional<MaterialId> made = Make(input, rules, object);
   resolved_.emplace(key, made);

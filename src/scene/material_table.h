@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "base/memory.h"
 #include "scene/face.h"
 #include "scene/overrides.h"
 
@@ -20,7 +21,17 @@ namespace enfilade {
 class MaterialTable {
  public:
   // `sides` applies to every material whose sides no override sets.
-  MaterialTable(Overrides overrides, std::optional<int> sides);
+  MaterialTable(Overrides overrides,
+                std::optional<int> sides,
+                MemoryBudget& budget);
+
+  // What resolving a material takes, once.
+  static uint64_t BytesToResolve(const Material& material);
+
+  // Charges what the caller is about to add, BytesToResolve included, as long
+  // as the table lives. `share`: of all that will be charged so, about. Throws
+  // DoesNotFitError.
+  void Charge(uint64_t bytes, double share);
 
   // A material of the input; `place` (file and line) goes into errors about
   // it. Returns its index for Resolve.
@@ -59,6 +70,8 @@ class MaterialTable {
 
   Overrides overrides_;
   std::optional<int> sides_;
+  GrowingCharge charge_;
+  uint64_t bytes_ = 0;  // charged
   std::vector<InputMaterial> inputs_;
   std::vector<Material> materials_;
   std::vector<InputMaterial> refused_;

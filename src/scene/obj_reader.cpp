@@ -44,8 +44,6 @@ struct ObjContext {
   // The materials of the MTL files read so far.
   std::map<std::filesystem::path, MaterialNames> files = {};
   std::optional<size_t> grey = {};  // material of polygons that name none
-  GrowingCharge materials_charge{budget, "the materials of the scene"};
-  uint64_t material_bytes = 0;
 
   // Charges a material before it is kept in the table, a growing vector, and by
   // name in the maps of its MTL file and of the OBJ that names that file.
@@ -54,11 +52,12 @@ struct ObjContext {
     constexpr uint64_t kGrowth = 3;
     constexpr uint64_t kNames = 2;
     constexpr uint64_t kBytesPerName = 128;  // of a map
-    material_bytes +=
+    materials.Charge(
         kGrowth * sizeof(MtlMaterial) + kNames * kBytesPerName +
-        (kNames + 1) * AllocatedBytes(m.material.name.size() + 1) +
-        AllocatedBytes(m.place.size() + 1);
-    materials_charge.GrowTo(material_bytes, share);
+            (kNames + 1) * AllocatedBytes(m.material.name.size() + 1) +
+            AllocatedBytes(m.place.size() + 1) +
+            MaterialTable::BytesToResolve(m.material),
+        share);
   }
 };
 

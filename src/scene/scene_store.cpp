@@ -3,6 +3,7 @@
 #include "base/bytes.h"
 #include "base/check.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/stop.h"
 
 #include <cmath>
@@ -197,6 +198,26 @@ SceneInfo SceneWriter::Finish(SceneInfo info) {
   info.faces = faces_;
   store_->SetMeta(kSceneMeta, EncodeInfo(info));
   return info;
+}
+
+uint64_t BytesOf(const SceneInfo& info) {
+  uint64_t bytes = info.materials.capacity() * sizeof(Material) +
+                   info.spaces.capacity() * sizeof(Space) +
+                   info.openings.capacity() * sizeof(Opening) +
+                   info.notes.capacity() * sizeof(std::string);
+  for (const Material& material : info.materials) {
+    bytes += AllocatedBytes(material.name.capacity() + 1);
+  }
+  for (const Space& space : info.spaces) {
+    bytes += AllocatedBytes(space.name.capacity() + 1);
+  }
+  for (const Opening& opening : info.openings) {
+    bytes += AllocatedBytes(opening.vertices.capacity() * sizeof(Point3));
+  }
+  for (const std::string& note : info.notes) {
+    bytes += AllocatedBytes(note.capacity() + 1);
+  }
+  return bytes;
 }
 
 SceneInfo LoadSceneInfo(const BlockStorage& store) {

@@ -42,6 +42,12 @@ struct SceneInfo {
   std::vector<std::string> notes;  // what cleaning changed, in sentences
 };
 
+// For charges of BytesOf a SceneInfo.
+inline constexpr const char* kScenePurpose = "the materials of the scene";
+
+// The bytes that a scene takes in memory, apart from its faces.
+uint64_t BytesOf(const SceneInfo& info);
+
 // Appends faces to a store in chunks of at most 4,096; call Finish() once.
 class SceneWriter {
  public:

@@ -123,6 +123,7 @@ class Engine {
   SolveOptions options_;
   MemoryBudget* budget_;
   SceneInfo scene_;
+  MemoryCharge scene_charge_;
   GrowingCharge portals_charge_;
   Partition partition_;
   MemoryCharge cells_charge_;

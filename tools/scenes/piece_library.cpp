@@ -54,7 +54,7 @@ class PieceReading {
                std::function<Point3(Point3)> place)
       : store_(CreateStoreInMemory()),
         budget_(kReadingBytes),
-        materials_(Overrides(), std::nullopt) {
+        materials_(Overrides(), std::nullopt, budget_) {
     SceneWriter writer(*store_);
     PolygonSink sink(budget_, writer);
     ObjInput input;
