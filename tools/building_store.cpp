@@ -30,7 +30,7 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
       budget_(&budget),
       portals_charge_(budget, "the portals of the building"),
       scene_(LoadSceneInfo(store)),
-      scene_charge_(budget, BytesOf(scene_), kScenePurpose),
+      scene_charge_(budget, kSceneCopies * BytesOf(scene_), kScenePurpose),
       partition_(LoadPartition(
           store, [this](uint64_t bytes) { portals_charge_.GrowTo(bytes); })),
       turns_(sharing == Sharing::kAlone ||

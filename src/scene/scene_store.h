@@ -42,8 +42,10 @@ struct SceneInfo {
   std::vector<std::string> notes;  // what cleaning changed, in sentences
 };
 
-// For charges of BytesOf a SceneInfo.
+// For charges of BytesOf a SceneInfo: what reads a solution holds one of its
+// own.
 inline constexpr const char* kScenePurpose = "the materials of the scene";
+inline constexpr uint64_t kSceneCopies = 2;
 
 // The bytes that a scene takes in memory, apart from its faces.
 uint64_t BytesOf(const SceneInfo& info);

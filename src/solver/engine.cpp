@@ -62,7 +62,7 @@ Engine::Engine(BlockStorage& store,
       options_(options),
       budget_(&budget),
       scene_(LoadSceneInfo(store)),
-      scene_charge_(budget, BytesOf(scene_), kScenePurpose),
+      scene_charge_(budget, kSceneCopies * BytesOf(scene_), kScenePurpose),
       portals_charge_(budget, "the portals of the building"),
       partition_(LoadPartition(
           store, [this](uint64_t bytes) { portals_charge_.GrowTo(bytes); })),

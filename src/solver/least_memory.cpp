@@ -77,7 +77,8 @@ class NeedFinder {
     }
     ConsiderRays();
     least_.budget_bytes +=
-        kSolveWorkspaceBytes + portal_bytes_ + BytesOf(LoadSceneInfo(*store_)) +
+        kSolveWorkspaceBytes + portal_bytes_ +
+        kSceneCopies * BytesOf(LoadSceneInfo(*store_)) +
         needs_.size() * kSolveBytesPerCell +
         NextUse::BytesFor(needs_.size(),
                           LoadVisibilitySummary(*store_).visible_pairs);

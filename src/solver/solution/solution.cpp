@@ -49,7 +49,6 @@ struct Solution::Impl {
   Impl(const BlockStorage& s, MemoryBudget& b, BasisKind kind)
       : budget(&b),
         scene(LoadSceneInfo(s)),
-        scene_charge(b, BytesOf(scene), kScenePurpose),
         loader(s, scene, kind, b),
         basis(&loader.BasisOfTrees()) {}
 
@@ -110,7 +109,6 @@ struct Solution::Impl {
 
   MemoryBudget* budget;
   SceneInfo scene;
-  MemoryCharge scene_charge;
   CellLoader loader;
   const Basis* basis;  // the loader's
   std::mutex show_mutex;
