@@ -273,7 +273,7 @@ void MemoryBudget::Charge(uint64_t bytes,
                           std::string_view what,
                           uint64_t coming_bytes) {
   if (!TryCharge(bytes)) {
-    constexpr double kMostNamed = 1ULL << 60;  // a share may be nearly 0
+    constexpr double kMostNamed = 0x1p60;  // a share may be nearly 0
     const auto all = static_cast<uint64_t>(std::min(
         static_cast<double>(UsedBytes() + bytes + coming_bytes) / share_,
         kMostNamed));

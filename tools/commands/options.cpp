@@ -57,8 +57,8 @@ std::string ReadMemorySize(std::string& text) {
     text = "0";
     return {};
   }
-  constexpr double kLeastBytes = 1ULL << 20;  // smaller: the unit is missing
-  constexpr double kMostBytes = 1ULL << 60;
+  constexpr double kLeastBytes = 0x1p20;  // smaller: the unit is missing
+  constexpr double kMostBytes = 0x1p60;
   const std::optional<double> bytes = ToBytes(given);
   if (!bytes || *bytes <= 0 || *bytes > kMostBytes) {
     return fmt::format("'{}' is no size such as 256M, 1.5G, or none", given);

@@ -101,8 +101,10 @@ class Renderer {
     const uint64_t row = pixel / options_.width;
     const uint64_t column = pixel % options_.width;
     const uint32_t n = options_.samples;
-    const double right = (k % n + 0.5) / n;
-    const double down = (k / n + 0.5) / n;
+    const uint32_t column_in_pixel = k % n;
+    const uint32_t row_in_pixel = k / n;
+    const double right = (column_in_pixel + 0.5) / n;
+    const double down = (row_in_pixel + 0.5) / n;
     const double x =
         2 * (static_cast<double>(column) + right) / options_.width - 1;
     const double y =
