@@ -48,6 +48,11 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
                        std::span<TraceHit> hits) {
     CallWithin([&] { OpenTracer().Trace(rays, hits); });
   };
+  view_.trace_parts = [this] {
+    size_t parts = 1;
+    CallWithin([&] { parts = OpenTracer().Parts(); });
+    return parts;
+  };
   view_.radiosity = [this](std::span<const PatchPoint> points) {
     std::vector<Rgb> values;
     CallWithin([&] { values = OpenSolution().Radiosity(points); });

@@ -11,8 +11,11 @@
 #include "visibility/trace_chunk.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <iterator>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 namespace enfilade {
@@ -21,9 +24,26 @@ namespace {
 // Chunk boxes are enlarged by this to allow for the rounding of vertices.
 constexpr double kBoxMarginMetres = 1e-3;
 
+// A part of the building meets the chunks around it, too.
+constexpr uint64_t kPartsPerShare = 3;
+
 constexpr size_t kRaysPerTask = 256;
 constexpr size_t kLeastBatch = 4096;
 constexpr size_t kMostBatch = 1U << 20;
+
+constexpr uint64_t kBytesPerRay = sizeof(RayState) + sizeof(uint32_t);
+constexpr uint32_t kNoChunk = ~0U;
+
+// Calls body(i) for all i < count, in parallel.
+template <typename Body>
+void ForRays(size_t count, const Body& body) {
+  ParallelFor((count + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
+    const size_t end = std::min(count, (task + 1) * kRaysPerTask);
+    for (size_t i = task * kRaysPerTask; i < end; ++i) {
+      body(i);
+    }
+  });
+}
 
 // A ray prepared for intersection with boxes.
 struct BoxRay {
@@ -66,7 +86,8 @@ struct RayTracer::Impl {
         device(EmbreeDevice::Create(budget_in)),
         table(LoadTraceTable(store_in)),
         share_bytes(budget_in.FreeBytes() / 2),
-        chunks(table.size()) {
+        chunks(table.size()),
+        last_met(table.size()) {
     for (TraceChunkInfo& info : table) {
       const Vec3 margin{kBoxMarginMetres, kBoxMarginMetres, kBoxMarginMetres};
       info.bounds.low = info.bounds.low - margin;
@@ -75,23 +96,34 @@ struct RayTracer::Impl {
   }
 
   [[nodiscard]] size_t BatchSize(size_t rays) const {
-    const size_t fitting = share_bytes / 8 / sizeof(RayState);
+    const size_t fitting = share_bytes / 8 / kBytesPerRay;
     return std::min(rays, std::clamp(fitting, kLeastBatch, kMostBatch));
+  }
+
+  [[nodiscard]] size_t Parts() const {
+    uint64_t bytes = 0;
+    for (const TraceChunkInfo& info : table) {
+      bytes += LoadedChunk::HeldBytes(info.primitives);
+    }
+    return bytes <= share_bytes
+               ? 1
+               : std::min<uint64_t>(table.size(),
+                                    kPartsPerShare * bytes / share_bytes + 1);
   }
 
   void TraceBatch(std::span<const TraceRay> rays, std::span<TraceHit> hits);
   std::vector<size_t> NextGroup(std::vector<size_t>& remaining,
                                 std::span<const TraceRay> rays,
-                                std::span<const RayState> states);
-  [[nodiscard]] bool IsWanted(size_t chunk,
-                              std::span<const TraceRay> rays,
-                              std::span<const RayState> states) const;
+                                std::span<const RayState> states,
+                                std::span<uint32_t> nearest);
+  std::vector<size_t> LoadWanted(const std::vector<size_t>& remaining,
+                                 std::span<const uint32_t> nearest);
   void Load(size_t chunk, const std::vector<size_t>& keep);
   void EvictAllBut(const std::vector<size_t>& keep, uint64_t target_bytes);
   void HoldResident(const std::vector<size_t>& keep, uint64_t coming_bytes);
   void TraceInGroup(std::span<const size_t> group,
                     const TraceRay& ray,
-                    RayState& state) const;
+                    RayState& state);
 
   const BlockStorage* store;
   MemoryBudget* budget;
@@ -101,28 +133,28 @@ struct RayTracer::Impl {
   // Null if the chunk is not in memory.
   std::vector<std::unique_ptr<LoadedChunk>> chunks;
   uint64_t loaded_bytes = 0;
+  // By chunk, the number of the latest group in which a ray met its box.
+  std::vector<std::atomic<uint64_t>> last_met;
+  uint64_t groups = 0;
 };
 
-bool RayTracer::Impl::IsWanted(size_t chunk,
-                               std::span<const TraceRay> rays,
-                               std::span<const RayState> states) const {
-  for (size_t i = 0; i < rays.size(); ++i) {
-    if (BoxRay(rays[i]).Enter(table[chunk].bounds, Reach(rays[i], states[i])) <
-        kNoHitDistance) {
-      return true;
-    }
-  }
-  return false;
-}
-
+// Evicts the chunks first that no ray has met for the longest time.
 void RayTracer::Impl::EvictAllBut(const std::vector<size_t>& keep,
                                   uint64_t target_bytes) {
-  for (size_t i = 0; i < chunks.size() && loaded_bytes > target_bytes; ++i) {
-    if (chunks[i] != nullptr &&
-        std::find(keep.begin(), keep.end(), i) == keep.end()) {
-      loaded_bytes -= chunks[i]->Bytes();
-      chunks[i].reset();
+  while (loaded_bytes > target_bytes) {
+    std::optional<size_t> oldest;
+    for (size_t i = 0; i < chunks.size(); ++i) {
+      if (chunks[i] != nullptr &&
+          std::find(keep.begin(), keep.end(), i) == keep.end() &&
+          (!oldest || last_met[i] < last_met[*oldest])) {
+        oldest = i;
+      }
     }
+    if (!oldest) {
+      return;
+    }
+    loaded_bytes -= chunks[*oldest]->Bytes();
+    chunks[*oldest].reset();
   }
 }
 
@@ -147,39 +179,69 @@ void RayTracer::Impl::Load(size_t chunk, const std::vector<size_t>& keep) {
   chunks[chunk] = std::move(loaded);
 }
 
-// Takes from `remaining` the chunks to trace next: those in memory, if there
-// are any; otherwise as many as the share holds of those that a ray needs, and
-// at least one of them.
-std::vector<size_t> RayTracer::Impl::NextGroup(
-    std::vector<size_t>& remaining,
-    std::span<const TraceRay> rays,
-    std::span<const RayState> states) {
-  std::vector<size_t> group;
-  const auto in_memory = [&](size_t c) { return chunks[c] != nullptr; };
-  std::copy_if(
-      remaining.begin(), remaining.end(), std::back_inserter(group), in_memory);
-  std::erase_if(remaining, in_memory);
-  if (!group.empty()) {
-    return group;
-  }
-  size_t taken = 0;
-  for (; taken < remaining.size(); ++taken) {
-    const size_t chunk = remaining[taken];
-    const uint64_t expected = LoadedChunk::HeldBytes(table[chunk].primitives);
-    uint64_t held = 0;
-    for (const size_t c : group) {
-      held += chunks[c]->Bytes();
+// Loads, of the chunks that are nearest to some ray, those nearest to most
+// rays, as many as the share holds and at least one. A ray to a far lamp thus
+// loads what lies behind the first wall only if the wall does not stop it.
+std::vector<size_t> RayTracer::Impl::LoadWanted(
+    const std::vector<size_t>& remaining, std::span<const uint32_t> nearest) {
+  std::vector<size_t> rays_of(table.size());
+  for (const uint32_t chunk : nearest) {
+    if (chunk != kNoChunk) {
+      ++rays_of[chunk];
     }
+  }
+  std::vector<size_t> wanted;
+  std::copy_if(remaining.begin(),
+               remaining.end(),
+               std::back_inserter(wanted),
+               [&](size_t c) { return rays_of[c] > 0; });
+  std::stable_sort(wanted.begin(), wanted.end(), [&](size_t a, size_t b) {
+    return rays_of[a] > rays_of[b];
+  });
+  std::vector<size_t> group;
+  uint64_t held = 0;
+  for (const size_t chunk : wanted) {
+    const uint64_t expected = LoadedChunk::HeldBytes(table[chunk].primitives);
     if (!group.empty() && held + expected > share_bytes) {
       break;
     }
-    if (IsWanted(chunk, rays, states)) {
-      Load(chunk, group);
-      group.push_back(chunk);
-    }
+    Load(chunk, group);
+    held += chunks[chunk]->Bytes();
+    group.push_back(chunk);
   }
-  remaining.erase(remaining.begin(),
-                  remaining.begin() + static_cast<ptrdiff_t>(taken));
+  return group;
+}
+
+// Takes from `remaining` the chunks to trace next: those in memory, if there
+// are any, else those to load. None if no ray reaches a remaining chunk.
+// `nearest` is work space, one entry for each ray.
+std::vector<size_t> RayTracer::Impl::NextGroup(std::vector<size_t>& remaining,
+                                               std::span<const TraceRay> rays,
+                                               std::span<const RayState> states,
+                                               std::span<uint32_t> nearest) {
+  std::vector<size_t> group;
+  std::copy_if(remaining.begin(),
+               remaining.end(),
+               std::back_inserter(group),
+               [&](size_t c) { return chunks[c] != nullptr; });
+  if (group.empty() && !remaining.empty()) {
+    ForRays(rays.size(), [&](size_t i) {
+      const BoxRay box_ray(rays[i]);
+      double reach = Reach(rays[i], states[i]);
+      nearest[i] = kNoChunk;
+      for (const size_t chunk : remaining) {
+        const double enter = box_ray.Enter(table[chunk].bounds, reach);
+        if (enter < kNoHitDistance) {
+          nearest[i] = static_cast<uint32_t>(chunk);
+          reach = enter;
+        }
+      }
+    });
+    group = LoadWanted(remaining, nearest);
+  }
+  std::erase_if(remaining, [&](size_t c) {
+    return std::find(group.begin(), group.end(), c) != group.end();
+  });
   return group;
 }
 
@@ -187,7 +249,7 @@ std::vector<size_t> RayTracer::Impl::NextGroup(
 // nearer than the next chunk.
 void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
                                    const TraceRay& ray,
-                                   RayState& state) const {
+                                   RayState& state) {
   thread_local std::vector<std::pair<double, size_t>> entries;
   entries.clear();
   const BoxRay box_ray(ray);
@@ -203,6 +265,9 @@ void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
     if (enter > Reach(ray, state)) {
       break;
     }
+    if (last_met[chunk].load(std::memory_order_relaxed) != groups) {
+      last_met[chunk].store(groups, std::memory_order_relaxed);
+    }
     chunks[chunk]->Trace(ray, enter, &state);
   }
 }
@@ -210,26 +275,23 @@ void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
 void RayTracer::Impl::TraceBatch(std::span<const TraceRay> rays,
                                  std::span<TraceHit> hits) {
   const MemoryCharge charge(
-      *budget, rays.size() * sizeof(RayState), "the state of rays");
+      *budget, rays.size() * kBytesPerRay, "the state of rays");
   std::vector<RayState> states(rays.size());
+  std::vector<uint32_t> nearest(rays.size());
   std::vector<size_t> remaining(chunks.size());
-  for (size_t i = 0; i < remaining.size(); ++i) {
-    remaining[i] = i;
+  std::iota(remaining.begin(), remaining.end(), size_t{0});
+  for (;;) {
+    const std::vector<size_t> group =
+        NextGroup(remaining, rays, states, nearest);
+    if (group.empty()) {
+      break;
+    }
+    ++groups;
+    ForRays(rays.size(),
+            [&](size_t i) { TraceInGroup(group, rays[i], states[i]); });
   }
-  const size_t tasks = (rays.size() + kRaysPerTask - 1) / kRaysPerTask;
-  const auto for_rays = [&](const auto& body) {
-    ParallelFor(tasks, [&](size_t task) {
-      const size_t end = std::min(rays.size(), (task + 1) * kRaysPerTask);
-      for (size_t i = task * kRaysPerTask; i < end; ++i) {
-        body(i);
-      }
-    });
-  };
-  while (!remaining.empty()) {
-    const std::vector<size_t> group = NextGroup(remaining, rays, states);
-    for_rays([&](size_t i) { TraceInGroup(group, rays[i], states[i]); });
-  }
-  for_rays([&](size_t i) { hits[i] = Resolve(states[i], rays[i].direction); });
+  ForRays(rays.size(),
+          [&](size_t i) { hits[i] = Resolve(states[i], rays[i].direction); });
 }
 
 RayTracer::RayTracer(const BlockStorage& store, MemoryBudget& budget)
@@ -249,6 +311,10 @@ void RayTracer::Trace(std::span<const TraceRay> rays,
     const size_t count = std::min(batch, rays.size() - first);
     impl_->TraceBatch(rays.subspan(first, count), hits.subspan(first, count));
   }
+}
+
+size_t RayTracer::Parts() const {
+  return impl_->Parts();
 }
 
 }  // namespace enfilade

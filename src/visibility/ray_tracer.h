@@ -64,6 +64,11 @@ class RayTracer {
   // budget does not hold one chunk (2 MiB).
   void Trace(std::span<const TraceRay> rays, std::span<TraceHit> hits);
 
+  // In how many parts of equal size the building should be traced, so that the
+  // chunks that the rays of a part meet are in memory together: 1 if all chunks
+  // are. Rays that start here and there load all chunks in every call.
+  [[nodiscard]] size_t Parts() const;
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -1,6 +1,7 @@
 #include "visibility/trace_chunk.h"
 
 #include "base/check.h"
+#include "base/morton.h"
 #include "base/stop.h"
 #include "partition/patch.h"
 #include "visibility/ray_tracer.h"
@@ -129,28 +130,6 @@ class ChunkWriter {
   std::vector<PendingPatch> pending_;
   std::vector<TraceChunkInfo> table_;
 };
-
-// The low 21 bits of x, two zero bits between each.
-uint64_t Spread(uint64_t x) {
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffff;
-  x = (x | x << 16) & 0x1f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  return (x | x << 2) & 0x1249249249249249;
-}
-
-// The place of a point on the Morton curve through the box.
-uint64_t MortonCode(Point3 p, const Box3& box) {
-  const Vec3 e = box.Extent();
-  const Vec3 d = p - box.low;
-  const auto cell = [](double offset, double extent) {
-    const double f = extent > 0 ? std::clamp(offset / extent, 0.0, 1.0) : 0.0;
-    return static_cast<uint64_t>(f * 0x1fffff);
-  };
-  return Spread(cell(d.x, e.x)) | Spread(cell(d.y, e.y)) << 1 |
-         Spread(cell(d.z, e.z)) << 2;
-}
 
 // The cells with patches, in the order of the centers of their patches' boxes
 // along the Morton curve.

@@ -256,6 +256,51 @@ TEST(RayTracer, SmallBudgetIsKeptAndLargeBudgetLoadsEachChunkOnce) {
   EXPECT_LE(store.Gets() - before, store.Count(BlockKind::kTrace) - 1);
 }
 
+// Walls one behind the other, each in a chunk of its own: the first one stops
+// all rays, so that those behind it need not be in memory.
+TEST(RayTracer, ChunksBehindAWallAreNotRead) {
+  MapStorage store;
+  constexpr int kSide = 70;  // squares; two walls exceed a chunk
+  for (uint32_t wall = 0; wall < 8; ++wall) {
+    std::vector<Patch> patches;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const Point3 corner{10.0 * wall,
+                          static_cast<double>(i % kSide),
+                          static_cast<double>(i / kSide)};
+      patches.push_back(Rectangle(corner, {0, 0, 1}, {0, 1, 0}));
+    }
+    PutCell(store, wall, std::move(patches));
+  }
+  Chunk(store);
+  ASSERT_EQ(store.Count(BlockKind::kTrace), 1U + 8U);
+  std::vector<TraceRay> rays(1000);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    Random random(i);
+    const Point3 p = RandomPoint(random, kSide);
+    rays[i] = {{-1, p.y, p.z}, {1, 0, 0}};
+  }
+  MemoryBudget budget(kRoomy);
+  RayTracer tracer(store, budget);
+  std::vector<TraceHit> hits(rays.size());
+  const uint64_t before = store.Gets();
+  tracer.Trace(rays, hits);
+  EXPECT_EQ(store.Gets() - before, 1U);
+  for (const TraceHit& hit : hits) {
+    ASSERT_TRUE(hit.hit);
+    EXPECT_EQ(hit.cell, CellId(0U));
+  }
+}
+
+TEST(RayTracer, PartsOfABuildingFitTheMemory) {
+  const MapStorage store = City(1000);
+  MemoryBudget much(kRoomy);
+  EXPECT_EQ(RayTracer(store, much).Parts(), 1U);
+  MemoryBudget little(12 << 20);
+  const size_t parts = RayTracer(store, little).Parts();
+  EXPECT_GT(parts, 1U);
+  EXPECT_LE(parts, store.Count(BlockKind::kTrace) - 1);
+}
+
 // Rays start in the middle of a closed room of many patches: even at shared
 // edges only a few in a hundred thousand escape.
 TEST(RayTracer, ClosedRoomHardlyLeaks) {

@@ -17,9 +17,9 @@ namespace enfilade {
 template <typename T>
 class CellLists {
  public:
-  // The most bytes that lists of `entries_each` entries take while they grow.
+  // The bytes of lists of `entries_each` entries.
   static uint64_t MostBytes(uint64_t cells, uint64_t entries_each) {
-    return cells * (sizeof(uint64_t) + kGrowth * entries_each * sizeof(T));
+    return cells * (sizeof(uint64_t) + entries_each * sizeof(T));
   }
 
   // The bytes that empty lists take.
@@ -33,14 +33,21 @@ class CellLists {
                uint64_t bytes,
                std::string_view what) {
     charge_ = MemoryCharge(budget, bytes, what);
-    entry_bytes_ = bytes - LeastBytes(cells);
+    // Never grows: a vector that grows by doubling holds three times what it
+    // needs for a while. What is not written to takes no memory.
+    entries_.reserve((bytes - LeastBytes(cells)) / sizeof(T));
     ends_.reserve(cells);
+  }
+
+  // The entries that the remaining cells may have together.
+  [[nodiscard]] uint64_t Room() const {
+    return entries_.capacity() - entries_.size();
   }
 
   // Whether the next cell may have this many entries. If not, that cell and all
   // later ones get no list.
   [[nodiscard]] bool HasRoomFor(uint64_t entries) const {
-    return (entries_.size() + entries) * kGrowth * sizeof(T) <= entry_bytes_;
+    return entries <= Room();
   }
 
   void Add(const T& entry) { entries_.push_back(entry); }
@@ -49,9 +56,9 @@ class CellLists {
   // call.
   void EndCell() { ends_.push_back(entries_.size()); }
 
-  // Frees what the lists do not use. No entry may be added afterwards.
+  // Gives back the charge for what the lists do not use. No entry may be added
+  // afterwards.
   void Finish() {
-    entries_.shrink_to_fit();
     charge_.ShrinkTo(entries_.size() * sizeof(T) +
                      LeastBytes(ends_.capacity()));
   }
@@ -66,12 +73,7 @@ class CellLists {
   }
 
  private:
-  // Capacity over size at the peak: the array grows by doubling, and is copied
-  // once more at the end.
-  static constexpr uint64_t kGrowth = 3;
-
   MemoryCharge charge_;
-  uint64_t entry_bytes_ = 0;
   std::vector<uint64_t> ends_;  // of the cells' lists
   std::vector<T> entries_;
 };

@@ -1,10 +1,12 @@
 #include "tools/verify/paths.h"
 
 #include "base/check.h"
+#include "base/morton.h"
 #include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -12,6 +14,13 @@ namespace {
 
 constexpr uint64_t kPathBytes = 768;  // of a path in all arrays of a batch
 constexpr uint64_t kMostBytes = 64ULL << 20;  // of emitters, of surfaces
+// Emitters and surfaces each take one part in so many of the free budget.
+// Emitters take only what they need. Light of those that do not fit is found by
+// chance alone. Surfaces need less room if the batches take most of it, because
+// every batch reads every cell at most once per reflection.
+constexpr uint64_t kEmittersParts = 4;
+constexpr uint64_t kSurfacesParts = 3;
+constexpr uint64_t kSurfacesPartsBesideMost = 8;
 constexpr size_t kLeastBatch = 1024;
 constexpr size_t kMostBatch = 65536;
 constexpr size_t kBlock = 1024;  // paths of one parallel task
@@ -41,6 +50,12 @@ uint64_t MostPatchBytes(const BuildingView& view) {
   return most_patches * sizeof(Patch);
 }
 
+uint64_t SurfaceBytes(const MemoryBudget& budget, BatchRoom room) {
+  const uint64_t parts =
+      room == BatchRoom::kMost ? kSurfacesPartsBesideMost : kSurfacesParts;
+  return std::min(budget.FreeBytes() / parts, kMostBytes);
+}
+
 size_t BatchPaths(const BuildingView& view,
                   const MemoryBudget& budget,
                   BatchRoom room) {
@@ -60,6 +75,66 @@ size_t BatchPaths(const BuildingView& view,
 
 }  // namespace
 
+// Hands out the paths of all receivers in batches. If the building does not fit
+// the memory, the receivers of a batch are near each other, so that the batch
+// meets few chunks. The paths of a receiver come in the order of their strata.
+class PathTracer::PathQueue {
+ public:
+  PathQueue(std::span<const Receiver> receivers,
+            std::span<const uint32_t> strata,
+            const BuildingView& view,
+            GatherMode mode)
+      : strata_(strata),
+        order_(receivers.size()),
+        most_receivers_(receivers.size()) {
+    std::iota(order_.begin(), order_.end(), 0U);
+    const size_t parts = view.trace_parts ? view.trace_parts() : 1;
+    if (parts > 1) {
+      SortInSpace(receivers, view.scene->bounds);
+      // Looking up the field closes the tracer, once in a batch.
+      if (mode == GatherMode::kPaths) {
+        most_receivers_ = (receivers.size() + parts - 1) / parts;
+      }
+    }
+  }
+
+  // Replaces `starts` by the next paths, at most `most`; none if all are done.
+  void TakeBatch(size_t most, std::vector<PathStart>* starts) {
+    starts->clear();
+    size_t finished = 0;  // receivers of this batch
+    while (starts->size() < most && finished < most_receivers_ &&
+           next_ < order_.size()) {
+      const uint32_t receiver = order_[next_];
+      const uint32_t strata = strata_[receiver];
+      if (stratum_ < strata * strata) {
+        starts->push_back({receiver, strata, stratum_++});
+        continue;
+      }
+      stratum_ = 0;
+      ++next_;
+      ++finished;
+    }
+  }
+
+ private:
+  void SortInSpace(std::span<const Receiver> receivers, const Box3& bounds) {
+    std::vector<uint64_t> codes;
+    codes.reserve(receivers.size());
+    for (const Receiver& r : receivers) {
+      codes.push_back(MortonCode(r.position, bounds));
+    }
+    std::stable_sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) {
+      return codes[a] < codes[b];
+    });
+  }
+
+  std::span<const uint32_t> strata_;  // by receiver
+  std::vector<uint32_t> order_;       // receivers
+  size_t most_receivers_;             // of a batch
+  size_t next_ = 0;                   // in the order
+  uint32_t stratum_ = 0;              // the next of that receiver
+};
+
 PathTracer::PathTracer(const BuildingView& view,
                        MemoryBudget& budget,
                        uint64_t emitter_bytes,
@@ -68,15 +143,17 @@ PathTracer::PathTracer(const BuildingView& view,
       offset_(RayOffset(view.scene->bounds)),
       emitters_(view, budget, emitter_bytes),
       seen_(emitters_),
-      surfaces_(view, budget, std::min(budget.FreeBytes() / 8, kMostBytes)),
+      surfaces_(view, budget, SurfaceBytes(budget, room)),
       batch_paths_(BatchPaths(view, budget, room)),
       batch_charge_(budget, batch_paths_ * kPathBytes, "a batch of paths") {}
 
 PathTracer::PathTracer(const BuildingView& view,
                        MemoryBudget& budget,
                        BatchRoom room)
-    : PathTracer(
-          view, budget, std::min(budget.FreeBytes() / 12, kMostBytes), room) {}
+    : PathTracer(view,
+                 budget,
+                 std::min(budget.FreeBytes() / kEmittersParts, kMostBytes),
+                 room) {}
 
 void PathTracer::LearnEmitters(MemoryBudget& budget, uint64_t key) {
   rays_traced_ += seen_.Learn(
@@ -120,18 +197,9 @@ std::vector<Rgb> PathTracer::Irradiance(
     all += uint64_t{n} * n;
   }
   std::vector<Rgb> result(receivers.size());
-  PathStart next;
+  PathQueue queue(receivers, strata, *view_, mode);
   for (uint64_t done = 0; done < all;) {
-    starts_.clear();
-    while (starts_.size() < batch_paths_ && next.receiver < receivers.size()) {
-      next.strata = strata[next.receiver];
-      if (next.stratum == next.strata * next.strata) {
-        next = {next.receiver + 1};
-        continue;
-      }
-      starts_.push_back(next);
-      ++next.stratum;
-    }
+    queue.TakeBatch(batch_paths_, &starts_);
     Start(receivers, key);
     for (bool first_vertex = true; !active_.empty(); first_vertex = false) {
       MakeRays(first_vertex);

@@ -123,6 +123,8 @@ class PathTracer {
     Rgb value{};
   };
 
+  class PathQueue;
+
   void Start(std::span<const Receiver> receivers, uint64_t key);
   void MakeRays(bool first);
   void TraceRays();

@@ -57,11 +57,12 @@ void KeepTheStrongest(const EmitterTree& tree,
   std::sort(candidates.begin(), candidates.end());
 }
 
-// All lamps of the cells in the survey, or the strongest of them. A cell that
+// All lamps of the cells in the survey, or the `most` strongest. A cell that
 // reflects nothing (the sky before a window) gets none, because no path asks
 // for its list.
 std::vector<uint32_t> FindCandidates(const EmitterTree& tree,
-                                     const CellSurvey& survey) {
+                                     const CellSurvey& survey,
+                                     size_t most) {
   std::vector<uint32_t> candidates;
   if (survey.points.empty()) {
     return candidates;
@@ -72,7 +73,7 @@ std::vector<uint32_t> FindCandidates(const EmitterTree& tree,
   std::sort(candidates.begin(), candidates.end());
   candidates.erase(std::unique(candidates.begin(), candidates.end()),
                    candidates.end());
-  KeepTheStrongest(tree, survey.points, kMostSeen, candidates);
+  KeepTheStrongest(tree, survey.points, most, candidates);
   return candidates;
 }
 
@@ -87,16 +88,22 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
       std::clamp<uint64_t>(max_bytes / 4 / kSearchBytes, 1, kMostGroup);
   const uint64_t search_bytes =
       group_cells * kSearchBytes + CellSurveyor::Bytes(view);
+  const uint64_t shape_bytes = tree_->Lamps().size() * sizeof(LampShape);
   const uint64_t least_bytes =
-      search_bytes + CellLists<Seen>::LeastBytes(cells);
+      search_bytes + shape_bytes + CellLists<Seen>::LeastBytes(cells);
   if (tree_->Emitters().empty() || least_bytes > max_bytes) {
     return 0;
   }
   const MemoryCharge search_charge(
       budget, search_bytes, "looking for the light sources that cells see");
+  shapes_charge_ = MemoryCharge(budget, shape_bytes, "the shapes of lamps");
+  shapes_.reserve(tree_->Lamps().size());
+  for (const EmitterTree::Lamp& lamp : tree_->Lamps()) {
+    shapes_.push_back(ShapeOf(lamp));
+  }
   lists_.Reserve(budget,
                  cells,
-                 std::min(max_bytes - search_bytes,
+                 std::min(max_bytes - search_bytes - shape_bytes,
                           CellLists<Seen>::MostBytes(cells, kMostSeen)),
                  "the light sources that cells see");
   const uint64_t rays = LearnCells(view, group_cells, key);
@@ -113,10 +120,10 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
   for (size_t first = 0; first < cells; first += group_cells) {
     for (const CellSurvey& survey : surveyor.Survey(first, group_cells, key)) {
       rays += survey.points.size();
-      const std::vector<uint32_t> candidates = FindCandidates(*tree_, survey);
-      if (!lists_.HasRoomFor(candidates.size())) {
-        return rays;  // the cells from here on keep no list
-      }
+      // What a cell leaves is for the cells after it.
+      const uint64_t share = lists_.Room() / (cells - survey.cell.Index());
+      const std::vector<uint32_t> candidates =
+          FindCandidates(*tree_, survey, std::min<uint64_t>(share, kMostSeen));
       const std::span<const uint32_t> all(candidates);
       for (size_t i = 0; i < all.size(); i += kTestedAtOnce) {
         rays += Test(view,
@@ -172,9 +179,9 @@ uint64_t SeenEmitters::Test(const BuildingView& view,
     const bool is_own = HasEmitterIn(cell, tree_->Lamps()[candidates[k]]);
     const double share = static_cast<double>(open) /
                          static_cast<double>(std::max<size_t>(tested, 1));
-    lists_.Add(
-        MakeSeen(candidates[k],
-                 std::max(share, is_own ? kHiddenShare : kHiddenBeyondShare)));
+    lists_.Add({candidates[k],
+                static_cast<float>(std::max(
+                    share, is_own ? kHiddenShare : kHiddenBeyondShare))});
   }
   return rays.size();
 }
@@ -188,27 +195,25 @@ bool SeenEmitters::HasEmitterIn(CellId cell,
   });
 }
 
-SeenEmitters::Seen SeenEmitters::MakeSeen(uint32_t lamp, double share) const {
-  const EmitterTree::Lamp& l = tree_->Lamps()[lamp];
-  const Point3 center = tree_->Center(l);
+SeenEmitters::LampShape SeenEmitters::ShapeOf(
+    const EmitterTree::Lamp& lamp) const {
+  const Point3 center = tree_->Center(lamp);
   const auto floats = [](double x, double y, double z) {
     return std::array{
         static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
   };
-  Seen seen;
-  seen.lamp = lamp;
-  seen.power = static_cast<float>(tree_->Power(l));
-  seen.share = static_cast<float>(share);
+  LampShape shape;
+  shape.power = static_cast<float>(tree_->Power(lamp));
   // A little more than the sphere's radius, because the centre is rounded.
-  seen.radius = static_cast<float>(1.01 * tree_->Radius(l) + 1e-3);
-  seen.center = floats(center.x, center.y, center.z);
-  if (l.count > 1) {
-    seen.roundness = 1;
+  shape.radius = static_cast<float>(1.01 * tree_->Radius(lamp) + 1e-3);
+  shape.center = floats(center.x, center.y, center.z);
+  if (lamp.count > 1) {
+    shape.roundness = 1;
   } else {
-    const Vec3 normal = tree_->Emitters()[l.first].normal;
-    seen.normal = floats(normal.x, normal.y, normal.z);
+    const Vec3 normal = tree_->Emitters()[lamp.first].normal;
+    shape.normal = floats(normal.x, normal.y, normal.z);
   }
-  return seen;
+  return shape;
 }
 
 // The unnormalised weights of the entries of one list at one point, and their
@@ -250,7 +255,7 @@ struct SeenEmitters::Weights {
 
 SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
                                               Point3 x,
-                                              Vec3 normal) {
+                                              Vec3 normal) const {
   const auto px = static_cast<float>(x.x);
   const auto py = static_cast<float>(x.y);
   const auto pz = static_cast<float>(x.z);
@@ -259,7 +264,7 @@ SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
   const auto nz = static_cast<float>(normal.z);
   Weights weights;
   for (size_t i = 0; i < list.size(); ++i) {
-    const Seen& e = list[i];
+    const LampShape& e = shapes_[list[i].lamp];
     const float dx = e.center[0] - px;
     const float dy = e.center[1] - py;
     const float dz = e.center[2] - pz;
@@ -269,7 +274,7 @@ SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
         e.radius + e.roundness * std::sqrt(d2) -
         (e.normal[0] * dx + e.normal[1] * dy + e.normal[2] * dz);
     const float near_share = kNearRadii * kNearRadii * e.radius * e.radius / d2;
-    const float share = std::min(1.0F, std::max(e.share, near_share));
+    const float share = std::min(1.0F, std::max(list[i].share, near_share));
     weights.of[i] = share * e.power * std::max(0.0F, near_x) *
                     std::max(0.0F, near_e) / (d2 * d2);
   }

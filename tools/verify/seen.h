@@ -44,9 +44,9 @@ class SeenEmitters {
   explicit SeenEmitters(const EmitterTree& tree) : tree_(&tree) {}
 
   // Finds the lists by a bounded number of rays per cell. They are a pure
-  // function of the scene, the tree and `key`. Keeps at most `max_bytes`,
-  // charged to the budget; cells beyond that keep no list. Returns the number
-  // of rays traced.
+  // function of the scene, the tree, `max_bytes` and `key`. Keeps at most
+  // `max_bytes`, charged to the budget; if that is too little, the lists keep
+  // the strongest lamps. Returns the number of rays traced.
   uint64_t Learn(const BuildingView& view,
                  MemoryBudget& budget,
                  uint64_t max_bytes,
@@ -64,8 +64,12 @@ class SeenEmitters {
  private:
   struct Seen {
     uint32_t lamp = 0;
-    float power = 0;
     float share = 0;  // of the rays that got through
+  };
+
+  // What the weights need of a lamp.
+  struct LampShape {
+    float power = 0;
     float radius = 0;
     float roundness = 0;  // 1: emits in all directions, normal is zero
     std::array<float, 3> center{};
@@ -82,7 +86,7 @@ class SeenEmitters {
                 std::span<const Receiver> points,
                 std::span<const uint32_t> candidates,
                 uint64_t key);
-  [[nodiscard]] Seen MakeSeen(uint32_t lamp, double share) const;
+  [[nodiscard]] LampShape ShapeOf(const EmitterTree::Lamp& lamp) const;
   [[nodiscard]] bool HasEmitterIn(CellId cell,
                                   const EmitterTree::Lamp& lamp) const;
   [[nodiscard]] double ListProbability(std::span<const Seen> list,
@@ -90,11 +94,13 @@ class SeenEmitters {
                                        uint32_t emitter,
                                        Point3 x,
                                        Vec3 normal) const;
-  [[nodiscard]] static Weights WeightsAt(std::span<const Seen> list,
-                                         Point3 x,
-                                         Vec3 normal);
+  [[nodiscard]] Weights WeightsAt(std::span<const Seen> list,
+                                  Point3 x,
+                                  Vec3 normal) const;
 
   const EmitterTree* tree_;
+  MemoryCharge shapes_charge_;
+  std::vector<LampShape> shapes_;  // in the order of the tree's lamps
   CellLists<Seen> lists_;
 };
 

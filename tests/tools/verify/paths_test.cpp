@@ -2,7 +2,9 @@
 
 #include "base/random.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tests/budgets.h"
 #include "tests/tools/verify_fake_building.h"
@@ -157,6 +159,35 @@ TEST(PathTracerTest, ResultDoesNotDependOnTheBatch) {
   tracer.SetBatchPaths(7);
   EXPECT_EQ(at_once,
             tracer.Irradiance(receivers, 3, 5, GatherMode::kPaths, {}));
+}
+
+// Paths of a building that is traced in parts start in another order.
+TEST(PathTracerTest, ResultDoesNotDependOnThePartsOfTheBuilding) {
+  FakeBuilding building;
+  building.AddRoom({4, 3, 2}, building.AddMaterial({.5, .6, .7}, {1, 2, 3}));
+  MemoryBudget budget(kModest);
+  std::vector<Receiver> receivers;
+  Random random(1);
+  for (int i = 0; i < 50; ++i) {
+    receivers.push_back({{4 * random.Next(), 3 * random.Next(), 0}, {0, 0, 1}});
+  }
+  const auto trace = [&](size_t parts) {
+    BuildingView view = building.View();
+    size_t most_rays = 0;
+    view.trace_parts = [&] { return parts; };
+    view.trace = [&](std::span<const TraceRay> rays, std::span<TraceHit> hits) {
+      most_rays = std::max(most_rays, rays.size());
+      building.View().trace(rays, hits);
+    };
+    PathTracer tracer(view, budget);
+    auto result = tracer.Irradiance(receivers, 3, 4, GatherMode::kPaths, {});
+    return std::pair(std::move(result), most_rays);
+  };
+  const auto [whole, rays_of_whole] = trace(1);
+  const auto [parts, rays_of_part] = trace(5);
+  EXPECT_EQ(whole, parts);
+  // A fifth of the receivers have at most two rays for each path.
+  EXPECT_LE(5 * rays_of_part, 2 * rays_of_whole);
 }
 
 // Each receiver has the paths that it would have alone.

@@ -284,6 +284,33 @@ TEST(SeenEmittersTest, TheListsDoNotDependOnTheMemory) {
   }
 }
 
+// Four lamps of each room find room; they are of the room itself.
+TEST(SeenEmittersTest, WithLittleMemoryTheStrongestLampsAreKept) {
+  const TwoRooms rooms;
+  MemoryBudget budget(kModest);
+  const EmitterTree tree(rooms.View(), budget, 1 << 20);
+  constexpr uint64_t kStep = 1024;
+  uint64_t least_bytes = kStep;
+  while (SeenEmitters(tree).Learn(rooms.View(), budget, least_bytes, 1) == 0) {
+    least_bytes += kStep;
+    ASSERT_LT(least_bytes, kMostBytes);
+  }
+  // Between the last step and this one there is room for the lists alone.
+  constexpr uint64_t kEntries = 8;
+  SeenEmitters seen(tree);
+  seen.Learn(rooms.View(), budget, least_bytes + 8 * kEntries, 1);
+  for (const uint32_t room : {0U, 1U}) {
+    const Point3 x{1, 1, 3.0 * room};
+    int own = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const auto choice =
+          seen.Choose(CellId(room), x, {0, 0, 1}, (i + .5) / 1000);
+      own += choice && choice->emitter->cell == CellId(room) ? 1 : 0;
+    }
+    EXPECT_GE(own, 850) << room;
+  }
+}
+
 TEST(SeenEmittersTest, WithoutMemoryTheTreeChooses) {
   const TwoRooms rooms;
   MemoryBudget budget(kModest);
