@@ -115,6 +115,13 @@ void Progress::Note(std::string_view text) {
   spdlog::info("{}", text);
 }
 
+void Progress::Print(std::string_view text) {
+  const std::scoped_lock lock(mutex_);
+  ClearLine();
+  fmt::print("{}\n", text);
+  std::fflush(stdout);
+}
+
 void Progress::End() {
   const std::scoped_lock lock(mutex_);
   ClearLine();

@@ -30,7 +30,7 @@ std::string ProgressText(std::string_view stage,
                          const ProgressSoFar& so_far,
                          std::string_view detail);
 
-// Thread-safe. Writes to stderr only.
+// Thread-safe. Writes to stderr, except for Print.
 class Progress {
  public:
   enum class Output { kNone, kTerminal, kLog };
@@ -51,6 +51,9 @@ class Progress {
 
   // Logs `text` on a line of its own; it is shown with -v.
   void Note(std::string_view text);
+
+  // Prints `text` to stdout, on a line of its own.
+  void Print(std::string_view text);
 
   // Ends the stage and clears the line.
   void End();

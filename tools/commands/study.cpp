@@ -95,7 +95,8 @@ void StudyCommand::Run() {
   RequireMethods(chosen, options.methods);
   const auto tables = options.folder / (chosen.name + ".md");
   CheckReport(report, {tables, options.folder / (chosen.name + ".jsonl")});
-  const std::vector<Json> lines = RunStudy(chosen, options);
+  Progress progress(Progress::ChooseOutput(false));
+  const std::vector<Json> lines = RunStudy(chosen, options, progress);
   WriteTables(tables, StudyTables(chosen, lines));
   const size_t pictures = DrawCurves(chosen, lines, options.folder);
   if (!report.empty()) {

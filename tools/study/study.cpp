@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <ostream>
 
 #include "tools/child_process.h"
@@ -27,9 +29,12 @@ Json ReadJson(const fs::path& path) {
 
 class Study {
  public:
-  Study(const Experiment& experiment, const StudyOptions& options)
+  Study(const Experiment& experiment,
+        const StudyOptions& options,
+        Progress& progress)
       : experiment_(experiment),
         options_(options),
+        progress_(progress),
         file_(options.folder / (experiment.name + ".jsonl")),
         lines_(LoadStudy(file_)) {
     fs::create_directories(Work(""));
@@ -40,12 +45,20 @@ class Study {
 
  private:
   void RewriteFile();
-  void RunOne(double value, const StudySetting& setting);
+  // The runs of a value that are asked for and have no line yet.
+  [[nodiscard]] std::vector<StudySetting> MissingRuns(double value) const;
+  void RunAll(double value, const std::vector<StudySetting>& settings);
+  void RunOne(double value,
+              const StudySetting& setting,
+              const std::optional<fs::path>& reference);
   void MakeScene(double value);
-  fs::path MakeReference(double value);
+  std::optional<fs::path> MakeReference(double value);
   [[nodiscard]] bool IsAsked(const std::string& method) const;
   [[nodiscard]] bool Has(const std::string& key) const;
-  [[nodiscard]] fs::path StoreOf(double value, const StudySetting& s) const;
+  [[nodiscard]] std::string KeyOf(double value, const StudySetting& s) const;
+  [[nodiscard]] fs::path StoreOf(std::string_view role,
+                                 double value,
+                                 const StudySetting& s) const;
   ChildResult Call(const std::vector<std::string>& words,
                    double most_seconds = kUnlimited);
   ChildResult Solve(const fs::path& store, const StudySetting& setting);
@@ -54,8 +67,9 @@ class Study {
                             const ChildResult& solved) const;
   void AddVerified(const fs::path& store, Json* line);
   void AddCompared(const fs::path& store,
-                   const fs::path& reference,
+                   const std::optional<fs::path>& reference,
                    Json* line);
+  void ShowRun(const std::string& what);
   Json ReportOf(std::vector<std::string> words);
   void Append(const Json& line);
 
@@ -65,15 +79,16 @@ class Study {
 
   const Experiment& experiment_;
   const StudyOptions& options_;
+  Progress& progress_;
+  size_t missing_ = 0;  // runs, when the study begins
+  size_t done_ = 0;     // of them
   fs::path file_;
   std::vector<Json> lines_;
 };
 
-std::string KeyOf(const std::string& experiment,
-                  double value,
-                  const StudySetting& setting) {
+std::string Study::KeyOf(double value, const StudySetting& s) const {
   return fmt::format(
-      "{} {} {} {}", experiment, value, setting.method, setting.setting);
+      "{} {} {} {}", experiment_.name, value, s.method, s.setting);
 }
 
 std::vector<Json> Study::Run() {
@@ -81,16 +96,47 @@ std::vector<Json> Study::Run() {
       options_.values.empty() ? experiment_.Values(options_.all_values)
                               : options_.values;
   for (const double value : values) {
-    for (const StudySetting& setting : experiment_.settings) {
-      if (IsAsked(setting.method) &&
-          !Has(KeyOf(experiment_.name, value, setting))) {
-        RunOne(value, setting);
-      }
-    }
-    std::error_code ignored;
-    fs::remove(StoreOf(value, experiment_.reference), ignored);
+    missing_ += MissingRuns(value).size();
   }
+  progress_.Begin("study");
+  for (const double value : values) {
+    const std::vector<StudySetting> settings = MissingRuns(value);
+    if (!settings.empty()) {
+      RunAll(value, settings);
+    }
+  }
+  progress_.End();
   return lines_;
+}
+
+std::vector<StudySetting> Study::MissingRuns(double value) const {
+  std::vector<StudySetting> missing;
+  std::copy_if(experiment_.settings.begin(),
+               experiment_.settings.end(),
+               std::back_inserter(missing),
+               [&](const StudySetting& setting) {
+                 return IsAsked(setting.method) && !Has(KeyOf(value, setting));
+               });
+  return missing;
+}
+
+void Study::RunAll(double value, const std::vector<StudySetting>& settings) {
+  MakeScene(value);
+  const std::optional<fs::path> reference = MakeReference(value);
+  for (const StudySetting& setting : settings) {
+    ShowRun(KeyOf(value, setting));
+    RunOne(value, setting, reference);
+    ++done_;
+  }
+  if (reference) {
+    std::error_code ignored;
+    fs::remove(*reference, ignored);
+  }
+}
+
+void Study::ShowRun(const std::string& what) {
+  progress_.Update(static_cast<double>(done_) / static_cast<double>(missing_),
+                   fmt::format("run {} of {}, {}", done_ + 1, missing_, what));
 }
 
 // Drops a line that a kill left incomplete, before anything is appended.
@@ -102,15 +148,16 @@ void Study::RewriteFile() {
   });
 }
 
-void Study::RunOne(double value, const StudySetting& setting) {
-  MakeScene(value);
-  const fs::path reference = MakeReference(value);
-  const ChildResult solved = Solve(StoreOf(value, setting), setting);
+void Study::RunOne(double value,
+                   const StudySetting& setting,
+                   const std::optional<fs::path>& reference) {
+  const fs::path store = StoreOf("run", value, setting);
+  const ChildResult solved = Solve(store, setting);
   Json line = LineOf(value, setting, solved);
-  AddVerified(StoreOf(value, setting), &line);
-  AddCompared(StoreOf(value, setting), reference, &line);
+  AddVerified(store, &line);
+  AddCompared(store, reference, &line);
   Append(line);
-  fs::remove(StoreOf(value, setting));
+  fs::remove(store);
 }
 
 void Study::MakeScene(double value) {
@@ -124,27 +171,33 @@ void Study::MakeScene(double value) {
   }
 }
 
-// Returns the store of the reference; solves it if the store does not exist
-// yet. If the solve takes too long, a coarser one is tried, because a solve
-// that was stopped lacks some of the light. The store gets its name only when
-// it is complete, so that a store of that name is always complete.
-fs::path Study::MakeReference(double value) {
-  fs::path store = StoreOf(value, experiment_.reference);
-  if (fs::exists(store)) {
-    return store;
-  }
+// Returns the store of the reference, solved unless an earlier start of the
+// study has done so. If a solve takes too long, a coarser one is tried, because
+// a solve that was stopped lacks some of the light; nothing if all take too
+// long. A store gets its name only when it is complete.
+std::optional<fs::path> Study::MakeReference(double value) {
   constexpr int kMostTries = 4;
-  StudySetting making = experiment_.reference;
-  bool done = false;
-  for (int tries = 0; tries < kMostTries && !done; ++tries) {
-    const fs::path part = store.string() + ".part";
-    done = !Solve(part, making).timed_out;
-    if (done && fs::exists(part)) {
-      fs::rename(part, store);
-    }
-    making = Coarser(making);
+  std::vector<StudySetting> tries = {experiment_.reference};
+  while (tries.size() < kMostTries) {
+    tries.push_back(Coarser(tries.back()));
   }
-  return store;
+  for (const StudySetting& setting : tries) {
+    if (fs::path store = StoreOf("reference", value, setting);
+        fs::exists(store)) {
+      return store;
+    }
+  }
+  for (const StudySetting& setting : tries) {
+    ShowRun(fmt::format("reference {}", KeyOf(value, setting)));
+    const fs::path part = Work("part.enf");
+    const bool is_whole = !Solve(part, setting).timed_out && fs::exists(part);
+    if (is_whole) {
+      fs::path store = StoreOf("reference", value, setting);
+      fs::rename(part, store);
+      return store;
+    }
+  }
+  return std::nullopt;
 }
 
 bool Study::IsAsked(const std::string& method) const {
@@ -159,9 +212,15 @@ bool Study::Has(const std::string& key) const {
   });
 }
 
-fs::path Study::StoreOf(double value, const StudySetting& s) const {
-  return Work(fmt::format(
-      "{}_{}_{}_{}.enf", experiment_.name, value, s.method, s.setting));
+fs::path Study::StoreOf(std::string_view role,
+                        double value,
+                        const StudySetting& s) const {
+  return Work(fmt::format("{}_{}_{}_{}_{}.enf",
+                          role,
+                          experiment_.name,
+                          value,
+                          s.method,
+                          s.setting));
 }
 
 // Runs the program. Throws if the disk is full, because that is no result of a
@@ -201,7 +260,7 @@ ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {
 Json Study::LineOf(double value,
                    const StudySetting& setting,
                    const ChildResult& solved) const {
-  Json line = {{"key", KeyOf(experiment_.name, value, setting)},
+  Json line = {{"key", KeyOf(value, setting)},
                {"experiment", experiment_.name},
                {"value", value},
                {"method", setting.method},
@@ -267,19 +326,25 @@ void Study::AddVerified(const fs::path& store, Json* line) {
   }
 }
 
-// Adds the differences from the reference, a finer solution by wavelets.
+// Adds the differences from the reference, a finer solution by wavelets; nulls
+// if there is none.
 void Study::AddCompared(const fs::path& store,
-                        const fs::path& reference,
+                        const std::optional<fs::path>& reference,
                         Json* line) {
-  (*line)["reference"] = reference.stem().string();
-  (*line)["reference_estimated_error"] =
-      ReportOf({"info", reference.string()})
-          .value("estimated_error", Json(nullptr));
-  const Json compared = ReportOf({"compare",
-                                  store.string(),
-                                  reference.string(),
-                                  "--samples",
-                                  fmt::format("{}", experiment_.samples)});
+  Json estimate;
+  Json compared = Json::object();
+  if (reference) {
+    estimate = ReportOf({"info", reference->string()})
+                   .value("estimated_error", Json(nullptr));
+    compared = ReportOf({"compare",
+                         store.string(),
+                         reference->string(),
+                         "--samples",
+                         fmt::format("{}", experiment_.samples)});
+  }
+  (*line)["reference"] =
+      reference ? Json(reference->stem().string()) : Json(nullptr);
+  (*line)["reference_estimated_error"] = estimate;
   for (const char* key : {"rms_error", "l1_error", "mean_deviation"}) {
     (*line)[key] = compared.value(key, Json(nullptr));
   }
@@ -293,15 +358,15 @@ void Study::Append(const Json& line) {
     throw DiskError(fmt::format("cannot write '{}'", file_.string()));
   }
   lines_.push_back(line);
-  fmt::print("{}\n", line.at("key").get<std::string>());
-  std::fflush(stdout);
+  progress_.Print(line.at("key").get<std::string>());
 }
 
 }  // namespace
 
 std::vector<Json> RunStudy(const Experiment& experiment,
-                           const StudyOptions& options) {
-  return Study(experiment, options).Run();
+                           const StudyOptions& options,
+                           Progress& progress) {
+  return Study(experiment, options, progress).Run();
 }
 
 }  // namespace enfilade

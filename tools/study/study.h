@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/progress.h"
 #include "tools/study/lines.h"
 #include "tools/study/plan.h"
 
@@ -23,9 +24,11 @@ struct StudyOptions {
   std::string threads = "1";
 };
 
-// Makes the runs that folder/EXPERIMENT.jsonl lacks and returns all lines of
-// that file. docs/study.md describes the keys of a line.
+// Makes the runs that folder/EXPERIMENT.jsonl lacks, prints the key of each when
+// it is done, and returns all lines of that file. docs/study.md describes the
+// keys of a line.
 std::vector<Json> RunStudy(const Experiment& experiment,
-                           const StudyOptions& options);
+                           const StudyOptions& options,
+                           Progress& progress);
 
 }  // namespace enfilade
