@@ -108,7 +108,9 @@ struct RayTracer::Impl {
     return bytes <= share_bytes
                ? 1
                : std::min<uint64_t>(table.size(),
-                                    kPartsPerShare * bytes / share_bytes + 1);
+                                    kPartsPerShare * bytes /
+                                            std::max<uint64_t>(share_bytes, 1) +
+                                        1);
   }
 
   void TraceBatch(std::span<const TraceRay> rays, std::span<TraceHit> hits);

@@ -1,12 +1,9 @@
 #include "tools/verify/paths.h"
 
-#include "base/check.h"
-#include "base/morton.h"
 #include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -75,66 +72,6 @@ size_t BatchPaths(const BuildingView& view,
 
 }  // namespace
 
-// Hands out the paths of all receivers in batches. If the building does not fit
-// the memory, the receivers of a batch are near each other, so that the batch
-// meets few chunks. The paths of a receiver come in the order of their strata.
-class PathTracer::PathQueue {
- public:
-  PathQueue(std::span<const Receiver> receivers,
-            std::span<const uint32_t> strata,
-            const BuildingView& view,
-            GatherMode mode)
-      : strata_(strata),
-        order_(receivers.size()),
-        most_receivers_(receivers.size()) {
-    std::iota(order_.begin(), order_.end(), 0U);
-    const size_t parts = view.trace_parts ? view.trace_parts() : 1;
-    if (parts > 1) {
-      SortInSpace(receivers, view.scene->bounds);
-      // Looking up the field closes the tracer, once in a batch.
-      if (mode == GatherMode::kPaths) {
-        most_receivers_ = (receivers.size() + parts - 1) / parts;
-      }
-    }
-  }
-
-  // Replaces `starts` by the next paths, at most `most`; none if all are done.
-  void TakeBatch(size_t most, std::vector<PathStart>* starts) {
-    starts->clear();
-    size_t finished = 0;  // receivers of this batch
-    while (starts->size() < most && finished < most_receivers_ &&
-           next_ < order_.size()) {
-      const uint32_t receiver = order_[next_];
-      const uint32_t strata = strata_[receiver];
-      if (stratum_ < strata * strata) {
-        starts->push_back({receiver, strata, stratum_++});
-        continue;
-      }
-      stratum_ = 0;
-      ++next_;
-      ++finished;
-    }
-  }
-
- private:
-  void SortInSpace(std::span<const Receiver> receivers, const Box3& bounds) {
-    std::vector<uint64_t> codes;
-    codes.reserve(receivers.size());
-    for (const Receiver& r : receivers) {
-      codes.push_back(MortonCode(r.position, bounds));
-    }
-    std::stable_sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) {
-      return codes[a] < codes[b];
-    });
-  }
-
-  std::span<const uint32_t> strata_;  // by receiver
-  std::vector<uint32_t> order_;       // receivers
-  size_t most_receivers_;             // of a batch
-  size_t next_ = 0;                   // in the order
-  uint32_t stratum_ = 0;              // the next of that receiver
-};
-
 PathTracer::PathTracer(const BuildingView& view,
                        MemoryBudget& budget,
                        uint64_t emitter_bytes,
@@ -188,16 +125,9 @@ std::vector<Rgb> PathTracer::Irradiance(
     std::span<const uint32_t> strata,
     GatherMode mode,
     const std::function<void(double)>& progress) {
-  ENFILADE_CHECK(strata.size() == receivers.size(),
-                 "{} numbers of strata for {} receivers",
-                 strata.size(),
-                 receivers.size());
-  uint64_t all = 0;
-  for (const uint32_t n : strata) {
-    all += uint64_t{n} * n;
-  }
   std::vector<Rgb> result(receivers.size());
   PathQueue queue(receivers, strata, *view_, mode);
+  const uint64_t all = queue.Paths();
   for (uint64_t done = 0; done < all;) {
     queue.TakeBatch(batch_paths_, &starts_);
     Start(receivers, key);

@@ -29,14 +29,10 @@
 #include "tools/verify/geometry.h"
 #include "tools/verify/guide.h"
 #include "tools/verify/lights.h"
+#include "tools/verify/path_queue.h"
 #include "tools/verify/seen.h"
 
 namespace enfilade {
-
-enum class GatherMode {
-  kPaths,  // follows light through all its reflections
-  kField,  // takes the view's radiosity for reflected light at the first hit
-};
 
 // How much of the free budget a batch of paths takes. If the building does not
 // fit the memory, every batch reads it again.
@@ -96,13 +92,6 @@ class PathTracer {
   [[nodiscard]] SurfaceReader& Surfaces() { return surfaces_; }
 
  private:
-  // Where a path begins: at a receiver, in one of its strata^2 strata.
-  struct PathStart {
-    uint32_t receiver = 0;
-    uint32_t strata = 1;
-    uint32_t stratum = 0;
-  };
-
   // A path at its latest vertex.
   struct Path {
     Point3 position;  // a little above the surface
@@ -122,8 +111,6 @@ class PathTracer {
     TraceRay ray;
     Rgb value{};
   };
-
-  class PathQueue;
 
   void Start(std::span<const Receiver> receivers, uint64_t key);
   void MakeRays(bool first);
