@@ -107,16 +107,19 @@ void StoredBuilding::CallWithin(const Call& call) {
 }
 
 // The budget to open the tracer or the solution with. If they take turns, it is
-// the whole budget; else a share, charged in full so that the other part cannot
-// use it.
+// the whole budget; else a share of what is free while neither is open, charged
+// in full so that the other part cannot use it.
 MemoryBudget& StoredBuilding::Share(double fraction,
                                     std::optional<MemoryBudget>& share,
                                     MemoryCharge& charge) {
   if (turns_) {
     return *budget_;
   }
-  const auto bytes = static_cast<uint64_t>(
-      static_cast<double>(budget_->FreeBytes()) * fraction);
+  const uint64_t both =
+      budget_->FreeBytes() + tracer_charge_.Bytes() + solution_charge_.Bytes();
+  const uint64_t bytes =
+      std::min(static_cast<uint64_t>(static_cast<double>(both) * fraction),
+               budget_->FreeBytes());
   share.emplace(bytes, ShareOf(*budget_, bytes));
   charge = MemoryCharge(*budget_, bytes, "tracing rays in a solution");
   return *share;

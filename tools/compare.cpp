@@ -111,6 +111,8 @@ CompareSummary Compare(const BlockStorage& a,
                        MemoryBudget& budget) {
   options.Validate();
   const SceneInfo scene = LoadSceneInfo(b);
+  // Each of the two solutions holds one, too.
+  const MemoryCharge scene_charge(budget, 3 * BytesOf(scene), kScenePurpose);
   const Partition partition = LoadWithoutPortals(b);
   RequireSameBuilding(
       LoadSceneInfo(a), scene, LoadWithoutPortals(a), partition);

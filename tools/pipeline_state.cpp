@@ -91,7 +91,16 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
   if (settings.unit) {
     j["unit"] = *settings.unit;
   }
-  store.SetMeta(kSettingsMeta, j.dump());
+  std::string text;
+  try {
+    text = j.dump();
+  } catch (const json::type_error&) {
+    throw UsageError(
+        fmt::format("the path '{}' is not UTF-8, which a store cannot keep; "
+                    "rename the file or its folder",
+                    settings.scene.string()));
+  }
+  store.SetMeta(kSettingsMeta, text);
 }
 
 SolveSettings LoadSettings(const BlockStorage& store) {

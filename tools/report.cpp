@@ -28,6 +28,8 @@ Json Digest(const BlockStorage& store, MemoryBudget& budget) {
   if (store.Count(BlockKind::kCellTree) == 0) {
     return nullptr;
   }
+  const MemoryCharge scene_charge(
+      budget, BytesOf(LoadSceneInfo(store)), kScenePurpose);
   return Solution(store, budget).Digest();
 }
 
@@ -161,8 +163,10 @@ Json SolveReport(const BlockStorage& store,
 }
 
 void WriteReport(const std::filesystem::path& path, const Json& report) {
-  WriteFileInOneStep(path,
-                     [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+  // Names of a scene may be bytes that are no UTF-8.
+  const std::string text =
+      report.dump(2, ' ', false, Json::error_handler_t::replace);
+  WriteFileInOneStep(path, [&](std::ostream& out) { out << text << '\n'; });
 }
 
 std::string FormatBytes(double bytes) {

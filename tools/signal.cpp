@@ -16,7 +16,7 @@ constexpr int64_t kSameRequestNs = 1'000'000'000;
 
 // A signal handler can reach nothing but a global.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-std::atomic<int64_t> requested_at_ns{0};
+std::atomic<int64_t> requested_at_ns{0};  // 0: not yet
 static_assert(std::atomic<int64_t>::is_always_lock_free,
               "it is set inside a signal handler");
 
@@ -27,9 +27,11 @@ int64_t NowNs() {
 }
 
 extern "C" void StopOrDie(int signal) {
-  if (!RequestStop()) {
-    requested_at_ns.store(NowNs());
-  } else if (NowNs() - requested_at_ns.load() > kSameRequestNs) {
+  const int64_t now = NowNs();
+  int64_t first = 0;
+  if (requested_at_ns.compare_exchange_strong(first, now)) {
+    RequestStop();
+  } else if (now - first > kSameRequestNs) {
     std::signal(signal, SIG_DFL);
     static_cast<void>(std::raise(signal));
   }

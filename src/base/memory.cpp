@@ -178,11 +178,14 @@ uint64_t FreedBytes() {
 
 #endif
 
-// The most that the resident size should be. The bytes of the threads are
-// subtracted, because threads take them between two looks at the size.
+// The most that the resident size should be, which is that of the whole process
+// even if this budget is a share. The bytes of the threads are subtracted,
+// because threads take them between two looks at the size.
 uint64_t MemoryBudget::MostResident() const {
-  return CapOf(limit_bytes_) - BytesOfThreads() -
-         std::min(kLeastResidentSlack + limit_bytes_ / kResidentSlackParts,
+  const auto whole =
+      static_cast<uint64_t>(static_cast<double>(limit_bytes_) / share_);
+  return CapOf(whole) - BytesOfThreads() -
+         std::min(kLeastResidentSlack + whole / kResidentSlackParts,
                   kMostResidentSlack);
 }
 

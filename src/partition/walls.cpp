@@ -1,6 +1,7 @@
 #include "partition/walls.h"
 
 #include "partition/plane_groups.h"
+#include "scene/level_areas.h"
 
 #include <cmath>
 #include <functional>
@@ -19,24 +20,6 @@ bool MaySplit(const Face& face, const SceneInfo& info) {
   return info.gbxml.has_value() ||
          Length(AreaVector(face.vertices)) >= kLeastSplitterM2;
 }
-
-// The area of faces that are level if y is up, and if z is up.
-struct LevelAreas {
-  double y_m2 = 0;
-  double z_m2 = 0;
-
-  void Add(const Vec3& area) {
-    constexpr double kAlong = 0.99;
-    const double length = Length(area);
-    y_m2 += std::abs(area.y) > kAlong * length ? length : 0;
-    z_m2 += std::abs(area.z) > kAlong * length ? length : 0;
-  }
-
-  // z in a tie, as default_luminaires.h has it.
-  [[nodiscard]] Vec3 Up() const {
-    return y_m2 > z_m2 ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-  }
-};
 
 // Reads the walls one after another, as often as needed.
 class WallReader {
@@ -68,7 +51,8 @@ class WallReader {
     });
     without_luminaires_ =
         info_->spaces.empty() && emitting_m2 < kMostEmittingShare * all_m2;
-    return info_->gbxml ? Vec3{0, 0, 1} : areas.Up();
+    const bool is_y_up = !info_->gbxml && areas.IsYUp();
+    return is_y_up ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
   }
 
   void ForEach(const Visitor& visit) const {

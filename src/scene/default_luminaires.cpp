@@ -1,5 +1,6 @@
 #include "scene/default_luminaires.h"
 
+#include "scene/level_areas.h"
 #include "scene/plan_index.h"
 
 #include <algorithm>
@@ -28,18 +29,13 @@ constexpr double kExitanceLmPerM2 = 8000.0;  // 500 x the same
 constexpr double kLevelCosine = 0.94;        // 20 degrees
 constexpr double kLevelCosineInSpaces = 0.5;
 
-// The up axis, 1 for y or 2 for z: the one to which more area is level.
+// The up axis: 1 for y, 2 for z.
 size_t FindUp(const BlockStorage& store) {
-  constexpr double kAlong = 0.99;
-  double area_y = 0;
-  double area_z = 0;
+  LevelAreas areas;
   ForEachFace(store, [&](FaceId, const Face& face) {
-    const Vec3 area = AreaVector(face.vertices);
-    const double size = Length(area);
-    area_y += std::abs(area.y) > kAlong * size ? size : 0;
-    area_z += std::abs(area.z) > kAlong * size ? size : 0;
+    areas.Add(AreaVector(face.vertices));
   });
-  return area_y > area_z ? 1 : 2;
+  return areas.IsYUp() ? 1 : 2;
 }
 
 // A panel that is laid, or a candidate.

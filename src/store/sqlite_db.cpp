@@ -83,7 +83,7 @@ Database::~Database() {
 void Database::Execute(const char* sql) {
   const int code = sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) {
-    Throw(code, sql);
+    Throw(code, InTransaction() ? "write" : "open");
   }
 }
 

@@ -79,6 +79,9 @@ std::unique_ptr<BlockStorage> MakeStore(
           fmt::format("cannot make the store '{}': {}; nothing of it is kept",
                       path.string(),
                       Cause(error)));
+    } catch (...) {
+      RemoveStoreFiles(part);
+      throw;
     }
     RenameOrThrow(part, path);
   }

@@ -72,15 +72,19 @@ TraceChunk MakeChunk(std::span<const PendingPatch> patches, const Box3& box) {
 }
 
 // Collects patches and writes them as chunks.
-class ChunkWriter {
+class TraceChunkWriter {
  public:
-  explicit ChunkWriter(BlockStorage& store) : store_(&store) {}
+  TraceChunkWriter(BlockStorage& store, MemoryBudget& budget)
+      : store_(&store), charge_(budget, "sorting triangles for ray tracing") {
+    charge_.GrowTo(2 * kMaxChunkPatches * kBytesPerPatch);
+  }
 
   void AddCell(CellId cell, const CellPatches& content) {
     if (pending_.size() + content.patches.size() > kMaxChunkPatches) {
       Flush(pending_);
       pending_.clear();
     }
+    charge_.GrowTo((pending_.size() + content.patches.size()) * kBytesPerPatch);
     for (size_t i = 0; i < content.patches.size(); ++i) {
       pending_.push_back({content.patches[i], {cell, PatchId(i)}});
     }
@@ -94,6 +98,8 @@ class ChunkWriter {
   }
 
  private:
+  static constexpr uint64_t kBytesPerPatch = 2 * sizeof(PendingPatch) + 80;
+
   // Writes the patches as one chunk. If they are too many, halves them at the
   // median along the longest side and writes each half.
   void Flush(std::span<PendingPatch> patches) {
@@ -127,6 +133,7 @@ class ChunkWriter {
   }
 
   BlockStorage* store_;
+  GrowingCharge charge_;
   std::vector<PendingPatch> pending_;
   std::vector<TraceChunkInfo> table_;
 };
@@ -201,12 +208,8 @@ TraceChunk LoadTraceChunk(const BlockStorage& store, size_t index) {
 }
 
 void BuildTraceChunks(BlockStorage& store, MemoryBudget& budget) {
-  constexpr uint64_t kBytesPerPatch = 2 * sizeof(PendingPatch) + 80;
-  const MemoryCharge charge(budget,
-                            2 * kMaxChunkPatches * kBytesPerPatch,
-                            "sorting triangles for ray tracing");
   store.EraseAll(BlockKind::kTrace);
-  ChunkWriter writer(store);
+  TraceChunkWriter writer(store, budget);
   for (const CellId cell : CellsInSpace(store)) {
     ThrowIfStopRequested();
     writer.AddCell(cell, LoadCellPatches(store, cell));

@@ -284,6 +284,20 @@ TEST(MemoryBudget, TheLeastCapForABudgetLeavesIt) {
   }
 }
 
+// Near the cap is near that of the whole process, whoever asks.
+TEST(MemoryBudget, AShareMeasuresTheProcessByTheWholeCap) {
+  const MemoryBudget whole(1ULL << 30);
+  const MemoryBudget share(64ULL << 20, 1.0 / 16);
+  constexpr uint64_t kComing = 2ULL << 30;
+  constexpr double kBetweenTwoLooks = 1 << 20;
+  EXPECT_GT(whole.ResidentExcess(kComing), 1ULL << 29);
+  EXPECT_NEAR(static_cast<double>(share.ResidentExcess(kComing)),
+              static_cast<double>(whole.ResidentExcess(kComing)),
+              kBetweenTwoLooks);
+  EXPECT_EQ(share.ResidentExcess(128ULL << 20),
+            whole.ResidentExcess(128ULL << 20));
+}
+
 TEST(MemoryBudget, ARefusalNamesACapForWhatIsForeseen) {
   const auto named = [](double share) {
     MemoryBudget budget(10 << 20);

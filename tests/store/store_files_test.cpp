@@ -54,6 +54,13 @@ TEST_F(NewStore, IsNotThereIfItCannotBeFilled) {
   EXPECT_FALSE(std::filesystem::exists(path_ + ".part"));
 }
 
+TEST_F(NewStore, LeavesNothingWhateverItsFillingThrows) {
+  EXPECT_THROW(
+      MakeStore(path_, [](BlockStorage&) { throw UsageError("a name"); }),
+      UsageError);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.Path()));
+}
+
 // The content fits into the journal but not into the file behind the tables:
 // after a rename it would stay in a journal of another name.
 TEST_F(NewStore, IsNotThereIfTheDiskIsFullBeforeAllIsInItsFile) {

@@ -53,7 +53,6 @@ void CompareCommand::Run() {
   const CompareSummary summary =
       Compare(*store_a, *store_b, options, limits.Budget());
   progress.End();
-  WriteReportIfAsked(common, CompareReport(summary));
   fmt::print(
       "rms error {:.6f}, L1 error {:.6f}, largest {:.6f}, mean deviation "
       "{:+.6f} ({} points)\n",
@@ -62,6 +61,7 @@ void CompareCommand::Run() {
       summary.max_error,
       summary.mean_deviation,
       summary.points);
+  WriteReportIfAsked(common, CompareReport(summary));
 }
 
 }  // namespace

@@ -43,41 +43,44 @@ struct InfoCommand {
               MemoryBudget& budget) const;
 };
 
-// Makes a folder of a name that nothing has. Throws DiskError.
-std::filesystem::path MakeTemporaryFolder() {
-  std::string name =
-      std::filesystem::temp_directory_path() / "enfilade_info_XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) {
-    throw DiskError(fmt::format("cannot make the folder '{}': {}",
-                                name,
-                                std::generic_category().message(errno)));
+// A folder of a name that nothing had, removed with all that is in it.
+class TemporaryFolder {
+ public:
+  // Throws DiskError.
+  TemporaryFolder() {
+    std::string name =
+        std::filesystem::temp_directory_path() / "enfilade_info_XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) {
+      throw DiskError(fmt::format("cannot make the folder '{}': {}",
+                                  name,
+                                  std::generic_category().message(errno)));
+    }
+    path_ = name;
   }
-  return name;
-}
 
-// A store in a folder of its own, which the destructor removes.
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& Path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// A store in a folder of its own.
 class TemporaryStore {
  public:
-  TemporaryStore()
-      : folder_(MakeTemporaryFolder()),
-        store_(CreateStore(folder_ / "scene.enf")) {}
-
-  ~TemporaryStore() {
-    store_.reset();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-
-  TemporaryStore(const TemporaryStore&) = delete;
-  TemporaryStore& operator=(const TemporaryStore&) = delete;
-  TemporaryStore(TemporaryStore&&) = delete;
-  TemporaryStore& operator=(TemporaryStore&&) = delete;
-
   [[nodiscard]] BlockStorage& Store() { return *store_; }
 
  private:
-  std::filesystem::path folder_;
-  std::unique_ptr<BlockStorage> store_;
+  TemporaryFolder folder_;  // goes after the store
+  std::unique_ptr<BlockStorage> store_ =
+      CreateStore(folder_.Path() / "scene.enf");
 };
 
 // One line: whether the solve is done, and otherwise how to go on.

@@ -54,11 +54,12 @@ struct ResumeCommand {
     store = OpenStore(path, StoreAccess::kRead);
     held = LoadSettings(*store);
     converged = LoadSolveSummary(*store).converged;
-  } catch (const Error&) {
+  } catch (const Error& error) {
     throw UsageError(
-        fmt::format("'{}' exists and is not a readable store; remove it, or "
-                    "give another name with -o",
-                    path.string()));
+        fmt::format("'{}' exists and cannot be opened as a store ({}); give "
+                    "another name with -o, or remove it if it is not needed",
+                    path.string(),
+                    error.what()));
   }
   held->error = settings.error;
   const bool same = *held == settings;

@@ -106,7 +106,6 @@ void VerifyCommand::Run() {
   };
   const VerifySummary summary = Verify(*storage, options, limits.Budget());
   progress.End();
-  WriteReportIfAsked(common, VerifyReport(summary, options.requested_error));
   fmt::print(
       "error {:.4f}, 95 % interval {:.4f} to {:.4f} ({} points, {} paths, "
       "{})\n{}mean deviation {:+.4f}, 95 % interval {:+.4f} to {:+.4f}\n",
@@ -120,6 +119,7 @@ void VerifyCommand::Run() {
       summary.mean_deviation,
       summary.mean_deviation_low,
       summary.mean_deviation_high);
+  WriteReportIfAsked(common, VerifyReport(summary, options.requested_error));
 }
 
 }  // namespace

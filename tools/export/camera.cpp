@@ -11,6 +11,12 @@ namespace enfilade {
 namespace {
 
 constexpr double kPlanMargin = 1.04;
+constexpr double kMostCoordinate = 1e9;  // m
+
+// False for what is no number, too.
+bool IsInReach(double coordinate) {
+  return std::abs(coordinate) <= kMostCoordinate;
+}
 
 }  // namespace
 
@@ -19,12 +25,18 @@ void CameraOptions::Validate() const {
     throw UsageError("the field of view must be between 1 and 170 degrees");
   }
   for (const auto& point : {eye, target}) {
-    if (point && !IsFinite(*point)) {
-      throw UsageError("the camera's coordinates must be finite numbers");
+    if (point &&
+        !(IsInReach(point->x) && IsInReach(point->y) && IsInReach(point->z))) {
+      throw UsageError(
+          "the camera's coordinates must be numbers of metres up to 1e9");
     }
   }
-  if (eye && target && *eye == *target) {
+  if (eye && target && IsOnePoint(*eye, *target)) {
     throw UsageError("the camera's eye and target are the same point");
+  }
+  if (plan_cut_m && !IsInReach(*plan_cut_m)) {
+    throw UsageError(
+        "the height of the cut must be a number of metres up to 1e9");
   }
 }
 

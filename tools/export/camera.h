@@ -38,6 +38,12 @@ struct CameraOptions {
   void Validate() const;
 };
 
+// Whether two points are too close for a camera to look from one at the other.
+inline bool IsOnePoint(Point3 eye, Point3 target) {
+  constexpr double kLeastDistanceMetres = 1e-6;
+  return !(Length(target - eye) > kLeastDistanceMetres);
+}
+
 // A camera ready to make rays: the ray of picture coordinates (x, y) in
 // [-1, 1]^2, x to the right and y up, starts at
 //   origin + x * origin_x + y * origin_y
@@ -49,8 +55,8 @@ struct Camera {
   Vec3 direction_x, direction_y;  // zero in a plan
 };
 
-// A perspective camera for a picture of this width over height. Requires eye !=
-// target and a direction that is not parallel to `up` (unit length).
+// A perspective camera for a picture of this width over height. Requires two
+// points and a direction that is not parallel to `up` (unit length).
 Camera PerspectiveCamera(Point3 eye,
                          Point3 target,
                          Vec3 up,

@@ -247,7 +247,7 @@ Camera ChooseView(const BuildingView& view,
       // The opposite corner, a little below the eye.
       const Vec3 down = UpVector(up) * (0.2 * Along(box.Extent(), up));
       const Point3 target = options.target.value_or(eyes[3 - i] - down);
-      if (target == eyes[i]) {
+      if (IsOnePoint(eyes[i], target)) {
         continue;
       }
       const Camera camera = LookAt(eyes[i], target, up, options, aspect);
@@ -291,7 +291,7 @@ Camera ChooseCamera(const BuildingView& view,
   }
   if (options.eye) {
     Point3 target = options.target.value_or(view.scene->bounds.Center());
-    if (target == *options.eye) {
+    if (IsOnePoint(*options.eye, target)) {
       target = target + Vec3{1, 0, 0};
     }
     return LookAt(*options.eye, target, up, options, aspect);

@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "tools/export/elements.h"
 #include <fmt/format.h>
@@ -45,9 +46,25 @@ SortedJson Accessor(int view, uint64_t offset, int type, uint64_t count) {
           {"type", type == kUnsignedInt ? "SCALAR" : "VEC3"}};
 }
 
+// A file's name as a relative URI (RFC 3986): bytes beyond letters, digits and
+// a few signs are percent-encoded.
+std::string UriOf(const std::string& file_name) {
+  constexpr std::string_view kPlain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
+  std::string uri;
+  for (const char c : file_name) {
+    if (kPlain.find(c) != std::string_view::npos) {
+      uri += c;
+    } else {
+      uri += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    }
+  }
+  return uri;
+}
+
 SortedJson Describe(const MeshCensus& census,
                     bool z_up,
-                    const std::string& uri) {
+                    const std::string& binary_file) {
   const auto corner = [](Point3 p) {
     return SortedJson::array({static_cast<float>(p.x),
                               static_cast<float>(p.y),
@@ -57,8 +74,8 @@ SortedJson Describe(const MeshCensus& census,
   positions["min"] = corner(census.bounds.low);
   positions["max"] = corner(census.bounds.high);
   SortedJson buffer = {{"byteLength", BinaryBytes(census)}};
-  if (!uri.empty()) {
-    buffer["uri"] = uri;
+  if (!binary_file.empty()) {
+    buffer["uri"] = UriOf(binary_file);
   }
   SortedJson node = {{"mesh", 0}, {"name", "solution"}};
   if (z_up) {

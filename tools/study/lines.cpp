@@ -1,5 +1,7 @@
 #include "tools/study/lines.h"
 
+#include "base/error.h"
+
 #include <cmath>
 #include <fstream>
 
@@ -31,8 +33,15 @@ double ErrorOf(const Json& line) {
   return std::isfinite(verified) ? verified : Number(line, "rms_error");
 }
 
+bool EndedWithResult(int exit_code) {
+  return exit_code == static_cast<int>(ExitCode::kSuccess) ||
+         exit_code == static_cast<int>(ExitCode::kNotDone);
+}
+
 bool IsFinished(const Json& line) {
-  return !line.at("out_of_time").get<bool>() && line.contains("links");
+  return !line.at("out_of_time").get<bool>() &&
+         EndedWithResult(line.at("exit_code").get<int>()) &&
+         line.contains("links");
 }
 
 std::set<std::string> MethodsOf(const std::vector<Json>& lines) {

@@ -28,6 +28,9 @@ std::string MethodOf(const Json& line);
 // reference.
 double ErrorOf(const Json& line);
 
+// Whether the program that ended with this exit code has solved its scene.
+bool EndedWithResult(int exit_code);
+
 // Whether the run ended within its time, with a result.
 bool IsFinished(const Json& line);
 

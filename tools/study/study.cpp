@@ -129,8 +129,7 @@ void Study::RunAll(double value, const std::vector<StudySetting>& settings) {
     ++done_;
   }
   if (reference) {
-    std::error_code ignored;
-    fs::remove(*reference, ignored);
+    RemoveStoreFiles(*reference);
   }
 }
 
@@ -157,7 +156,7 @@ void Study::RunOne(double value,
   AddVerified(store, &line);
   AddCompared(store, reference, &line);
   Append(line);
-  fs::remove(store);
+  RemoveStoreFiles(store);
 }
 
 void Study::MakeScene(double value) {
@@ -190,8 +189,8 @@ std::optional<fs::path> Study::MakeReference(double value) {
   for (const StudySetting& setting : tries) {
     ShowRun(fmt::format("reference {}", KeyOf(value, setting)));
     const fs::path part = Work("part.enf");
-    const bool is_whole = !Solve(part, setting).timed_out && fs::exists(part);
-    if (is_whole) {
+    const ChildResult solved = Solve(part, setting);
+    if (!solved.timed_out && EndedWithResult(solved.exit_code)) {
       fs::path store = StoreOf("reference", value, setting);
       fs::rename(part, store);
       return store;

@@ -263,6 +263,17 @@ class Refiner {
     bool agreed = false;  // the rays of one point per node agreed
   };
 
+  // What a link from a group would be worth.
+  struct GroupJudgement {
+    GroupLook look;
+    // The bounds of its error that a smaller receiver and a smaller group
+    // lower, weighted.
+    float by_receiver = 0;
+    float by_source = 0;
+    bool is_seen = false;  // some of its light arrives
+    bool proven = false;   // all of it does
+  };
+
   // What is known of a group when it is visited.
   struct GroupVisit {
     uint32_t group = 0;
@@ -293,6 +304,16 @@ class Refiner {
                                       float light,
                                       int blocked,
                                       GroupRays* rays) const;
+  [[nodiscard]] GroupJudgement JudgeGroup(const Receiver& r,
+                                          const GroupVisit& visit,
+                                          const GroupTransfer& transfer,
+                                          GroupRays* rays) const;
+  void KeepGroup(const Receiver& r,
+                 uint32_t group,
+                 const GroupJudgement& judged,
+                 const GroupTransfer& transfer,
+                 GroupRays* rays,
+                 Task* task) const;
   void VisitSeenGroup(const Receiver& r,
                       GroupVisit visit,
                       GroupTransfer* transfer,

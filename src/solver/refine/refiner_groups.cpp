@@ -147,68 +147,90 @@ Refiner::GroupLook Refiner::LookAtGroup(const Receiver& r,
   return look;
 }
 
+// Bounds the error of one link from the group to the receiver.
+Refiner::GroupJudgement Refiner::JudgeGroup(const Receiver& r,
+                                            const GroupVisit& visit,
+                                            const GroupTransfer& transfer,
+                                            GroupRays* rays) const {
+  const GroupWeight& sent = SentBy(visit.group);
+  const auto tau = static_cast<float>(options_.tau);
+  const float brightness = r.weight * sent.radiosity;
+  const float light = brightness * transfer.FormFactor();
+  GroupJudgement judged;
+  judged.look = LookAtGroup(r, light, visit.blocked, rays);
+  const auto& [sight, few, agreed] = judged.look;
+  const float visible = sight.fraction;
+  judged.is_seen = visible > 0 || rays->SeesPeak();
+  const float rough =
+      judged.is_seen ? brightness * transfer.Residual(*basis_) : 0.0F;
+  const Unknown unknown =
+      agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
+                               r.end.diameter,
+                               GroupAt(visit.group).box)
+             : UnknownByMixed(sight);
+  const float hidden = light * shadows_ * unknown.share;
+  judged.by_receiver = rough + unknown.of_receiver * hidden;
+  judged.by_source = (1 - unknown.of_receiver) * hidden;
+  // A proof costs as much as a kernel, so it is tried only where it decides.
+  judged.proven = visible >= 1 && rough <= tau && rough + hidden > tau &&
+                  transfer.IsProvenClear(*blockers_);
+  if (judged.proven) {
+    judged.by_receiver = rough;
+    judged.by_source = 0;
+  }
+  judged.by_source +=
+      judged.is_seen ? r.weight * sent.spread * transfer.FormFactor() : 0.0F;
+  return judged;
+}
+
 // The part of a visit that needs form factors and rays.
 void Refiner::VisitSeenGroup(const Receiver& r,
                              GroupVisit visit,
                              GroupTransfer* transfer,
                              Task* task) const {
-  const GroupWeight& sent = SentBy(visit.group);
-  const Box& box = GroupAt(visit.group).box;
-  const auto tau = static_cast<float>(options_.tau);
-  const float brightness = r.weight * sent.radiosity;
-  const float light = brightness * transfer->FormFactor();
   GroupRays rays(
       *blockers_, r.end, *transfer, KeyOf(r, visit.group), &task->rays);
-  const auto [sight, few, agreed] = LookAtGroup(r, light, visit.blocked, &rays);
-  const float visible = sight.fraction;
-  const bool is_seen = visible > 0 || rays.SeesPeak();
-  const float rough = is_seen ? brightness * transfer->Residual(*basis_) : 0.0F;
-  const Unknown unknown =
-      agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
-                               r.end.diameter,
-                               box)
-             : UnknownByMixed(sight);
-  const float hidden = light * shadows_ * unknown.share;
-  float by_receiver = rough + unknown.of_receiver * hidden;
-  float by_source = (1 - unknown.of_receiver) * hidden;
-  // A proof costs as much as a kernel, so it is tried only where it decides.
-  const bool proven = visible >= 1 && rough <= tau && rough + hidden > tau &&
-                      transfer->IsProvenClear(*blockers_);
-  if (proven) {
-    by_receiver = rough;
-    by_source = 0;
-  }
-  by_source += is_seen ? r.weight * sent.spread * transfer->FormFactor() : 0.0F;
-  visit.blocked += is_seen ? 0 : 1;
+  const GroupJudgement judged = JudgeGroup(r, visit, *transfer, &rays);
+  visit.blocked += judged.is_seen ? 0 : 1;
   // As in VisitSeen, but a group can always be split.
-  const float at_receiver = CanSplit(r.end, r.path) ? by_receiver : 0;
-  if (at_receiver + by_source > tau) {
-    if (at_receiver >= by_source) {
+  const float at_receiver = CanSplit(r.end, r.path) ? judged.by_receiver : 0.0F;
+  if (at_receiver + judged.by_source > static_cast<float>(options_.tau)) {
+    if (at_receiver >= judged.by_source) {
       SplitGroupReceiver(r, visit, transfer->Facing(), task);
     } else {
       SplitGroup(r, visit, transfer->Facing(), task);
     }
     return;
   }
-  if (!task->Takes(r)) {
-    return;
+  if (task->Takes(r)) {
+    KeepGroup(r, visit.group, judged, *transfer, &rays, task);
   }
-  if (is_seen) {
-    AddError(TrueError(r, by_receiver + by_source), task);
+}
+
+// Makes the link, with as much light at each node as rays let through.
+void Refiner::KeepGroup(const Receiver& r,
+                        uint32_t group,
+                        const GroupJudgement& judged,
+                        const GroupTransfer& transfer,
+                        GroupRays* rays,
+                        Task* task) const {
+  const float error = TrueError(r, judged.by_receiver + judged.by_source);
+  if (judged.is_seen) {
+    AddError(error, task);
   } else {
-    AddBlockedError(TrueError(r, by_receiver + by_source), task);
+    AddBlockedError(error, task);
   }
-  std::array<float, kTransferNodes> gain = transfer->AtNodes();
-  if (!proven) {
-    const auto shares =
-        rays.Look(few ? 1 : kManyPoints, agreed ? 1 : kManyRays);
+  std::array<float, kTransferNodes> gain = transfer.AtNodes();
+  if (!judged.proven) {
+    const auto shares = rays->Look(judged.look.few ? 1 : kManyPoints,
+                                   judged.look.agreed ? 1 : kManyRays);
     std::transform(gain.begin(),
                    gain.end(),
                    shares.at_nodes.begin(),
                    gain.begin(),
                    std::multiplies<>());
   }
-  AcceptGroup(r, visit.group, gain, task);
+  AcceptGroup(r, group, gain, task);
 }
 
 void Refiner::SplitGroupReceiver(const Receiver& r,

@@ -91,6 +91,13 @@ TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
   EXPECT_EQ(gltf["buffers"][0]["byteLength"], Content("z.bin").size());
 }
 
+TEST_F(ExportMeshTest, GltfNamesItsBinaryByAUri) {
+  WriteGltf(Leaves(), Census(), {}, Path("my 50%.gltf"));
+  const auto gltf = nlohmann::json::parse(Content("my 50%.gltf"));
+  EXPECT_EQ(gltf["buffers"][0]["uri"], "my%2050%25.bin");
+  EXPECT_GT(Content("my 50%.bin").size(), 0U);
+}
+
 TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {
   WriteVtu(Leaves(), Census(), {}, Path("a.vtu"));
   const std::string vtu = Content("a.vtu");

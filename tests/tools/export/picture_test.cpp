@@ -7,6 +7,7 @@
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/export/camera_choice.h"
+#include "tools/export/export.h"
 #include "tools/export/image.h"
 #include "tools/export/render_picture.h"
 #include "tools/export/render_tone.h"
@@ -37,6 +38,25 @@ class PictureTest : public ExportFixture {
   FakeBuilding building_;
   MemoryBudget budget_{kModest};
 };
+
+TEST(ExportOptions, RefuseNumbersThatNoPictureHas) {
+  const auto expect_refused = [](const auto& set) {
+    ExportOptions options;
+    EXPECT_NO_THROW(options.Validate());
+    set(options);
+    EXPECT_THROW(options.Validate(), UsageError);
+  };
+  using Options = ExportOptions;
+  expect_refused([](Options& o) { o.exposure_stops = NAN; });
+  expect_refused([](Options& o) { o.exposure_stops = 1000; });
+  expect_refused([](Options& o) { o.camera.plan_cut_m = NAN; });
+  expect_refused([](Options& o) { o.camera.eye = Point3{1e200, 0, 0}; });
+  expect_refused([](Options& o) { o.camera.target = Point3{0, NAN, 0}; });
+  expect_refused([](Options& o) {
+    o.camera.eye = Point3{1, 1, 1};
+    o.camera.target = Point3{1, 1, 1 + 1e-9};
+  });
+}
 
 TEST_F(PictureTest, PerspectiveHitsWhereItLooks) {
   const Camera camera =

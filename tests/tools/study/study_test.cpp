@@ -59,6 +59,18 @@ TEST(ErrorWithin, RunsWithoutAnErrorDoNotCount) {
   EXPECT_EQ(ErrorWithin(9, {{1, NAN}, {2, 0.5}}).value(), 0.5);
 }
 
+TEST(StudyLines, OnlyASolveThatEndedIsFinished) {
+  const auto line = [](int exit_code, bool out_of_time) {
+    return Json{
+        {"exit_code", exit_code}, {"out_of_time", out_of_time}, {"links", 12}};
+  };
+  EXPECT_TRUE(IsFinished(line(0, false)));
+  EXPECT_TRUE(IsFinished(line(1, false)));  // the error was not reached
+  EXPECT_FALSE(IsFinished(line(0, true)));
+  EXPECT_FALSE(IsFinished(line(4, false)));  // a partial solve has links, too
+  EXPECT_FALSE(IsFinished(line(137, false)));
+}
+
 TEST(StudyPlan, CountsBytesAsThePaperDid) {
   EXPECT_EQ(PaperBytes("haar", 0, 0, 1), 40);
   EXPECT_EQ(PaperBytes("m2", 0, 0, 1), 400);
