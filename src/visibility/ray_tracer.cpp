@@ -105,12 +105,11 @@ struct RayTracer::Impl {
     for (const TraceChunkInfo& info : table) {
       bytes += LoadedChunk::HeldBytes(info.primitives);
     }
-    return bytes <= share_bytes
-               ? 1
-               : std::min<uint64_t>(table.size(),
-                                    kPartsPerShare * bytes /
-                                            std::max<uint64_t>(share_bytes, 1) +
-                                        1);
+    if (bytes <= share_bytes) {
+      return 1;
+    }
+    const uint64_t shares = bytes / std::max<uint64_t>(share_bytes, 1) + 1;
+    return std::min<uint64_t>(kPartsPerShare * shares, table.size());
   }
 
   void TraceBatch(std::span<const TraceRay> rays, std::span<TraceHit> hits);

@@ -79,7 +79,9 @@ class BrightStretches {
   explicit BrightStretches(double least_level) : least_level_(least_level) {}
 
   void Add(const LightBin& leaf) {
-    if (leaf.level > least_level_) {
+    // On a line of square kilometres, rounding may leave a small leaf no
+    // length.
+    if (leaf.level > least_level_ && leaf.end > leaf.begin) {
       leaves_.push_back(leaf);
     }
     if (leaves_.size() >= kMostBright) {
