@@ -10,6 +10,10 @@ namespace {
 
 constexpr uint64_t kMostWorkBytes = 256ULL << 20;
 
+// If both are open, a fifth is left to the caller.
+constexpr double kTracerShare = 0.5;
+constexpr double kSolutionShare = 0.3;
+
 // The bytes set aside for the outputs: a smaller part if they only stream.
 uint64_t WorkBytes(const MemoryBudget& budget, Sharing sharing) {
   const uint64_t tenths = sharing == Sharing::kAlone ? 1 : 3;
@@ -131,7 +135,7 @@ RayTracer& StoredBuilding::OpenTracer() {
       solution_.reset();
     }
     tracer_ = std::make_unique<RayTracer>(
-        *store_, Share(0.7, tracer_budget_, tracer_charge_));
+        *store_, Share(kTracerShare, tracer_budget_, tracer_charge_));
   }
   return *tracer_;
 }
@@ -142,7 +146,7 @@ Solution& StoredBuilding::OpenSolution() {
       tracer_.reset();
     }
     solution_ = std::make_unique<Solution>(
-        *store_, Share(0.3, solution_budget_, solution_charge_));
+        *store_, Share(kSolutionShare, solution_budget_, solution_charge_));
   }
   return *solution_;
 }

@@ -152,6 +152,11 @@ Json SolveReport(const BlockStorage& store,
         "up to {:.2f}; to know more: enfilade verify --seconds 600",
         summary.most_error_by_rays));
   }
+  if (summary.converged && summary.links == 0) {
+    report["notes"].push_back(
+        "no light falls on a surface that reflects; check which way the "
+        "emitting faces look");
+  }
   AddCostKeys(store, summary, record, report);
   report["runs"] = record.runs;
   report["seed"] = settings.seed;

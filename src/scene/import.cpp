@@ -50,7 +50,7 @@ SceneFormat FormatOf(const std::filesystem::path& scene) {
   }
   throw InputError(fmt::format(
       "{}: unknown kind of scene; known are .obj, .xml and .gbxml, each also "
-      "with .gz",
+      "with .gz; to go on with a store, use 'enfilade resume'",
       scene.string()));
 }
 

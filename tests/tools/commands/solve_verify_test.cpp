@@ -1,4 +1,4 @@
-// `enfilade verify` as its users call it.
+// `enfilade solve` and `verify` as their users call them.
 
 #include <filesystem>
 #include <regex>
@@ -39,6 +39,22 @@ TEST(VerifyCommand, NamesInAnyEncodingAreReported) {
     is_named = is_named || material == "bris\xef\xbf\xbd";  // U+FFFD
   }
   EXPECT_TRUE(is_named) << report.at("largest_differences").dump();
+}
+
+// The lamp hangs above the floor and looks up.
+TEST(SolveCommand, ALampThatLooksAwayIsNoted) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "a.mtl",
+            "newmtl floor\nKd 0.5 0.5 0.5\n"
+            "newmtl lamp\nKd 0 0 0\nKe 10 10 10\n");
+  WriteFile(folder / "a.obj",
+            "mtllib a.mtl\n"
+            "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\n"
+            "v 1 1 2\nv 2 1 2\nv 2 2 2\nv 1 2 2\n"
+            "usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n");
+  const ProgramResult result = SolveScene(folder.Path(), "a", {});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(Contains(result.out, "no light falls on")) << result.out;
 }
 
 TEST(SolveCommand, APathThatIsNoUtf8IsRefused) {
