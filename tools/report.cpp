@@ -152,7 +152,9 @@ Json SolveReport(const BlockStorage& store,
         "up to {:.2f}; to know more: enfilade verify --seconds 600",
         summary.most_error_by_rays));
   }
-  if (summary.converged && summary.links == 0) {
+  // Only where there is no light can there be no error at all.
+  if (summary.converged && summary.estimated_error <= 0 &&
+      settings.method.name == MethodOptions{}.name) {
     report["notes"].push_back(
         "no light falls on a surface that reflects; check which way the "
         "emitting faces look");

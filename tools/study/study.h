@@ -24,9 +24,9 @@ struct StudyOptions {
   std::string threads = "1";
 };
 
-// Makes the runs that folder/EXPERIMENT.jsonl lacks, prints the key of each when
-// it is done, and returns all lines of that file. docs/study.md describes the
-// keys of a line.
+// Makes the runs that folder/EXPERIMENT.jsonl lacks, prints the key of each
+// when it is done, and returns all lines of that file. docs/study.md describes
+// the keys of a line.
 std::vector<Json> RunStudy(const Experiment& experiment,
                            const StudyOptions& options,
                            Progress& progress);
