@@ -117,6 +117,9 @@ struct RayTracer::Impl {
                                 std::span<const TraceRay> rays,
                                 std::span<const RayState> states,
                                 std::span<uint32_t> nearest);
+  [[nodiscard]] uint32_t NearestOf(const std::vector<size_t>& remaining,
+                                   const TraceRay& ray,
+                                   const RayState& state) const;
   std::vector<size_t> LoadWanted(const std::vector<size_t>& remaining,
                                  std::span<const uint32_t> nearest);
   void Load(size_t chunk, const std::vector<size_t>& keep);
@@ -213,6 +216,23 @@ std::vector<size_t> RayTracer::Impl::LoadWanted(
   return group;
 }
 
+// The remaining chunk that the ray enters first; kNoChunk if it reaches none.
+uint32_t RayTracer::Impl::NearestOf(const std::vector<size_t>& remaining,
+                                    const TraceRay& ray,
+                                    const RayState& state) const {
+  const BoxRay box_ray(ray);
+  double reach = Reach(ray, state);
+  uint32_t nearest = kNoChunk;
+  for (const size_t chunk : remaining) {
+    const double enter = box_ray.Enter(table[chunk].bounds, reach);
+    if (enter < kNoHitDistance) {
+      nearest = static_cast<uint32_t>(chunk);
+      reach = enter;
+    }
+  }
+  return nearest;
+}
+
 // Takes from `remaining` the chunks to trace next: those in memory, if there
 // are any, else those to load. None if no ray reaches a remaining chunk.
 // `nearest` is work space, one entry for each ray.
@@ -227,16 +247,7 @@ std::vector<size_t> RayTracer::Impl::NextGroup(std::vector<size_t>& remaining,
                [&](size_t c) { return chunks[c] != nullptr; });
   if (group.empty() && !remaining.empty()) {
     ForRays(rays.size(), [&](size_t i) {
-      const BoxRay box_ray(rays[i]);
-      double reach = Reach(rays[i], states[i]);
-      nearest[i] = kNoChunk;
-      for (const size_t chunk : remaining) {
-        const double enter = box_ray.Enter(table[chunk].bounds, reach);
-        if (enter < kNoHitDistance) {
-          nearest[i] = static_cast<uint32_t>(chunk);
-          reach = enter;
-        }
-      }
+      nearest[i] = NearestOf(remaining, rays[i], states[i]);
     });
     group = LoadWanted(remaining, nearest);
   }
