@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <tuple>
 #include <unordered_map>
 
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
