@@ -16,6 +16,7 @@ Surface SurfaceAt(const SceneInfo& scene,
   surface.normal = PatchNormal(patch);
   surface.front = Dot(surface.normal, ray.direction) < 0;
   surface.position = PointOn(patch, hit.a, hit.b);
+  surface.raised = patch.layer * kApartM;
   if (patch.reflects) {
     surface.reflectance = material.reflectance;
   }

@@ -19,6 +19,7 @@ struct Surface {
   bool front = false;  // the ray met the patch's front; else its black back
   Point3 position;     // on the patch, in double precision
   Vec3 normal;         // of the patch, unit length
+  double raised = 0;   // how far before its place in the scene it lies, m
   Rgb reflectance{};   // zero if the side does not reflect
   Rgb exitance{};      // zero if the side does not emit
 };

@@ -18,6 +18,8 @@ constexpr uint64_t kProbeSeedDomain = 0x70726f6265000001ULL;
 constexpr size_t kBatchPoints = 1024;
 // Bytes of a point in all arrays of a batch.
 constexpr uint64_t kProbePointBytes = 1024;
+// The text of a batch, which is kept for its output; a last line may exceed it.
+constexpr uint64_t kBatchTextBytes = kBatchPoints * kProbePointBytes / 4;
 constexpr double kOnPatchDistance = 1e-3;               // m
 constexpr double kOnPatchCosine = 0.99619469809174555;  // of 5 degrees
 
@@ -72,26 +74,48 @@ class Prober {
   [[nodiscard]] const ProbeSummary& Summary() const { return summary_; }
 
  private:
-  // Traces a short ray against each point's normal and returns the hits. Leaves
-  // surfaces_[i].front set only where the normals of point and patch agree.
+  // Finds the surface that each point lies on, and returns the hits. Leaves
+  // surfaces_[i].front set only where there is one.
   std::vector<TraceHit> FindPatches(const std::vector<ProbeLine>& lines) {
-    std::vector<TraceRay> rays(lines.size());
+    surfaces_.assign(lines.size(), {});
     std::vector<TraceHit> hits(lines.size());
-    for (size_t i = 0; i < lines.size(); ++i) {
-      const Receiver& r = lines[i].receiver;
-      rays[i].origin = r.position + r.normal * kOnPatchDistance;
-      rays[i].direction = -r.normal;
-      rays[i].max_distance = 2 * kOnPatchDistance;
-    }
-    view_.trace(rays, hits);
-    surfaces_.resize(lines.size());
-    tracer_.Surfaces().Read(rays, hits, surfaces_);
-    for (size_t i = 0; i < lines.size(); ++i) {
-      surfaces_[i].front =
-          surfaces_[i].front &&
-          Dot(surfaces_[i].normal, lines[i].receiver.normal) >= kOnPatchCosine;
-    }
+    // Of surfaces in one place, the raised one is seen. If there is none, what
+    // is more than kOnPatchDistance above the point is in the way.
+    LookFrom(kMostLayers * kApartM + kOnPatchDistance, lines, &hits);
+    LookFrom(kOnPatchDistance, lines, &hits);
     return hits;
+  }
+
+  // Traces a short ray against the normal of each point that has no surface
+  // yet, from so far above it, m.
+  void LookFrom(double height,
+                const std::vector<ProbeLine>& lines,
+                std::vector<TraceHit>* hits) {
+    std::vector<size_t> points;
+    std::vector<TraceRay> rays;
+    for (size_t i = 0; i < lines.size(); ++i) {
+      if (!surfaces_[i].front) {
+        const Receiver& r = lines[i].receiver;
+        points.push_back(i);
+        TraceRay& ray = rays.emplace_back();
+        ray.origin = r.position + r.normal * height;
+        ray.direction = -r.normal;
+        ray.max_distance = height + kOnPatchDistance;
+      }
+    }
+    std::vector<TraceHit> found(rays.size());
+    std::vector<Surface> surfaces(rays.size());
+    view_.trace(rays, found);
+    tracer_.Surfaces().Read(rays, found, surfaces);
+    for (size_t k = 0; k < points.size(); ++k) {
+      const size_t i = points[k];
+      if (surfaces[k].front &&
+          height - found[k].distance - surfaces[k].raised <= kOnPatchDistance &&
+          Dot(surfaces[k].normal, lines[i].receiver.normal) >= kOnPatchCosine) {
+        (*hits)[i] = found[k];
+        surfaces_[i] = surfaces[k];
+      }
+    }
   }
 
   std::vector<Rgb> Gather(const std::vector<Receiver>& points) {
@@ -130,10 +154,13 @@ ProbeSummary ProbePoints(const BuildingView& view,
   bool more = true;
   for (bool is_first = true; more; is_first = false) {
     std::vector<ProbeLine> lines;
-    while (more && lines.size() < kBatchPoints) {
+    size_t text_bytes = 0;
+    while (more && lines.size() < kBatchPoints &&
+           text_bytes < kBatchTextBytes) {
       auto line = reader.Next();
       more = line.has_value();
       if (line) {
+        text_bytes += line->text.size();
         lines.push_back(std::move(*line));
       }
     }

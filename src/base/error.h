@@ -12,7 +12,7 @@ namespace enfilade {
 
 enum class ExitCode : int {
   kSuccess = 0,
-  kNotDone = 1,  // the requested error was not reached
+  kNotDone = 1,  // the requested error was not reached; an audit found a fault
   kUsage = 2,
   kBadInput = 3,
   kDoesNotFit = 4,

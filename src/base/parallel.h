@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include <tbb/blocked_range.h>
@@ -46,6 +47,18 @@ void ParallelForInside(size_t count, const Body& body) {
 template <typename Body>
 void ParallelFor(size_t count, const Body& body) {
   tbb::this_task_arena::isolate([&] { ParallelForInside(count, body); });
+}
+
+// ParallelFor for short calls: `block` of them, one after the other, are a
+// task.
+template <typename Body>
+void ParallelForInBlocks(size_t count, size_t block, const Body& body) {
+  ParallelFor((count + block - 1) / block, [&](size_t task) {
+    const size_t end = std::min(count, (task + 1) * block);
+    for (size_t i = task * block; i < end; ++i) {
+      body(i);
+    }
+  });
 }
 
 // Calls body() once for each thread that may work. The calls share the items of

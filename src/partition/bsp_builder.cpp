@@ -56,7 +56,10 @@ class TreeBuilder {
         budget_(&budget),
         charge_(budget, kWhat) {}
 
-  BspChild Build(const ConvexRegion& region, FragmentList fragments) {
+  // Gives the region back as soon as it is divided: among the many facets of a
+  // round hall every division cuts off one more wedge, and only the wedges wait
+  // on the way down.
+  BspChild Build(ConvexRegion region, FragmentList fragments) {
     ThrowIfStopRequested();
     const auto plane = ChooseSplit(region, fragments, *rules_, *budget_);
     if (!plane) {
@@ -64,9 +67,13 @@ class TreeBuilder {
     }
     const NodeId id = AddNode(*plane, region.CrossSection(*plane));
     Halves halves = Divide(std::move(fragments), *plane, *shelf_);
-    const ConvexRegion::Halves parts = region.Cut(*plane);
-    const BspChild front = Build(parts.front, std::move(halves.front));
-    const BspChild back = Build(parts.back, std::move(halves.back));
+    ConvexRegion::Halves parts = region.Cut(*plane);
+    region = {};
+    const MemoryCharge waiting(
+        *budget_, parts.front.FacetBytes() + parts.back.FacetBytes(), kWhat);
+    const BspChild front =
+        Build(std::move(parts.front), std::move(halves.front));
+    const BspChild back = Build(std::move(parts.back), std::move(halves.back));
     built_.tree.nodes[id.Index()].front = front;
     built_.tree.nodes[id.Index()].back = back;
     return BspChild(id);

@@ -1,5 +1,7 @@
 #include "partition/convex_region.h"
 
+#include "base/memory.h"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -122,6 +124,14 @@ std::vector<Point3> ConvexRegion::Corners() const {
     }
   }
   return corners;
+}
+
+uint64_t ConvexRegion::FacetBytes() const {
+  uint64_t bytes = kAllocationHeaderBytes + facets_.capacity() * sizeof(Facet);
+  for (const Facet& facet : facets_) {
+    bytes += kAllocationHeaderBytes + facet.polygon.capacity() * sizeof(Point3);
+  }
+  return bytes;
 }
 
 }  // namespace enfilade

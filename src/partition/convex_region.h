@@ -6,6 +6,7 @@
 #include "base/vec.h"
 #include "partition/polygon.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace enfilade {
@@ -43,6 +44,9 @@ class ConvexRegion {
   [[nodiscard]] Box3 Bounds() const;
   [[nodiscard]] Point3 Center() const;
   [[nodiscard]] std::vector<Point3> Corners() const;  // each once
+
+  // The memory that the facets take.
+  [[nodiscard]] uint64_t FacetBytes() const;
 
  private:
   struct Facet {

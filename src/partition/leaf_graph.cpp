@@ -1,6 +1,7 @@
 #include "partition/leaf_graph.h"
 
 #include "base/stop.h"
+#include "partition/patch_cutter.h"
 #include "scene/box_tree.h"
 
 #include <algorithm>
@@ -11,12 +12,16 @@
 namespace enfilade {
 namespace {
 
-// The most patches that CutIntoPatches makes of a polygon.
+// The most patches that a polygon is cut into (patch_cutter.h).
 uint32_t CountPatches(const Polygon& polygon) {
   const auto n = static_cast<uint32_t>(polygon.size());
   if (n == 4) {
-    const Vec3 gap = (polygon[1] - polygon[0]) - (polygon[2] - polygon[3]);
-    return Length(gap) < kRoundingM ? 1 : 2;
+    const Vec3 u = polygon[1] - polygon[0];
+    const bool is_parallelogram =
+        Length(u - (polygon[2] - polygon[3])) < kRoundingM;
+    return is_parallelogram
+               ? static_cast<uint32_t>(LongParts(u, polygon[3] - polygon[0]))
+               : 2;
   }
   return n < 3 ? 0 : n - 2;
 }

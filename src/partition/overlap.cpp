@@ -15,7 +15,7 @@ namespace {
 
 // A patch's box, tree entry, rank and face area, and the pairs of a patch that
 // is in front of all others.
-constexpr uint64_t kOverlapBytesPerPatch = 320;
+constexpr uint64_t kOverlapBytesPerPatch = 328;
 
 // Settles patch by patch, from back to front.
 void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
@@ -64,8 +64,9 @@ std::vector<Patch> Replaced(std::span<const Patch> patches,
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
                                MemoryBudget& budget) {
   const BoxTree tree = TreeOf(patches);
-  const std::vector<uint32_t> ranks = RanksFromBack(patches);
-  OverlapPieces pieces(patches, tree, ranks, budget);
+  const std::vector<double> areas = SideAreas(patches);
+  const std::vector<uint32_t> ranks = RanksFromBack(patches, areas);
+  OverlapPieces pieces({patches, tree, ranks, areas}, budget);
   SettleAll(ranks, &pieces);
   if (pieces.IsEmpty()) {
     return {};

@@ -136,9 +136,13 @@ bool OverlapPieces::IsSame(const OverlapPair& pair) const {
       pair.most_rise > kHiddenM) {
     return false;
   }
-  return (front.material == behind.material &&
-          front.is_back == behind.is_back) ||
-         pair.area_m2 >= (1 - kSmallShare) * PatchArea(behind);
+  if (front.material == behind.material && front.is_back == behind.is_back) {
+    return true;
+  }
+  // One outline. A face that covers a whole patch of a larger one has another.
+  constexpr double kWhole = 1 - kSmallShare;
+  return pair.area_m2 >= kWhole * PatchArea(behind) &&
+         side_areas_[pair.front] >= kWhole * side_areas_[pair.behind];
 }
 
 // Charges copies of all pieces behind, the same pieces as polygons, and about
@@ -157,10 +161,11 @@ void OverlapPieces::ChargeSettling(std::span<const OverlapPair> pairs) {
 
 void OverlapPieces::Keep(uint32_t patch, std::vector<OverlapPiece> pieces) {
   constexpr uint64_t kBytesPerPatch = 96;  // entry of the map
-  std::vector<OverlapPiece>& kept = pieces_[patch];
-  piece_bytes_ -= kept.empty() ? 0 : BytesOf(kept);
-  piece_bytes_ += BytesOf(pieces) + kBytesPerPatch;
-  kept = std::move(pieces);
+  const auto [kept, is_new] = pieces_.try_emplace(patch);
+  piece_bytes_ += is_new ? kBytesPerPatch : 0;
+  piece_bytes_ -= BytesOf(kept->second);
+  kept->second = std::move(pieces);
+  piece_bytes_ += BytesOf(kept->second);
   charge_.GrowTo(piece_bytes_);
 }
 

@@ -25,19 +25,24 @@ struct OverlapPiece {
   uint8_t layer = 0;
 };
 
-// The pieces of the patches of one cell. Borrows the patches, the tree
-// (TreeOf), the ranks (RanksFromBack) and the budget. The pieces are charged to
-// the budget, because there are many pieces where many patches lie in one
+// The patches of one cell, and what is known of them; borrowed.
+struct RankedPatches {
+  std::span<const Patch> patches;
+  const BoxTree& tree;                 // TreeOf
+  std::span<const uint32_t> ranks;     // RanksFromBack
+  std::span<const double> side_areas;  // SideAreas
+};
+
+// The pieces of the patches of one cell. They are charged to the budget, which
+// is borrowed, because there are many pieces where many patches lie in one
 // place.
 class OverlapPieces {
  public:
-  OverlapPieces(std::span<const Patch> patches,
-                const BoxTree& tree,
-                std::span<const uint32_t> ranks,
-                MemoryBudget& budget)
-      : patches_(patches),
-        tree_(&tree),
-        ranks_(ranks),
+  OverlapPieces(const RankedPatches& cell, MemoryBudget& budget)
+      : patches_(cell.patches),
+        tree_(&cell.tree),
+        ranks_(cell.ranks),
+        side_areas_(cell.side_areas),
         charge_(budget, "surfaces that lie in one another") {}
 
   // Cuts and raises one patch according to all patches of lower rank that it
@@ -65,6 +70,7 @@ class OverlapPieces {
   // in the order of the other patch's rank. Finds the pairs of one patch at a
   // time, because among many patches in one place every two are a pair.
   [[nodiscard]] std::vector<OverlapPair> PairsOfFront(uint32_t front) const;
+  // Whether the two faces are one that is there twice.
   [[nodiscard]] bool IsSame(const OverlapPair& pair) const;
   [[nodiscard]] std::vector<OverlapPiece> PiecesOf(uint32_t patch) const;
 
@@ -89,6 +95,7 @@ class OverlapPieces {
   std::span<const Patch> patches_;
   const BoxTree* tree_;
   std::span<const uint32_t> ranks_;
+  std::span<const double> side_areas_;
   // The pieces of the patches that were touched.
   std::unordered_map<uint32_t, std::vector<OverlapPiece>> pieces_;
   uint64_t piece_bytes_ = 0;

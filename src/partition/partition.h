@@ -35,8 +35,8 @@ struct Portal {
 struct PartitionOptions {
   // A leaf whose faces make more patches than this is cut by artificial walls
   // that are all portal. A cell may end up with up to twice as many patches,
-  // because long patches, and patches that others stand on, are cut further. A
-  // setting of the store, never derived from the memory cap.
+  // because long patches, and patches that others stand on, are cut further.
+  // Never derived from the memory cap.
   uint32_t max_cell_patches = 5000;
   // Convex regions that look like one room are joined while the area of their
   // faces is at most this, m2. A corridor through the whole building thus

@@ -130,14 +130,6 @@ class Cutter {
   std::vector<PatchPiece> pieces_;
 };
 
-// The number of parts that a parallelogram of sides u and v is cut into.
-size_t LongParts(Vec3 u, Vec3 v) {
-  const double longer = std::max(Length(u), Length(v));
-  const double shorter = std::min(Length(u), Length(v));
-  return static_cast<size_t>(
-      std::max(1.0, std::floor(longer / std::max(shorter, kShortestCutM))));
-}
-
 }  // namespace
 
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
@@ -150,6 +142,13 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
     return Length(Cross(piece.u, piece.v)) < kLeastAreaM2;
   });
   return pieces;
+}
+
+size_t LongParts(Vec3 u, Vec3 v) {
+  const double longer = std::max(Length(u), Length(v));
+  const double shorter = std::min(Length(u), Length(v));
+  return static_cast<size_t>(
+      std::max(1.0, std::floor(longer / std::max(shorter, kShortestCutM))));
 }
 
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {

@@ -24,6 +24,9 @@ struct PatchPiece {
 // parallelogram up to 1e-6 of its size. Empty for a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
+// The number of parts that CutLongOnes makes of a parallelogram of sides u, v.
+size_t LongParts(Vec3 u, Vec3 v);
+
 // Cuts long parallelograms across into parts of at least a metre in length that
 // are as near to squares as possible. Elements have the proportions of their
 // patch: the elements of a corridor's whole ceiling would be split across in

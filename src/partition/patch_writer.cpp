@@ -200,17 +200,10 @@ class FaceCutter {
 
   void AddBack(FaceId id, const Face& face, const FacePiece& piece) {
     for (const PatchPiece& cut : PatchesOf(piece.polygon)) {
-      const Patch patch{cut.origin,
-                        cut.v,
-                        cut.u,
-                        cut.shape,
-                        face.material,
-                        id,
-                        false,
-                        MaterialOf(face).sides == 2,
-                        false,
-                        true,
-                        back_is_enclosed_};
+      Patch patch{cut.origin, cut.v, cut.u, cut.shape, face.material, id};
+      patch.reflects = MaterialOf(face).sides == 2;
+      patch.is_back = true;
+      patch.is_enclosed = back_is_enclosed_;
       sink_->Add(piece.cell, patch);
     }
   }

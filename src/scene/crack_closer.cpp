@@ -1,5 +1,6 @@
 #include "scene/crack_closer.h"
 
+#include "base/stop.h"
 #include "scene/box_tree.h"
 #include "scene/flat_polygon.h"
 #include "scene/plane_snap.h"
@@ -159,6 +160,7 @@ class CrackCloser {
     const std::vector<Box3> boxes = Boxes();
     const BoxTree tree(boxes);
     for (size_t i = 0; i < parts_.size(); ++i) {
+      ThrowIfStopRequested();
       if (parts_[i].is_opening) {
         continue;
       }

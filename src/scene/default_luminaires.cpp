@@ -1,5 +1,6 @@
 #include "scene/default_luminaires.h"
 
+#include "base/stop.h"
 #include "scene/level_areas.h"
 #include "scene/plan_index.h"
 
@@ -78,6 +79,7 @@ class LampLayer {
       return (static_cast<double>(i) + 0.5) * step;
     };
     for (int64_t i = first(low.x); at(i) <= high.x; ++i) {
+      ThrowIfStopRequested();
       for (int64_t j = first(low.y); at(j) <= high.y; ++j) {
         const Point2 center{at(i), at(j)};
         if (ceiling.Covers(center)) {

@@ -16,7 +16,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
 #include <string>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -231,6 +233,19 @@ void AddDefaultLuminaires(const std::filesystem::path& scene,
                   laid.up_axis));
 }
 
+// What reading the override file takes, by its size: its text, the library's
+// tree of values, and the rules.
+MemoryCharge ChargeOverrides(const ImportOptions& options,
+                             MemoryBudget& budget) {
+  constexpr uint64_t kCopies = 20;
+  std::error_code unreadable;  // reported when it is read
+  const uintmax_t bytes =
+      options.overrides
+          ? std::filesystem::file_size(*options.overrides, unreadable)
+          : 0;
+  return {budget, unreadable ? 0 : kCopies * bytes, "the override file"};
+}
+
 }  // namespace
 
 bool IsSceneName(const std::filesystem::path& path) {
@@ -281,6 +296,7 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   info.source_path = scene.string();
   info.source_hash = HashSceneFiles(scene, options);
   info.photometric = options.photometric;
+  const MemoryCharge overrides_charge = ChargeOverrides(options, budget);
   MaterialTable materials(
       options.overrides ? Overrides::Load(*options.overrides) : Overrides(),
       options.sides,

@@ -48,6 +48,8 @@ class MtlReading {
     } else if (words[0] == "d" || words[0] == "Tr") {
       ReadOpacity(words, number);
       Keep(words[0], line);
+    } else if (words[0] == "sides") {
+      ReadSides(words, number);
     }
   }
 
@@ -63,6 +65,7 @@ class MtlReading {
     material.material.exitance = ColourOf(grey_exitance_, read.emission);
     material.material.clear =
         halo_opacity_.value_or(read.dissolve) < kLeastOpacity;
+    material.material.sides = sides_;
     material.place = fmt::format("{}:{}", Name(), place_);
     (*take_)(std::move(material), file_->Fraction());
   }
@@ -87,6 +90,7 @@ class MtlReading {
     grey_reflectance_.reset();
     grey_exitance_.reset();
     halo_opacity_.reset();
+    sides_ = Material{}.sides;
   }
 
   void ReadColour(const std::vector<std::string_view>& words, uint64_t number) {
@@ -123,6 +127,19 @@ class MtlReading {
     if (has_option || words[0] == "d") {  // d takes precedence over Tr
       halo_opacity_ = has_option ? ToNumber(words[first]) : std::nullopt;
     }
+  }
+
+  // Not a key of the format, but of `enfilade scene`.
+  void ReadSides(const std::vector<std::string_view>& words, uint64_t number) {
+    if (words.size() != 2 || (words[1] != "1" && words[1] != "2")) {
+      throw InputError(
+          fmt::format("{}:{}: 'sides' of material '{}' is not 1 "
+                      "(the back is black) or 2",
+                      Name(),
+                      number,
+                      name_));
+    }
+    sides_ = words[1] == "1" ? 1 : 2;
   }
 
   // Keeps the last line of each key, which is the one that counts.
@@ -182,6 +199,7 @@ class MtlReading {
   std::optional<double> grey_reflectance_;  // a colour of one value is grey
   std::optional<double> grey_exitance_;
   std::optional<double> halo_opacity_;  // of `d -halo`
+  int sides_ = Material{}.sides;
 };
 
 }  // namespace

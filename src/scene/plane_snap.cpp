@@ -1,5 +1,7 @@
 #include "scene/plane_snap.h"
 
+#include "base/stop.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -116,6 +118,7 @@ SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
   SnappedPlanes snapped;
   snapped.plane_of.resize(polygons.size());
   for (const uint32_t i : order) {
+    ThrowIfStopRequested();
     snapped.plane_of[i] = snapper.PlaneFor(polygons[i]);
   }
   snapped.planes = snapper.Take();

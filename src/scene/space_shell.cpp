@@ -2,6 +2,7 @@
 
 #include "base/photometry.h"
 #include "base/random.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -135,6 +136,7 @@ double SpaceShell::OpenLengthOf(const Edge& edge, double tolerance) const {
 double SpaceShell::OpenLength(double tolerance) const {
   double open = 0;
   for (const Edge& edge : edges_) {
+    ThrowIfStopRequested();
     if (Length(edge.to - edge.from) > 2 * tolerance) {
       open += OpenLengthOf(edge, tolerance);
     }

@@ -19,17 +19,27 @@ constexpr double kTellSeconds = 0.5;  // between two reports of progress
 // The first guess of the light assumes at most this mean reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
-// The area that the error is a mean over, m2: that of all reflecting patches.
-double ReflectingArea(const BlockStorage& store,
-                      const SceneInfo& scene,
-                      size_t cells) {
-  double area = 0;
+// All reflecting patches together.
+struct Reflecting {
+  double area = 0;         // m2; what the error is a mean over
+  double reflectance = 0;  // mean over the area
+};
+
+Reflecting ReflectingPatches(const BlockStorage& store,
+                             const SceneInfo& scene,
+                             size_t cells) {
+  Reflecting all;
   for (size_t i = 0; i < cells; ++i) {
     for (const Patch& p : LoadCellPatches(store, CellId(i)).patches) {
-      area += Reflects(p, scene.materials) ? PatchArea(p) : 0;
+      if (Reflects(p, scene.materials)) {
+        const Material& material = scene.materials[p.material.Index()];
+        all.area += PatchArea(p);
+        all.reflectance += PatchArea(p) * MeanChannel(material.reflectance);
+      }
     }
   }
-  return area;
+  all.reflectance /= std::max(all.area, 1e-30);
+  return all;
 }
 
 double AreaOfCells(const SolveState& state) {
@@ -78,10 +88,16 @@ Engine::Engine(BlockStorage& store,
           store,
           [this](LinkChunk&& chunk) { pager_.KeepLinks(std::move(chunk)); }),
       workspace_(ReserveWorkspace()),
-      area_(ReflectingArea(store, scene_, partition_.cells.size())),
-      is_black_(area_ <= 0),
       commits_(options.commit_seconds),
       last_told_(std::chrono::steady_clock::now()) {
+  const Reflecting reflecting =
+      ReflectingPatches(store, scene_, partition_.cells.size());
+  area_ = reflecting.area;
+  is_black_ = area_ <= 0;
+  if (!is_black_) {
+    least_reflectance_ = std::min(least_reflectance_,
+                                  static_cast<float>(reflecting.reflectance));
+  }
   if (LoadSolveState(store, &state_)) {
     RequireSense(state_, partition_.cells.size());
   } else {

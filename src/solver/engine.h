@@ -2,7 +2,7 @@
 //
 //   round:  [ refine all pairs of all receivers ] [ propagate until quiet ]
 //
-// A round makes all links anew at a smaller tau, from the radiosity of the
+// A round makes all links anew at a new tau, from the radiosity of the
 // round before. Links therefore need no history, and transfers that sampling
 // has dropped get a new chance. Propagation then sends changes (residuals)
 // until every cell's unsent radiosity is below a tolerance. Receivers come in
@@ -139,6 +139,8 @@ class Engine {
   // True if nothing reflects: Engine then solves for the irradiance and
   // measures its error as if all surfaces had kLeastWeightReflectance.
   bool is_black_ = false;
+  // RefineSide::least_reflectance of all receivers.
+  float least_reflectance_ = kLeastWeightReflectance;
   CellCare care_;             // of the cell being refined; else empty
   double share_of_cell_ = 0;  // done share of the current cell
   CommitClock commits_;

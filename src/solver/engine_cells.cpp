@@ -107,7 +107,12 @@ uint64_t Engine::FindReceivers(Receiver* receiver) {
                      "the receivers of a cell");
   receiver->receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
-  receiver->weights = ReceiverWeights(patches, *receiver->receivers, care_);
+  receiver->weights =
+      ReceiverWeights({.id = r.id,
+                       .patches = patches,
+                       .clusters = receiver->receivers.get(),
+                       .care = care_,
+                       .least_reflectance = least_reflectance_});
   return covers.rays;
 }
 

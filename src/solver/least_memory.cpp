@@ -45,6 +45,15 @@ constexpr size_t kReceiversPerPatch = 3;
 // The number of cells between two others whose blockers should stay in memory.
 constexpr size_t kKeptBetween = 8;
 
+// What the store has of one cell, whatever the solve asks for.
+struct CellSize {
+  size_t patches = 0;
+  size_t lamps = 0;  // emitting patches
+  size_t blockers = 0;
+  size_t portal_triangles = 0;
+  size_t elements = 0;  // of the tree; 0 if there is none
+};
+
 // Bytes of one cell.
 struct CellNeed {
   uint64_t geometry = 0;
@@ -60,18 +69,21 @@ struct CellNeed {
 
 class NeedFinder {
  public:
-  NeedFinder(const BlockStorage& store,
-             const SolveOptions& options,
-             const TreeGrowth& growth)
+  NeedFinder(const BlockStorage& store, const SolveOptions& options)
       : store_(&store),
-        growth_(growth),
         basis_(BasisNamed(options.basis)),
         shape_{&basis_, kRgbChannels},
-        cells_(LoadCells(store)),
-        has_trees_(store.Count(BlockKind::kCellTree) > 0) {}
-
-  LeastMemory Find() {
+        sizes_(LoadCells(store).size()) {
     MeasureCells();
+  }
+
+  LeastMemory Find(const TreeGrowth& growth) {
+    growth_ = growth;
+    least_ = {};
+    needs_.clear();
+    for (const CellSize& size : sizes_) {
+      needs_.push_back(NeedOf(size));
+    }
     for (size_t i = 0; i < needs_.size(); ++i) {
       LookAt(CellId(i));
     }
@@ -91,36 +103,37 @@ class NeedFinder {
 
  private:
   void MeasureCells() {
-    std::vector<size_t> portal_triangles(cells_.size());
     ForEachPortal(*store_, [&](const Portal& portal) {
       const size_t triangles = portal.vertices.size() - 2;
-      portal_triangles.at(portal.front.Index()) += triangles;
-      portal_triangles.at(portal.back.Index()) += triangles;
+      sizes_.at(portal.front.Index()).portal_triangles += triangles;
+      sizes_.at(portal.back.Index()).portal_triangles += triangles;
       portal_bytes_ += BytesOf(portal);
     });
-    needs_.reserve(cells_.size());
-    for (size_t i = 0; i < cells_.size(); ++i) {
-      needs_.push_back(NeedOf(CellId(i), portal_triangles[i]));
+    const bool has_trees = store_->Count(BlockKind::kCellTree) > 0;
+    for (size_t i = 0; i < sizes_.size(); ++i) {
+      const CellPatches stored = LoadCellPatches(*store_, CellId(i));
+      CellSize& size = sizes_[i];
+      size.patches = stored.patches.size();
+      size.lamps = static_cast<size_t>(std::count_if(
+          stored.patches.begin(), stored.patches.end(), [](const Patch& patch) {
+            return patch.emits;
+          }));
+      size.blockers = BlockerCount(stored);
+      size.elements = has_trees ? CellTree::StoredSize(*store_, CellId(i)) : 0;
+      patches_ += size.patches;
+      lamps_ += size.lamps;
     }
   }
 
-  CellNeed NeedOf(CellId cell, size_t portal_triangles) {
-    const CellPatches stored = LoadCellPatches(*store_, cell);
-    const size_t patches = stored.patches.size();
-    const size_t blockers = BlockerCount(stored);
-    const size_t grown = patches == 0 ? 0 : GrownSize(stored.patches);
+  [[nodiscard]] CellNeed NeedOf(const CellSize& size) const {
+    const size_t patches = size.patches;
+    const size_t blockers = size.blockers;
     // A tree that the store already has may be larger.
-    const size_t elements =
-        std::max(grown, has_trees_ ? CellTree::StoredSize(*store_, cell) : 0);
-    patches_ += patches;
-    lamps_ += static_cast<size_t>(std::count_if(
-        stored.patches.begin(), stored.patches.end(), [](const Patch& p) {
-          return p.emits;
-        }));
+    const size_t elements = std::max(GrownSize(size), size.elements);
     const size_t receivers = std::clamp(
         elements, patches, kReceivers + kReceiversPerPatch * patches);
     CellNeed need;
-    need.geometry = CellGeometry::BytesFor(patches, portal_triangles);
+    need.geometry = CellGeometry::BytesFor(patches, size.portal_triangles);
     need.tree = CellTree::BytesFor(elements, shape_);
     need.received = ReceivedLight::BytesFor(elements, shape_);
     // The delta, or the step that replaces it during a cycle (cell_balance.h).
@@ -137,13 +150,14 @@ class NeedFinder {
     return need;
   }
 
-  [[nodiscard]] size_t GrownSize(const std::vector<Patch>& patches) const {
-    const bool has_lamps = std::any_of(
-        patches.begin(), patches.end(), [](const Patch& p) { return p.emits; });
+  [[nodiscard]] size_t GrownSize(const CellSize& size) const {
+    if (size.patches == 0) {
+      return 0;
+    }
     const double per_patch =
-        has_lamps ? growth_.with_lamps : growth_.without_lamps;
+        size.lamps > 0 ? growth_.with_lamps : growth_.without_lamps;
     return static_cast<size_t>(growth_.extra +
-                               per_patch * static_cast<double>(patches.size()));
+                               per_patch * static_cast<double>(size.patches));
   }
 
   void LookAt(CellId receiver) {
@@ -222,17 +236,17 @@ class NeedFinder {
   }
 
   const BlockStorage* store_;
-  TreeGrowth growth_;
   Basis basis_;
   TreeShape shape_;
-  std::vector<CellInfo> cells_;
+  std::vector<CellSize> sizes_;  // by CellId
   uint64_t portal_bytes_ = 0;
-  bool has_trees_;
+  // Of the growth looked at last.
+  TreeGrowth growth_{};
   std::vector<CellNeed> needs_;  // by CellId
+  LeastMemory least_;
   // Sums over all cells.
   size_t patches_ = 0;
-  size_t lamps_ = 0;  // emitting patches
-  LeastMemory least_;
+  size_t lamps_ = 0;
 };
 
 }  // namespace
@@ -252,14 +266,15 @@ TreeGrowth LastGrowth(const SolveOptions& options) {
 LeastMemory FindLeastMemory(const BlockStorage& store,
                             const SolveOptions& options,
                             const TreeGrowth& growth) {
-  return NeedFinder(store, options, growth).Find();
+  return NeedFinder(store, options).Find(growth);
 }
 
 void RequireLeastMemory(const BlockStorage& store,
                         const SolveOptions& options,
                         const MemoryBudget& budget) {
-  const LeastMemory first = FindLeastMemory(store, options, kFirstGrowth);
-  const LeastMemory last = FindLeastMemory(store, options, LastGrowth(options));
+  NeedFinder finder(store, options);
+  const LeastMemory first = finder.Find(kFirstGrowth);
+  const LeastMemory last = finder.Find(LastGrowth(options));
   const uint64_t cap = last.cap_bytes >> 20;
   if (first.budget_bytes <= budget.LimitBytes()) {
     if (last.budget_bytes > budget.LimitBytes() && options.may_not_fit) {

@@ -104,6 +104,10 @@ class SqliteStore final : public BlockStorage {
   template <typename Change>
   void Write(const Change& change);
 
+  // Runs a check of the catalogue; its error gets the store's path.
+  template <typename Check>
+  void NamingFile(const Check& check) const;
+
   void EraseAll(const KeyPrefix& prefix);
   [[nodiscard]] internal::BlockTotals Totals(const KeyPrefix& prefix) const;
 
@@ -177,10 +181,15 @@ std::optional<std::string> SqliteStore::Meta(std::string_view name) const {
 
 uint64_t SqliteStore::Put(const BlockKey& key,
                           std::span<const std::byte> content) {
-  ENFILADE_CHECK(content.size() <= internal::kMaxContentBytes,
-                 "block {} has {} bytes",
-                 ToString(key),
-                 content.size());
+  if (content.size() > internal::kMaxContentBytes) {
+    throw DoesNotFitError(fmt::format(
+        "block {} of the store would have {} bytes, and may have {}: one cell "
+        "has too many patches, or sees too many cells; solve the scene in "
+        "parts",
+        ToString(key),
+        content.size(),
+        internal::kMaxContentBytes));
+  }
   const auto frame = codec_.Compress(content);
   const BlockEntry entry{key,
                          0,
@@ -278,19 +287,26 @@ void SqliteStore::Commit() {
   Write([&] { database_->Execute("COMMIT"); });
 }
 
-void SqliteStore::VerifyCatalogue() const {
+template <typename Check>
+void SqliteStore::NamingFile(const Check& check) const {
   const std::lock_guard lock(mutex_);
   try {
-    catalogue_->VerifyEntries();
+    check();
   } catch (const DamagedStoreError& error) {
     throw DamagedStoreError(
         fmt::format("{}: {}", path_.string(), error.what()));
   }
 }
 
+void SqliteStore::VerifyCatalogue() const {
+  NamingFile([&] { catalogue_->VerifyEntries(); });
+}
+
 void SqliteStore::VerifyAll() const {
-  std::unique_lock lock(mutex_);
-  const std::string report = database_->QueryText("PRAGMA quick_check(1)");
+  const std::string report = [&] {
+    const std::lock_guard lock(mutex_);
+    return database_->QueryText("PRAGMA quick_check(1)");
+  }();
   if (report != "ok") {
     throw DamagedStoreError(fmt::format(
         "{}: the store's file is damaged ({}); restore it from a copy or solve "
@@ -298,9 +314,10 @@ void SqliteStore::VerifyAll() const {
         path_.string(),
         report));
   }
-  catalogue_->VerifyMeta();
-  catalogue_->VerifyEntries();
-  lock.unlock();
+  NamingFile([&] {
+    catalogue_->VerifyMeta();
+    catalogue_->VerifyEntries();
+  });
   for (int kind = 0; kind <= 255; ++kind) {
     ForEachEntry(static_cast<BlockKind>(kind), [&](const BlockEntry& entry) {
       static_cast<void>(Fetch(entry, std::unique_lock(mutex_)));

@@ -34,17 +34,6 @@ constexpr size_t kMostBatch = 1U << 20;
 constexpr uint64_t kBytesPerRay = sizeof(RayState) + sizeof(uint32_t);
 constexpr uint32_t kNoChunk = ~0U;
 
-// Calls body(i) for all i < count, in parallel.
-template <typename Body>
-void ForRays(size_t count, const Body& body) {
-  ParallelFor((count + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
-    const size_t end = std::min(count, (task + 1) * kRaysPerTask);
-    for (size_t i = task * kRaysPerTask; i < end; ++i) {
-      body(i);
-    }
-  });
-}
-
 // A ray prepared for intersection with boxes.
 struct BoxRay {
   Point3 origin;
@@ -246,7 +235,7 @@ std::vector<size_t> RayTracer::Impl::NextGroup(std::vector<size_t>& remaining,
                std::back_inserter(group),
                [&](size_t c) { return chunks[c] != nullptr; });
   if (group.empty() && !remaining.empty()) {
-    ForRays(rays.size(), [&](size_t i) {
+    ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
       nearest[i] = NearestOf(remaining, rays[i], states[i]);
     });
     group = LoadWanted(remaining, nearest);
@@ -299,11 +288,13 @@ void RayTracer::Impl::TraceBatch(std::span<const TraceRay> rays,
       break;
     }
     ++groups;
-    ForRays(rays.size(),
-            [&](size_t i) { TraceInGroup(group, rays[i], states[i]); });
+    ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
+      TraceInGroup(group, rays[i], states[i]);
+    });
   }
-  ForRays(rays.size(),
-          [&](size_t i) { hits[i] = Resolve(states[i], rays[i].direction); });
+  ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
+    hits[i] = Resolve(states[i], rays[i].direction);
+  });
 }
 
 RayTracer::RayTracer(const BlockStorage& store, MemoryBudget& budget)

@@ -225,6 +225,35 @@ TEST(Overlap, TheSmallerIsSeen) {
 // Tiles lie in a floor, each in the previous one, and a carpet lies above them
 // all: nothing comes through the carpet, however near and however many the
 // tiles are.
+// A face of several patches is compared as a whole: a smaller one that covers
+// one of them is no duplicate.
+TEST(Overlap, TheSmallerIsSeenOnALargerFaceOfManyPatches) {
+  std::vector<Patch> patches = {
+      Rectangle(0, {0, 0, 0}, {3, 0, 0}, {0, 3, 0}),
+      Rectangle(0, {3, 0, 0}, {3, 0, 0}, {0, 3, 0}),
+      Rectangle(1, {0, 0, 0}, {3.5, 0, 0}, {0, 3, 0}),
+  };
+  Separate(patches);
+  for (const double x : {0.5, 2.5, 3.25, 4.5}) {
+    const auto covering = Covering(patches, {x, 1.5, 0}, kUp);
+    ASSERT_FALSE(covering.empty()) << x;
+    EXPECT_EQ(Seen(covering, kUp)->face, FaceId(x < 3.5 ? 1U : 0U)) << x;
+  }
+}
+
+// The same face twice, however each of the two was cut.
+TEST(Overlap, OneOutlineOfManyPatchesIsKeptOnce) {
+  std::vector<Patch> patches = {
+      Rectangle(0, {0, 0, 0}, {3, 0, 0}, {0, 3, 0}),
+      Rectangle(0, {3, 0, 0}, {3, 0, 0}, {0, 3, 0}),
+      Rectangle(1, {0, 0, 0}, {6, 0, 0}, {0, 3, 0}),
+  };
+  Separate(patches);
+  for (const double x : {0.5, 2.5, 3.5, 5.5}) {
+    EXPECT_EQ(Covering(patches, {x, 1.5, 0}, kUp).size(), 1U) << x;
+  }
+}
+
 TEST(Overlap, WhatLiesJustAboveStaysAbove) {
   for (const int tiles : {1, 2, 3, 5}) {
     for (const double gap : {3e-4, 5e-4, 1e-3, 2e-3}) {

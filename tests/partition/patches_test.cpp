@@ -260,6 +260,25 @@ TEST(Patches, CellsStayUnderTheirLimit) {
   }
 }
 
+// A strip is cut into many patches, all of which count.
+TEST(Patches, CellsFullOfStripsStayUnderTheirLimit) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, 0}, {12, 8, 3}});
+  for (int i = 0; i < 60; ++i) {
+    const double y = 0.5 + 0.12 * i;
+    scene.Add({2, 2.5, 0.5, y, 11.5, y + 0.1});
+  }
+  PartitionOptions options;
+  options.max_cell_patches = 400;  // each side of each strip makes 11
+  const Built built(scene, options);
+  uint64_t patches = 0;
+  for (const CellInfo& cell : built.partition.cells) {
+    EXPECT_LE(cell.patches, 2 * options.max_cell_patches);
+    patches += cell.patches;
+  }
+  EXPECT_GT(patches, 1200U);
+}
+
 TEST(Patches, SameSceneSameBytes) {
   const SceneBuilder scene = TwoRoomsWithDoor();
   const Built a(scene);

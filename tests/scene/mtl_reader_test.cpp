@@ -98,6 +98,18 @@ TEST_F(MtlReading, MaterialsAreChargedBeforeTheyAreKept) {
   EXPECT_THROW(ImportFile(obj, {}, 4U << 20), DoesNotFitError);
 }
 
+TEST_F(MtlReading, SidesAreThoseOfTheirMaterialAlone) {
+  const auto read =
+      Read("newmtl a\nsides 1\nnewmtl b\nKd 1\nnewmtl c\nsides 2\n");
+  ASSERT_EQ(read.size(), 3U);
+  EXPECT_EQ(read[0].material.sides, 1);
+  EXPECT_EQ(read[1].material.sides, 2);
+  EXPECT_EQ(read[2].material.sides, 2);
+  for (const char* wrong : {"sides", "sides 0", "sides 1 2", "sides one"}) {
+    EXPECT_THROW(Read(std::string("newmtl a\n") + wrong + "\n"), InputError);
+  }
+}
+
 // The values would otherwise go to the material before.
 TEST_F(MtlReading, AMaterialWithoutANameIsRefused) {
   try {

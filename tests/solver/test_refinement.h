@@ -43,7 +43,8 @@ class BrightCell {
       }
     }
     tree_.UpdateDetail();
-    weights_ = ReceiverWeights(geometry_, clusters_, {});
+    weights_ = ReceiverWeights(
+        {.id = CellId(id_), .patches = geometry_, .clusters = &clusters_});
   }
 
   // The side as the cell sends light now, with the given groups.

@@ -326,6 +326,17 @@ TEST_F(HierarchicalMethod, RefusesWhatDoesNotGoTogether) {
   }
 }
 
+// It does not know its error, so that a smaller one cannot be asked for later.
+TEST_F(HierarchicalMethod, AnErrorIsRefusedByResumeToo) {
+  WriteScene("blocker");
+  SolveTo("0.01", {});
+  const ProgramResult refused =
+      RunProgram({"resume", folder_ / "a.enf", "--error", "0.001"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--epsilon"), std::string::npos) << refused.err;
+  EXPECT_EQ(RunProgram({"resume", folder_ / "a.enf"}).exit_code, 0);
+}
+
 // Other choices make another solution, and the store knows which it holds.
 TEST_F(HierarchicalMethod, AnotherChoiceIsAnotherSetting) {
   WriteScene("blocker");

@@ -86,6 +86,13 @@ class FakeBuilding {
     cells_.back().bounds = info.bounds;
   }
 
+  // Puts the last patch that many layers in front of where it was added.
+  void Raise(uint8_t layers) {
+    Patch& p = cells_.back().patches.back();
+    p.layer = layers;
+    p.origin = p.origin + PatchNormal(p) * (layers * kApartM);
+  }
+
   // A closed box from (0,0,0) to `size`, seen from inside: floor, ceiling and
   // four walls.
   void AddRoom(Vec3 size, MaterialId walls) {

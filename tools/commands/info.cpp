@@ -84,11 +84,13 @@ class TemporaryStore {
 };
 
 // One line: whether the solve is done, and otherwise how to go on.
-std::string OutlookText(const Json& report, const std::string& store) {
-  if (report.at("converged").get<bool>()) {
+std::string OutlookText(const SolveSummary& summary,
+                        const std::string& stage,
+                        const std::string& store) {
+  if (summary.converged) {
     return "state     solved\n";
   }
-  if (report.at("exhausted").get<bool>()) {
+  if (summary.exhausted && !summary.ran_out_of_rounds) {
     return fmt::format(
         "state     ended short of the error that was asked for; 'enfilade "
         "resume {} --error E' asks for another\n",
@@ -96,7 +98,7 @@ std::string OutlookText(const Json& report, const std::string& store) {
   }
   return fmt::format(
       "state     unfinished ({}); go on with 'enfilade resume {}'\n",
-      report.at("stage").get<std::string>(),
+      stage,
       store);
 }
 
@@ -230,7 +232,9 @@ void InfoCommand::RunOnStore() const {
   fmt::print("{}{}{}",
              SummaryText(report),
              NotesText(report),
-             OutlookText(report, path));
+             OutlookText(LoadSolveSummary(*storage),
+                         report.at("stage").get<std::string>(),
+                         path));
   const bool is_solved = report.at("converged").get<bool>();
   const bool is_known = settings.method.name == "wavelet" &&
                         LoadStage(*storage) >= Stage::kVisible;

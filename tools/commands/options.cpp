@@ -224,7 +224,10 @@ void AddSceneOptions(CLI::App& command, SceneOptions& options) {
       ->capture_default_str();
   command
       .add_option(
-          "--basis", options.settings.basis, "haar, m2, m3, m4, f2 or f3")
+          "--basis",
+          options.settings.basis,
+          "haar, m2, m3, m4, f2 or f3 (with other methods than wavelet: "
+          "haar if not given)")
       ->check(
           CLI::IsMember({"haar", "m2", "m3", "m4", "f2", "f3"}).description(""))
       ->type_name("BASIS")

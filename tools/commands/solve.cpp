@@ -206,6 +206,12 @@ void ResumeCommand::Run() {
                  settings.scene.string());
   }
   if (error) {
+    if (settings.method.name == "hierarchical") {
+      throw UsageError(fmt::format(
+          "--error: {} was solved with --method hierarchical, which does not "
+          "know its error: solve the scene again with another --epsilon",
+          store));
+    }
     settings.error = *error;
     SolveOptionsOf(settings).Validate();
     SaveSettings(*storage, settings);
@@ -221,7 +227,8 @@ void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
   command
       .add_option("--form-factors",
                   method.form_factors,
-                  "Reference methods: exact, point, polygon, switch, hemicube "
+                  "With matrix, progressive and substructuring: exact, point, "
+                  "polygon, switch, hemicube "
                   "or montecarlo (docs/reference-methods.md)")
       ->check(
           CLI::IsMember(
@@ -293,11 +300,11 @@ void AddMethodOptions(CLI::App& command, SceneOptions& options) {
   AddFormFactorOptions(command, method);
   AddHierarchicalOptions(command, method);
   command
-      .add_option(
-          "--elements",
-          method.elements,
-          "Reference methods: dice as finely as this number of elements "
-          "allows, whatever the error")
+      .add_option("--elements",
+                  method.elements,
+                  "With matrix, progressive and substructuring: dice as finely "
+                  "as this number of elements "
+                  "allows, whatever the error")
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("N");
   command.add_flag("--ambient",

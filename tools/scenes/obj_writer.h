@@ -5,7 +5,7 @@
 // have the suffix ".part", and the destructor of the writer removes them.
 // Coordinates are metres, Z up, with ten significant digits. Kd is the diffuse
 // reflectance, Ke the exitance (W/m2). A material that reflects only on its
-// front has the line `sides 1`, which other readers ignore.
+// front has the line `sides 1`, which programs other than Enfilade ignore.
 
 #pragma once
 

@@ -1,6 +1,7 @@
 #include "tools/verify/paths.h"
 
 #include "base/parallel.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,17 +22,6 @@ constexpr uint64_t kSurfacesPartsBesideMost = 8;
 constexpr size_t kLeastBatch = 1024;
 constexpr size_t kMostBatch = 65536;
 constexpr size_t kBlock = 1024;  // paths of one parallel task
-
-// Calls body(i) for all i < count, in blocks.
-template <typename Body>
-void ForEachInBlocks(size_t count, const Body& body) {
-  ParallelFor((count + kBlock - 1) / kBlock, [&](size_t block) {
-    const size_t end = std::min(count, (block + 1) * kBlock);
-    for (size_t i = block * kBlock; i < end; ++i) {
-      body(i);
-    }
-  });
-}
 
 void AddProduct(Rgb& sum, const Rgb& a, const Rgb& b, double factor) {
   for (size_t c = 0; c < kRgbChannels; ++c) {
@@ -132,6 +122,7 @@ std::vector<Rgb> PathTracer::Irradiance(
     queue.TakeBatch(batch_paths_, &starts_);
     Start(receivers, key);
     for (bool first_vertex = true; !active_.empty(); first_vertex = false) {
+      ThrowIfStopRequested();
       MakeRays(first_vertex);
       TraceRays();
       AddLight();
@@ -161,7 +152,7 @@ std::vector<Rgb> PathTracer::Irradiance(
 void PathTracer::Start(std::span<const Receiver> receivers, uint64_t key) {
   paths_.resize(starts_.size());
   active_.resize(starts_.size());
-  ForEachInBlocks(starts_.size(), [&](size_t i) {
+  ParallelForInBlocks(starts_.size(), kBlock, [&](size_t i) {
     const PathStart& start = starts_[i];
     const Receiver& r = receivers[start.receiver];
     Path path;
@@ -178,7 +169,7 @@ void PathTracer::Start(std::span<const Receiver> receivers, uint64_t key) {
 void PathTracer::MakeRays(bool first) {
   rays_.resize(active_.size());
   lights_.resize(active_.size());
-  ForEachInBlocks(active_.size(), [&](size_t i) {
+  ParallelForInBlocks(active_.size(), kBlock, [&](size_t i) {
     Path& path = paths_[active_[i]];
     const PathGuide::Aims aims =
         guide_.At(path.cell, path.position, path.normal);
@@ -310,7 +301,7 @@ void PathTracer::AddEmission(Path& path,
 }
 
 void PathTracer::Advance(GatherMode mode) {
-  ForEachInBlocks(active_.size(), [&](size_t i) {
+  ParallelForInBlocks(active_.size(), kBlock, [&](size_t i) {
     Path& path = paths_[active_[i]];
     const Surface& surface = hit_surfaces_[i];
     path.alive = false;

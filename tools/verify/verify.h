@@ -1,6 +1,7 @@
 // Verify: the error that a stored solution delivers, measured against unbiased
-// Monte Carlo path tracing. Shares no code and no sample with the solver: it
-// knows the patches, the closest-hit tracer and the solution as a function.
+// Monte Carlo path tracing. Shares no sample with the solver, and no code
+// but the tracer of closest hits: it knows the patches, the partition and the
+// solution as a function.
 // The measure, the estimator and the interval: docs/error-measure.md.
 
 #pragma once

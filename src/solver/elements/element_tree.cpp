@@ -161,19 +161,6 @@ ElementId CellTree::FindOrCreate(PatchId patch,
   return e;
 }
 
-std::pair<ElementId, size_t> CellTree::FindDeepest(PatchId patch,
-                                                   ElementPath path) const {
-  ElementId e(patch.value);
-  const size_t levels = LevelOf(path);
-  for (size_t level = levels; level-- > 0;) {
-    if (At(e).first_child == 0) {
-      return {e, levels - 1 - level};
-    }
-    e = ElementId(At(e).first_child + (path >> (2 * level) & 3));
-  }
-  return {e, levels};
-}
-
 void CellTree::UpdateDetail() {
   std::vector<float> pushed(shape_.Stride());
   for (size_t i = elements_.Size(); i-- > 0;) {

@@ -22,7 +22,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace enfilade {
@@ -113,10 +112,6 @@ class CellTree {
   ElementId FindOrCreate(PatchId patch,
                          ElementPath path,
                          std::span<const PatchGeometry> patches);
-
-  // The deepest existing element on `path`, and its level.
-  [[nodiscard]] std::pair<ElementId, size_t> FindDeepest(
-      PatchId patch, ElementPath path) const;
 
   // Coefficients: Stride() floats per element, [channel][node].
   CoefficientArray& Sent() { return sent_; }

@@ -4,8 +4,12 @@
 #include <cmath>
 
 namespace enfilade {
-float WeightOf(const PatchGeometry& patch, ElementFrame frame, float care) {
-  return care * std::max(patch.max_reflectance, kLeastWeightReflectance) *
+
+float WeightOf(const PatchGeometry& patch,
+               ElementFrame frame,
+               float care,
+               float least_reflectance) {
+  return care * std::max(patch.max_reflectance, least_reflectance) *
          std::sqrt(AreaOf(patch, frame));
 }
 
@@ -13,17 +17,17 @@ float CareOf(std::span<const PatchCare> care, uint32_t patch) {
   return care.empty() ? 1.0F : care[patch].care;
 }
 
-std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
-                                   const ClusterTree& clusters,
-                                   std::span<const PatchCare> care) {
+std::vector<float> ReceiverWeights(const RefineSide& side) {
   std::vector<float> weights;
-  weights.reserve(clusters.Items().size());
-  for (const ClusterItem& item : clusters.Items()) {
-    const PatchGeometry& patch = patches[item.patch];
-    weights.push_back(WeightOf(
-        patch, FrameOfPath(patch.shape, item.path), CareOf(care, item.patch)));
+  weights.reserve(side.clusters->Items().size());
+  for (const ClusterItem& item : side.clusters->Items()) {
+    const PatchGeometry& patch = side.patches[item.patch];
+    weights.push_back(WeightOf(patch,
+                               FrameOfPath(patch.shape, item.path),
+                               CareOf(side.care, item.patch),
+                               side.least_reflectance));
   }
-  return clusters.LargestOf(weights);
+  return side.clusters->LargestOf(weights);
 }
 
 }  // namespace enfilade

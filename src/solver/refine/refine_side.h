@@ -17,7 +17,8 @@
 namespace enfilade {
 
 // Black surfaces receive light too, for probes, but need less care. Errors on
-// them count as if the surfaces had this reflectance.
+// them count as if the surfaces had this reflectance, or that of the scene if
+// it is darker in the mean.
 inline constexpr float kLeastWeightReflectance = 0.1F;
 
 // Bounds of what a cell sends: solver/refine/source_weights.h.
@@ -44,6 +45,9 @@ struct RefineSide {
   const SourceGroups* groups = nullptr;
   // For the receiver: the care by patch. Empty: 1 for all.
   std::span<const PatchCare> care = {};
+  // For the receiver: errors on patches that reflect less count as if they
+  // reflected this share.
+  float least_reflectance = kLeastWeightReflectance;
   // For the receiver: its ReceiverWeights, the same for all sources.
   std::span<const float> weights = {};
   // For the source: the result of WeighSource.
@@ -54,17 +58,19 @@ struct RefineSide {
   }
 };
 
-// The weight of errors on an element of a patch: reflectance times root of
-// area, times care.
-float WeightOf(const PatchGeometry& patch, ElementFrame frame, float care);
+// The weight of errors on an element of a patch: reflectance, but at least
+// `least_reflectance`, times root of area, times care.
+float WeightOf(const PatchGeometry& patch,
+               ElementFrame frame,
+               float care,
+               float least_reflectance);
 
 // The care of a patch; 1 if `care` is empty.
 float CareOf(std::span<const PatchCare> care, uint32_t patch);
 
 // For each cluster of a receiver cell, the largest weight of errors on an
-// element at which refinement begins.
-std::vector<float> ReceiverWeights(std::span<const PatchGeometry> patches,
-                                   const ClusterTree& clusters,
-                                   std::span<const PatchCare> care);
+// element at which refinement begins. Takes patches, clusters, care and the
+// least reflectance of the side.
+std::vector<float> ReceiverWeights(const RefineSide& side);
 
 }  // namespace enfilade

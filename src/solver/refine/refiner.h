@@ -227,12 +227,16 @@ class Refiner {
   [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
 
   // What a weighted error adds to the error of the solution: the error without
-  // the receiver's care, or 0 if the receiver is black and
-  // options_.counts_black is not set.
+  // the receiver's care, and by what the receiver reflects, which is less than
+  // its weight says if it is dark. If options_.counts_black is set, all count
+  // as their weights say.
   [[nodiscard]] float TrueError(const Receiver& r, float weighted) const {
-    const bool counts =
-        options_.counts_black || r.end.patch->max_reflectance > 0;
-    return counts ? weighted / r.care : 0;
+    const float reflectance = r.end.patch->max_reflectance;
+    const float share =
+        options_.counts_black
+            ? 1.0F
+            : std::min(1.0F, reflectance / receiver_.least_reflectance);
+    return weighted / r.care * share;
   }
 
   static void AddLink(const RawLink& link, Task* task);

@@ -102,7 +102,7 @@ Refiner::Receiver Refiner::RootReceiver(const ClusterItem& item) const {
   r.patch = item.patch;
   r.path = item.path;
   r.care = CareOf(receiver_.care, item.patch);
-  r.weight = WeightOf(patch, r.end.frame, r.care);
+  r.weight = WeightOf(patch, r.end.frame, r.care, receiver_.least_reflectance);
   return r;
 }
 

@@ -133,10 +133,11 @@ TEST_F(StoredTree, LetsItsDeltaGrowToElementsMadeSince) {
   std::vector<ElementId> deepest;
   for (size_t p = 0; p < patches_.size(); ++p) {
     ElementPath to = kRootPath;
-    while (tree_.At(tree_.FindDeepest(PatchId(p), to).first).first_child != 0) {
+    ElementId leaf(p);
+    while (tree_.At(leaf).first_child != 0) {
+      leaf = ElementId(tree_.At(leaf).first_child + 3);
       to = ChildPath(to, 3);
     }
-    const ElementId leaf = tree_.FindDeepest(PatchId(p), to).first;
     const ElementId child =
         tree_.FindOrCreate(PatchId(p), ChildPath(to, 2), patches_);
     tree_.FindOrCreate(PatchId(p), ChildPath(ChildPath(to, 2), 1), patches_);

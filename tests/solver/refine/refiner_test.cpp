@@ -461,8 +461,7 @@ TEST(Care, IsASmallerTauOfOnePatch) {
     options.tau_weak = tau / 2;
     RefineSide side = receiver.Side();
     side.care = care;
-    const std::vector<float> weights =
-        ReceiverWeights(side.patches, *side.clusters, care);
+    const std::vector<float> weights = ReceiverWeights(side);
     side.weights = weights;
     std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
     double error = 0;
