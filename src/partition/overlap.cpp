@@ -13,9 +13,9 @@
 namespace enfilade {
 namespace {
 
-// A patch's box, tree entry, rank and face area, and the pairs of a patch that
+// A patch's box, tree entry and rank, and the pairs of a patch that
 // is in front of all others.
-constexpr uint64_t kOverlapBytesPerPatch = 328;
+constexpr uint64_t kOverlapBytesPerPatch = 320;
 
 // Settles patch by patch, from back to front.
 void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
@@ -62,11 +62,11 @@ std::vector<Patch> Replaced(std::span<const Patch> patches,
 }  // namespace
 
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
+                               std::span<const float> face_areas,
                                MemoryBudget& budget) {
   const BoxTree tree = TreeOf(patches);
-  const std::vector<double> areas = SideAreas(patches);
-  const std::vector<uint32_t> ranks = RanksFromBack(patches, areas);
-  OverlapPieces pieces({patches, tree, ranks, areas}, budget);
+  const std::vector<uint32_t> ranks = RanksFromBack(patches, face_areas);
+  OverlapPieces pieces({patches, tree, ranks, face_areas}, budget);
   SettleAll(ranks, &pieces);
   if (pieces.IsEmpty()) {
     return {};

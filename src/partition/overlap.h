@@ -14,6 +14,7 @@
 #include "partition/patch.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -39,15 +40,19 @@ struct OverlapCounts {
 // - A surface that is there twice (with the same material and side, or with the
 //   same outline) is kept once: the smaller face keeps only what the larger one
 //   leaves free, unless the smaller one lies so far in front of the larger one
-//   that rays end at it.
-// - Otherwise the smaller face is the one that is seen. A face that emits
-//   counts as smaller than one that does not, and the inside of a solid as
-//   smaller than all others. The smaller face is put kApartM in front of the
+//   that rays end at it. Of two sides with one outline, one that reflects is
+//   kept before a black one, and a front before a back.
+// - Otherwise the smaller face, as a whole, is the one that is seen. A face
+// that
+//   emits counts as smaller than one that does not, and the inside of a solid
+//   as smaller than all others. The smaller face is put kApartM in front of the
 //   other, on the side it faces.
 //
 // Patches that are not touched keep their order; the pieces of a patch take its
-// place. The memory of the pieces is charged to the budget.
+// place. The memory of the pieces is charged to the budget. `face_areas`: m2,
+// by FaceId.
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
+                               std::span<const float> face_areas,
                                MemoryBudget& budget);
 
 // The memory that SeparateOverlaps takes for so many patches while it works,

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <optional>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 
 namespace enfilade {
@@ -101,27 +100,12 @@ BoxTree TreeOf(std::span<const Patch> patches) {
   return BoxTree(std::move(boxes));
 }
 
-std::vector<double> SideAreas(std::span<const Patch> patches) {
-  std::unordered_map<uint64_t, double> area_of_side;
-  const auto side = [](const Patch& p) {
-    return uint64_t{p.face.value} << 1 | (p.is_back ? 1U : 0U);
-  };
-  for (const Patch& p : patches) {
-    area_of_side[side(p)] += PatchArea(p);
-  }
-  std::vector<double> areas;
-  areas.reserve(patches.size());
-  for (const Patch& p : patches) {
-    areas.push_back(area_of_side[side(p)]);
-  }
-  return areas;
-}
-
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches,
-                                    std::span<const double> side_areas) {
+                                    std::span<const float> face_areas) {
   const auto key = [&](uint32_t i) {
     const Patch& p = patches[i];
-    return std::tuple(p.is_enclosed, p.emits, -side_areas[i], p.face.value, i);
+    return std::tuple(
+        p.is_enclosed, p.emits, -face_areas[p.face.Index()], p.face.value, i);
   };
   std::vector<uint32_t> order(patches.size());
   std::iota(order.begin(), order.end(), 0U);

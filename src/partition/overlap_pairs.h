@@ -44,15 +44,12 @@ struct OverlapPair {
 // The boxes of the patches, each enlarged by kCoincidentM on every side.
 BoxTree TreeOf(std::span<const Patch> patches);
 
-// For each patch, the area of all patches of its face's side, m2.
-std::vector<double> SideAreas(std::span<const Patch> patches);
-
 // The rank of each patch; the lowest rank is the farthest back. Insides of
 // solids rank above all else, then patches that emit above those that do not,
-// then small faces (by their side's area) above large ones. No two patches have
-// the same rank.
+// then small faces above large ones. No two patches have the same rank.
+// `face_areas`: m2, by FaceId.
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches,
-                                    std::span<const double> side_areas);
+                                    std::span<const float> face_areas);
 
 // The two patches as a pair; nullopt if they do not lie in one another.
 std::optional<OverlapPair> PairOf(uint32_t front,

@@ -139,10 +139,19 @@ bool OverlapPieces::IsSame(const OverlapPair& pair) const {
   if (front.material == behind.material && front.is_back == behind.is_back) {
     return true;
   }
-  // One outline. A face that covers a whole patch of a larger one has another.
-  constexpr double kWhole = 1 - kSmallShare;
-  return pair.area_m2 >= kWhole * PatchArea(behind) &&
-         side_areas_[pair.front] >= kWhole * side_areas_[pair.behind];
+  if (pair.area_m2 < (1 - kSmallShare) * PatchArea(behind)) {
+    return false;
+  }
+  // A face that covers a whole patch of a larger one has another outline.
+  constexpr float kRounding = 1e-3F;
+  if (face_areas_[front.face.Index()] <
+      (1 - kRounding) * face_areas_[behind.face.Index()]) {
+    return false;
+  }
+  if (front.reflects != behind.reflects) {
+    return behind.reflects;
+  }
+  return front.material == behind.material || front.is_back || !behind.is_back;
 }
 
 // Charges copies of all pieces behind, the same pieces as polygons, and about

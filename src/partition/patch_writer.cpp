@@ -229,8 +229,15 @@ TouchCounts WritePatches(const SceneInfo& info,
   CellPatchSink sink(cells.size(), budget, store);
   const Lamps lamps(info, store, budget);
   FaceCutter cutter(info, tree, cell_of_leaf, lamps, sink);
-  ForEachFace(store,
-              [&cutter](FaceId id, const Face& face) { cutter.Add(id, face); });
+  std::vector<float> face_areas;  // by FaceId
+  GrowingCharge areas_charge(budget, "the areas of the faces");
+  ForEachFace(store, [&](FaceId id, const Face& face) {
+    cutter.Add(id, face);
+    constexpr uint64_t kGrowth = 3;  // the old numbers while the vector grows
+    areas_charge.GrowTo(kGrowth * sizeof(float) * (id.Index() + 1));
+    face_areas.resize(id.Index() + 1);  // they come in the order of their ids
+    face_areas.back() = static_cast<float>(Length(AreaVector(face.vertices)));
+  });
   TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {
     constexpr std::string_view kWhat = "surfaces of a cell that touch";
@@ -238,7 +245,8 @@ TouchCounts WritePatches(const SceneInfo& info,
     const size_t patches = sink.Count(CellId(i));
     MemoryCharge charge(budget, SeparateOverlapsBytes(patches), kWhat);
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
-    const OverlapCounts overlaps = SeparateOverlaps(content.patches, budget);
+    const OverlapCounts overlaps =
+        SeparateOverlaps(content.patches, face_areas, budget);
     counts.overlaps.dropped += overlaps.dropped;
     counts.overlaps.area_m2 += overlaps.area_m2;
     counts.overlaps.moved += overlaps.moved;

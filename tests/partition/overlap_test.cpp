@@ -138,7 +138,8 @@ TEST(Overlap, PiecesOfManyInOnePlaceAreCharged) {
     patches.push_back(Rectangle(i, {at, at, 0}, {1, 0, 0}, {0, 1, 0}));
   }
   MemoryBudget budget(1U << 16);
-  EXPECT_THROW(SeparateOverlaps(patches, budget), DoesNotFitError);
+  EXPECT_THROW(SeparateOverlaps(patches, testing::FaceAreas(patches), budget),
+               DoesNotFitError);
   EXPECT_EQ(patches.size(), 300U);
 }
 
@@ -238,6 +239,41 @@ TEST(Overlap, TheSmallerIsSeenOnALargerFaceOfManyPatches) {
     const auto covering = Covering(patches, {x, 1.5, 0}, kUp);
     ASSERT_FALSE(covering.empty()) << x;
     EXPECT_EQ(Seen(covering, kUp)->face, FaceId(x < 3.5 ? 1U : 0U)) << x;
+  }
+}
+
+// The finish of a room's floor on a slab that goes on below other rooms: in
+// this cell both have the same outline.
+TEST(Overlap, AFaceThatIsSmallerElsewhereIsSeen) {
+  for (const std::vector<float>& face_areas :
+       {std::vector<float>{40, 9}, std::vector<float>{9, 40}}) {
+    std::vector<Patch> patches = {
+        Rectangle(0, {0, 0, 0}, {3, 0, 0}, {0, 3, 0}),
+        Rectangle(1, {0, 0, 0}, {3, 0, 0}, {0, 3, 0}),
+    };
+    MemoryBudget budget(uint64_t{1} << 30);
+    SeparateOverlaps(patches, face_areas, budget);
+    EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->face,
+              FaceId(face_areas[0] < face_areas[1] ? 0U : 1U));
+  }
+}
+
+// The walls of two rooms that are each a box of their own: a front in one place
+// with the back of the other room's wall.
+TEST(Overlap, OfOneOutlineTheFrontIsSeenAndWhatReflects) {
+  const Patch front = Rectangle(0, {0, 0, 0}, {3, 0, 0}, {0, 3, 0});
+  Patch back = Rectangle(1, {0, 0, 0}, {3, 0, 0}, {0, 3, 0});
+  back.is_back = true;
+  Patch black = back;
+  black.reflects = false;
+  for (const Patch& other : {back, black}) {
+    for (const bool first : {true, false}) {
+      std::vector<Patch> patches = {front, other};
+      std::swap(patches[0].face, patches[first ? 0 : 1].face);
+      const FaceId wanted = patches[0].face;
+      Separate(patches);
+      EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->face, wanted);
+    }
   }
 }
 

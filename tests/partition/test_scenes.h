@@ -9,6 +9,8 @@
 #include "scene/scene_store.h"
 #include "store/sqlite_store.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -19,10 +21,26 @@ namespace enfilade::testing {
 
 inline constexpr Vec3 kUp{0, 0, 1};
 
+// By FaceId, of faces that these patches are all of.
+inline std::vector<float> FaceAreas(const std::vector<Patch>& patches) {
+  std::array<std::vector<float>, 2> areas;  // of the fronts, of the backs
+  for (const Patch& p : patches) {
+    for (std::vector<float>& side : areas) {
+      side.resize(std::max<size_t>(side.size(), p.face.Index() + 1));
+    }
+    areas[p.is_back ? 1 : 0][p.face.Index()] +=
+        static_cast<float>(PatchArea(p));
+  }
+  for (size_t i = 0; i < areas[0].size(); ++i) {
+    areas[0][i] = std::max(areas[0][i], areas[1][i]);
+  }
+  return areas[0];
+}
+
 // Separates overlaps under a budget that never runs out.
 inline OverlapCounts Separate(std::vector<Patch>& patches) {
   MemoryBudget budget(uint64_t{1} << 40);
-  return SeparateOverlaps(patches, budget);
+  return SeparateOverlaps(patches, FaceAreas(patches), budget);
 }
 
 // Collects faces; grey is material 0, one-sided grey is material 1, and
