@@ -127,7 +127,7 @@ TEST(Overlap, ManyInOnePlaceAreNotComparedEachWithEach) {
   }
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(Separate(patches).dropped, kCount - 1);
-  EXPECT_LT(SecondsSince(start), 10);
+  EXPECT_LT(SecondsSince(start), 30);
 }
 
 TEST(Overlap, PiecesOfManyInOnePlaceAreCharged) {
