@@ -43,9 +43,8 @@ struct OverlapCounts {
 //   that rays end at it. Of two sides with one outline, one that reflects is
 //   kept before a black one, and a front before a back.
 // - Otherwise the smaller face, as a whole, is the one that is seen. A face
-// that
-//   emits counts as smaller than one that does not, and the inside of a solid
-//   as smaller than all others. The smaller face is put kApartM in front of the
+//   that emits counts as smaller than one that does not, and the inside of a
+//   solid as smaller than all others. It is put kApartM in front of the
 //   other, on the side it faces.
 //
 // Patches that are not touched keep their order; the pieces of a patch take its
