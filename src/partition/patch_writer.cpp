@@ -236,7 +236,7 @@ TouchCounts WritePatches(const SceneInfo& info,
     constexpr uint64_t kGrowth = 3;  // the old numbers while the vector grows
     areas_charge.GrowTo(kGrowth * sizeof(float) * (id.Index() + 1));
     face_areas.resize(id.Index() + 1);  // they come in the order of their ids
-    face_areas.back() = static_cast<float>(Length(AreaVector(face.vertices)));
+    face_areas.back() = static_cast<float>(SurfaceArea(face));
   });
   TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {

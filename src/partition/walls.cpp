@@ -1,7 +1,6 @@
 #include "partition/walls.h"
 
 #include "partition/plane_groups.h"
-#include "scene/level_areas.h"
 
 #include <cmath>
 #include <functional>
@@ -32,16 +31,13 @@ class WallReader {
   using Visitor = std::function<void(
       const Polygon& wall, const Plane& plane, double share)>;
 
-  // Finds which way is up, and whether small emitting faces count as
-  // luminaires. To be called once, before ForEach. A luminaire hangs in a room
-  // and bounds none. Small emitting faces are luminaires unless much of the
-  // scene emits, as in a furnace.
-  [[nodiscard]] Vec3 FindUp() {
-    LevelAreas areas;
+  // Finds whether small emitting faces count as luminaires. To be called once,
+  // before ForEach. A luminaire hangs in a room and bounds none. Small emitting
+  // faces are luminaires unless much of the scene emits, as in a furnace.
+  void FindLuminaires() {
     double all_m2 = 0;
     double emitting_m2 = 0;
     ForEachFace(*store_, [&](FaceId, const Face& face) {
-      areas.Add(AreaVector(face.vertices));
       if (MaySplit(face, *info_)) {
         VisitParts(face.vertices, [&](const Polygon&, double area_m2) {
           all_m2 += area_m2;
@@ -51,8 +47,6 @@ class WallReader {
     });
     without_luminaires_ =
         info_->spaces.empty() && emitting_m2 < kMostEmittingShare * all_m2;
-    const bool is_y_up = !info_->gbxml && areas.IsYUp();
-    return is_y_up ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
   }
 
   void ForEach(const Visitor& visit) const {
@@ -108,7 +102,8 @@ Walls GatherWalls(const BlockStorage& store,
   Walls walls{FragmentList(shelf), {}};
   walls.rules.all_split = info.gbxml.has_value() || !info.spaces.empty();
   WallReader reader(store, info);
-  walls.rules.up = reader.FindUp();
+  reader.FindLuminaires();
+  walls.rules.up = info.y_is_up ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
   PlaneGroups groups(budget);
   reader.ForEach([&groups](const Polygon&, const Plane& plane, double share) {
     groups.Add(plane, share);

@@ -1,7 +1,6 @@
 #include "scene/default_luminaires.h"
 
 #include "base/stop.h"
-#include "scene/level_areas.h"
 #include "scene/plan_index.h"
 
 #include <algorithm>
@@ -30,15 +29,6 @@ constexpr double kExitanceLmPerM2 = 8000.0;  // 500 x the same
 constexpr double kLevelCosine = 0.94;        // 20 degrees
 constexpr double kLevelCosineInSpaces = 0.5;
 
-// The up axis: 1 for y, 2 for z.
-size_t FindUp(const BlockStorage& store) {
-  LevelAreas areas;
-  ForEachFace(store, [&](FaceId, const Face& face) {
-    areas.Add(AreaVector(face.vertices));
-  });
-  return areas.IsYUp() ? 1 : 2;
-}
-
 // A panel that is laid, or a candidate.
 struct Lamp {
   Point2 center;
@@ -48,10 +38,12 @@ struct Lamp {
 
 class LampLayer {
  public:
-  LampLayer(const PlanIndex& plan, const LuminaireInput& input)
-      : plan_(plan), input_(input) {}
+  LampLayer(const PlanIndex& plan,
+            const LuminaireInput& input,
+            MemoryBudget& budget)
+      : plan_(plan), input_(input), charge_(budget, "the default luminaires") {}
 
-  std::vector<Lamp> Run() {
+  const std::vector<Lamp>& Run() {
     for (const LevelFace& ceiling : plan_.Levels()) {
       TryGrid(ceiling, kCoarseSteps * kFineStepMetres);
     }
@@ -113,6 +105,9 @@ class LampLayer {
                         lamp.height)) {
       return;
     }
+    // A growing vector, and an entry of the map with a vector of its own.
+    constexpr uint64_t kBytesPerLamp = 3 * sizeof(Lamp) + 160;
+    charge_.GrowTo(kBytesPerLamp * (lamps_.size() + 1));
     near_[CellOf(center)].push_back(lamps_.size());
     lamps_.push_back(lamp);
   }
@@ -181,6 +176,7 @@ class LampLayer {
 
   const PlanIndex& plan_;
   const LuminaireInput& input_;
+  GrowingCharge charge_;
   std::vector<Lamp> lamps_;
   std::map<std::pair<int64_t, int64_t>, std::vector<size_t>> near_;
 };
@@ -211,24 +207,25 @@ Material DefaultLuminaireMaterial(bool photometric) {
   return material;
 }
 
-LuminaireResult LayDefaultLuminaires(const BlockStorage& store,
-                                     const LuminaireInput& input,
-                                     MemoryBudget& budget) {
-  const size_t up = input.z_is_up ? 2 : FindUp(store);
-  PlanIndex plan(
-      up, input.has_spaces ? kLevelCosineInSpaces : kLevelCosine, budget);
+uint64_t LayDefaultLuminaires(const BlockStorage& store,
+                              const LuminaireInput& input,
+                              MemoryBudget& budget,
+                              const FaceVisitor& lay) {
+  PlanIndex plan(input.y_is_up ? 1 : 2,
+                 input.has_spaces ? kLevelCosineInSpaces : kLevelCosine,
+                 budget);
   ForEachFace(store, [&](FaceId, const Face& face) {
     plan.Add(face.vertices, face.front_space, face.back_space);
   });
   for (const Opening& opening : input.openings) {
     plan.Add(opening.vertices, opening.front_space, opening.back_space);
   }
-  LuminaireResult result;
-  result.up_axis = up == 2 ? 'z' : 'y';
-  for (const Lamp& lamp : LampLayer(plan, input).Run()) {
-    result.panels.push_back(PanelOf(lamp, plan, input.material));
+  LampLayer layer(plan, input, budget);
+  const std::vector<Lamp>& lamps = layer.Run();
+  for (const Lamp& lamp : lamps) {
+    lay(PanelOf(lamp, plan, input.material));
   }
-  return result;
+  return lamps.size();
 }
 
 }  // namespace enfilade

@@ -48,7 +48,13 @@ struct Face {
   std::optional<SpaceId> back_space;
   // The solid whose surface the face is part of, if that is certain.
   std::optional<ClosedSolid> solid;
+  // Of the plane surface that the face is a piece of, m2: of a wall with
+  // windows, all that is left around them. 0 if the face is not a piece.
+  double surface_m2 = 0;
 };
+
+// The area of the plane surface that the face is, or is a piece of, m2.
+double SurfaceArea(const Face& face);
 
 using FaceVisitor = std::function<void(const Face&)>;
 

@@ -187,6 +187,10 @@ class GbxmlImport {
 
   void AddFaces(MaterialId material, const std::vector<Polygon3>& pieces) {
     face_.material = material;
+    face_.surface_m2 = 0;
+    for (const Polygon3& piece : pieces) {
+      face_.surface_m2 += Length(AreaVector(piece));
+    }
     for (const Polygon3& piece : pieces) {
       face_.vertices = piece;
       Face face = face_;

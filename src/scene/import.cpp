@@ -212,25 +212,24 @@ void AddDefaultLuminaires(const std::filesystem::path& scene,
   }
   LuminaireInput input;
   input.has_spaces = !info.spaces.empty();
-  input.z_is_up = info.gbxml.has_value();
+  input.y_is_up = !info.gbxml && writer.IsYUp();
   input.openings = info.openings;
   input.material = MaterialId(info.materials.size());
-  const LuminaireResult laid = LayDefaultLuminaires(store, input, budget);
-  if (laid.panels.empty()) {
+  const uint64_t laid = LayDefaultLuminaires(
+      store, input, budget, [&](const Face& panel) { writer.Add(panel); });
+  const char up_axis = input.y_is_up ? 'y' : 'z';
+  if (laid == 0) {
     throw InputError(fmt::format(
         "{}: no ceiling was found to lay default luminaires on (taking {} as "
         "up and the unit as a metre); give a material an exitance instead",
         scene.string(),
-        laid.up_axis));
+        up_axis));
   }
   info.materials.push_back(DefaultLuminaireMaterial(info.photometric));
-  for (const Face& panel : laid.panels) {
-    writer.Add(panel);
-  }
   info.notes.push_back(
       fmt::format("{} default luminaires were laid below ceilings; {} is up",
-                  laid.panels.size(),
-                  laid.up_axis));
+                  laid,
+                  up_axis));
 }
 
 // What reading the override file takes, by its size: its text, the library's

@@ -228,14 +228,24 @@ class Batch {
         counts_.joined += region.size();
         counts_.non_manifold += cut.refused;
       }
-      for (const std::vector<Point3>& piece : cut.pieces) {
-        ++counts_.faces;
-        options_.emit(piece, solids.solids[region.front()]);
-      }
+      EmitAll(cut.pieces, solids.solids[region.front()]);
     }
   }
 
  private:
+  // Delivers the pieces of a region.
+  void EmitAll(const std::vector<std::vector<Point3>>& pieces,
+               const std::optional<ClosedSolid>& solid) {
+    double area = 0;
+    for (const std::vector<Point3>& piece : pieces) {
+      area += Length(AreaVector(piece));
+    }
+    counts_.faces += pieces.size();
+    for (const std::vector<Point3>& piece : pieces) {
+      options_.emit({piece, solid, area});
+    }
+  }
+
   [[nodiscard]] bool IsThin(const VertexLoop& loop) const {
     return loop.size() < 3 ||
            Thickness(welder_.Vertices(), loop) < tolerance_.weld;

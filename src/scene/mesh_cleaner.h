@@ -32,16 +32,20 @@ struct CleaningCounts {
   [[nodiscard]] std::vector<std::string> Notes() const;
 };
 
+// What cleaning delivers.
+struct CleanFace {
+  std::span<const Point3> polygon;
+  // The solid that it and others of the batch close off.
+  std::optional<ClosedSolid> solid;
+  double surface_m2 = 0;  // of all pieces of its region
+};
+
 // How a batch is cleaned.
 struct CleaningOptions {
   // Whether the faces emit or have black backs. Then only neighbours of the
   // same orientation are joined, and of two back-to-back faces both stay.
   bool oriented = false;
-  // Receives each face, and the solid that it and others of the batch close
-  // off.
-  std::function<void(std::span<const Point3> polygon,
-                     const std::optional<ClosedSolid>& solid)>
-      emit;
+  std::function<void(const CleanFace& face)> emit;
 };
 
 // Collects polygons and delivers convex planar faces. The same polygons in the

@@ -23,10 +23,10 @@ void PolygonSink::Add(std::span<const Point3> polygon) {
 void PolygonSink::Flush() {
   CleaningOptions options;
   options.oriented = oriented_;
-  options.emit = [this](std::span<const Point3> polygon,
-                        const std::optional<ClosedSolid>& solid) {
-    face_.solid = solid;
-    face_.vertices.assign(polygon.begin(), polygon.end());
+  options.emit = [this](const CleanFace& face) {
+    face_.solid = face.solid;
+    face_.surface_m2 = face.surface_m2;
+    face_.vertices.assign(face.polygon.begin(), face.polygon.end());
     writer_->Add(face_);
   };
   cleaner_.Flush(options);

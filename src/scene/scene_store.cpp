@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/stop.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -33,6 +34,7 @@ void PutFace(ByteWriter& out, const Face& face) {
   PutSpace(out, face.front_space);
   PutSpace(out, face.back_space);
   out.PutArray<Point3>(face.vertices);
+  out.Put(face.surface_m2);
   out.Put<uint8_t>(face.solid ? 1 : 0);
   if (face.solid) {
     out.Put(face.solid->bounds);
@@ -47,6 +49,7 @@ Face GetFace(ByteReader& in) {
   face.front_space = GetSpace(in);
   face.back_space = GetSpace(in);
   face.vertices = in.GetArray<Point3>();
+  face.surface_m2 = in.Get<double>();
   if (in.Get<uint8_t>() != 0) {
     face.solid.emplace();
     face.solid->bounds = in.Get<Box3>();
@@ -124,6 +127,7 @@ std::string EncodeInfo(const SceneInfo& info) {
   }
   PutSpacesAndOpenings(out, info);
   out.Put(info.bounds);
+  out.Put<uint8_t>(info.y_is_up ? 1 : 0);
   out.Put(info.input_polygons);
   out.Put(info.faces);
   out.PutVarint(info.notes.size());
@@ -150,6 +154,7 @@ SceneInfo DecodeInfo(const std::string& text) {
   }
   GetSpacesAndOpenings(in, info);
   info.bounds = in.Get<Box3>();
+  info.y_is_up = in.Get<uint8_t>() != 0;
   info.input_polygons = in.Get<uint64_t>();
   info.faces = in.Get<uint64_t>();
   for (uint64_t left = in.GetVarint(); left > 0; --left) {
@@ -159,6 +164,10 @@ SceneInfo DecodeInfo(const std::string& text) {
 }
 
 }  // namespace
+
+double SurfaceArea(const Face& face) {
+  return std::max(face.surface_m2, Length(AreaVector(face.vertices)));
+}
 
 SceneWriter::SceneWriter(BlockStorage& store) : store_(&store) {}
 
@@ -170,7 +179,9 @@ void SceneWriter::Add(const Face& face) {
     ENFILADE_CHECK(IsFinite(p), "a face has a vertex {} {} {}", p.x, p.y, p.z);
     bounds_.Include(p);
   }
-  ENFILADE_CHECK(Length(AreaVector(face.vertices)) > 0, "a face has no area");
+  const Vec3 area = AreaVector(face.vertices);
+  ENFILADE_CHECK(Length(area) > 0, "a face has no area");
+  level_areas_.Add(area);
   pending_.push_back(face);
   ++faces_;
   if (pending_.size() == kFacesPerChunk) {
@@ -195,6 +206,7 @@ void SceneWriter::Flush() {
 SceneInfo SceneWriter::Finish(SceneInfo info) {
   Flush();
   info.bounds = bounds_;
+  info.y_is_up = !info.gbxml && IsYUp();
   info.faces = faces_;
   store_->SetMeta(kSceneMeta, EncodeInfo(info));
   return info;

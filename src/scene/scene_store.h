@@ -6,6 +6,7 @@
 #include "base/block_storage.h"
 #include "base/vec.h"
 #include "scene/face.h"
+#include "scene/level_areas.h"
 
 #include <cstdint>
 #include <functional>
@@ -37,6 +38,7 @@ struct SceneInfo {
   std::vector<Opening> openings;     // likewise
   std::optional<GbxmlCounts> gbxml;  // for gbXML, spaces stripped or not
   Box3 bounds;
+  bool y_is_up = false;            // z is, if not
   uint64_t input_polygons = 0;     // as read, before cleaning
   uint64_t faces = 0;              // after cleaning
   std::vector<std::string> notes;  // what cleaning changed, in sentences
@@ -64,14 +66,19 @@ class SceneWriter {
   // The bounds of all faces added so far.
   [[nodiscard]] const Box3& Bounds() const { return bounds_; }
 
-  // Flushes the last chunk, completes info.bounds and info.faces, saves it, and
-  // returns what was saved.
+  // Whether y is up, by the faces added so far. In gbXML z is, whatever the
+  // faces.
+  [[nodiscard]] bool IsYUp() const { return level_areas_.IsYUp(); }
+
+  // Flushes the last chunk, completes info.bounds, info.y_is_up and info.faces,
+  // saves it, and returns what was saved.
   SceneInfo Finish(SceneInfo info);
 
  private:
   BlockStorage* store_;
   std::vector<Face> pending_;
   Box3 bounds_;
+  LevelAreas level_areas_;
   uint64_t faces_ = 0;
   uint32_t chunks_ = 0;
 };

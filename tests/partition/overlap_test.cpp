@@ -223,9 +223,6 @@ TEST(Overlap, TheSmallerIsSeen) {
   }
 }
 
-// Tiles lie in a floor, each in the previous one, and a carpet lies above them
-// all: nothing comes through the carpet, however near and however many the
-// tiles are.
 // A face of several patches is compared as a whole: a smaller one that covers
 // one of them is no duplicate.
 TEST(Overlap, TheSmallerIsSeenOnALargerFaceOfManyPatches) {
@@ -290,6 +287,9 @@ TEST(Overlap, OneOutlineOfManyPatchesIsKeptOnce) {
   }
 }
 
+// Tiles lie in a floor, each in the previous one, and a carpet lies above them
+// all: nothing comes through the carpet, however near and however many the
+// tiles are.
 TEST(Overlap, WhatLiesJustAboveStaysAbove) {
   for (const int tiles : {1, 2, 3, 5}) {
     for (const double gap : {3e-4, 5e-4, 1e-3, 2e-3}) {
@@ -489,6 +489,22 @@ TEST(Overlap, BoxesThatTouchKeepOneWallPerSide) {
   };
   EXPECT_EQ(walls_at({1, 1, 1}, {-1, 0, 0}), 1U);
   EXPECT_EQ(walls_at({3, 1, 1}, {1, 0, 0}), 1U);
+}
+
+// A carpet passes a shaft in the floor. It is larger than the piece of the
+// floor below it, and smaller than the floor.
+TEST(Overlap, APieceOfASurfaceCountsAsTheWholeSurface) {
+  SceneBuilder scene;
+  scene.AddBox({{0, 0, -1}, {6, 4, 2}});
+  scene.AddWithHole({2, 0, 0, 0, 6, 4}, {2, 0, 2.5, 1.5, 3.5, 2.5});
+  scene.Add({2, 0, 0.2, 0.1, 5.8, 1.4}, MaterialId(1U));
+  const Built built(scene);
+  const CellPatches cell = LoadCellPatches(*built.store, built.At({3, 3, 1}));
+  for (const double x : {0.5, 3.0, 5.5}) {
+    const auto covering = Covering(cell.patches, {x, 0.7, 0}, kUp);
+    ASSERT_FALSE(covering.empty()) << x;
+    EXPECT_EQ(Seen(covering, kUp)->material, MaterialId(1U)) << x;
+  }
 }
 
 }  // namespace

@@ -53,7 +53,8 @@ class SceneBuilder {
                       std::move(polygon),
                       std::nullopt,
                       std::nullopt,
-                      std::nullopt});
+                      std::nullopt,
+                      0});
   }
 
   // A rectangle square to an axis (0 x, 1 y, 2 z) at a coordinate; low and
@@ -88,14 +89,21 @@ class SceneBuilder {
     }
   }
 
-  // A rectangle with a rectangular hole: four faces.
+  // A rectangle with a rectangular hole: four faces of one surface.
   void AddWithHole(const Rectangle& r, const Rectangle& hole) {
     const size_t axis = r.axis;
     const double at = r.at;
+    const size_t first = faces_.size();
     AddUnlessFlat({axis, at, r.low_a, r.low_b, hole.low_a, r.high_b});
     AddUnlessFlat({axis, at, hole.high_a, r.low_b, r.high_a, r.high_b});
     AddUnlessFlat({axis, at, hole.low_a, r.low_b, hole.high_a, hole.low_b});
     AddUnlessFlat({axis, at, hole.low_a, hole.high_b, hole.high_a, r.high_b});
+    const auto area = [](const Rectangle& x) {
+      return (x.high_a - x.low_a) * (x.high_b - x.low_b);
+    };
+    for (size_t i = first; i < faces_.size(); ++i) {
+      faces_[i].surface_m2 = area(r) - area(hole);
+    }
   }
 
   // The six sides of a box, facing outwards.

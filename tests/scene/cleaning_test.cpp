@@ -14,6 +14,7 @@ using Polygons = std::vector<std::vector<Point3>>;
 struct Cleaned {
   Polygons faces;
   std::vector<std::optional<ClosedSolid>> solids;  // of the faces
+  std::vector<double> surfaces;                    // their areas, m2
   CleaningCounts counts;
 
   [[nodiscard]] double Area() const {
@@ -34,10 +35,10 @@ Cleaned Clean(const Polygons& polygons, bool oriented = false) {
   Cleaned cleaned;
   CleaningOptions options;
   options.oriented = oriented;
-  options.emit = [&](std::span<const Point3> face,
-                     const std::optional<ClosedSolid>& solid) {
-    cleaned.faces.emplace_back(face.begin(), face.end());
-    cleaned.solids.push_back(solid);
+  options.emit = [&](const CleanFace& face) {
+    cleaned.faces.emplace_back(face.polygon.begin(), face.polygon.end());
+    cleaned.solids.push_back(face.solid);
+    cleaned.surfaces.push_back(face.surface_m2);
   };
   cleaner.Flush(options);
   cleaned.counts = cleaner.Counts();
@@ -143,6 +144,8 @@ TEST(Cleaning, FourSheetsAtOneEdgeStayFour) {
   EXPECT_EQ(Clean(sheets).faces.size(), 4U);
 }
 
+// Its pieces know how large the surface is that they are of; a sheet elsewhere
+// in the plane is another surface.
 TEST(Cleaning, FrameAroundAHoleKeepsItsAreaInFourPieces) {
   const Point3 p{1, 1, 0}, q{2, 1, 0}, r{2, 2, 0}, s{1, 2, 0};
   const Point3 a{0, 0, 0}, b{3, 0, 0}, c{3, 3, 0}, d{0, 3, 0};
@@ -153,9 +156,14 @@ TEST(Cleaning, FrameAroundAHoleKeepsItsAreaInFourPieces) {
                                  {c, d, s},
                                  {c, s, r},
                                  {d, a, p},
-                                 {d, p, s}});
-  EXPECT_EQ(cleaned.faces.size(), 4U);
-  EXPECT_NEAR(cleaned.Area(), 8, 1e-12);
+                                 {d, p, s},
+                                 {{9, 0, 0}, {10, 0, 0}, {10, 1, 0}}});
+  ASSERT_EQ(cleaned.faces.size(), 5U);
+  EXPECT_NEAR(cleaned.Area(), 8.5, 1e-12);
+  for (size_t i = 0; i < cleaned.faces.size(); ++i) {
+    EXPECT_NEAR(
+        cleaned.surfaces[i], cleaned.faces[i].size() == 3 ? 0.5 : 8, 1e-12);
+  }
 }
 
 TEST(Cleaning, OutlineWithABridgedHoleIsCut) {

@@ -166,6 +166,20 @@ TEST_F(GbxmlImport, SidesAreFoundWhateverTheFileSays) {
   }
 }
 
+// The rooms are 2 by 2 m and 3 m high, so that more area faces y than z.
+TEST_F(GbxmlImport, ZIsUpWhateverTheFaces) {
+  const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})));
+  double y_m2 = 0;
+  double z_m2 = 0;
+  for (const Face& face : scene.faces) {
+    const Vec3 area = AreaVector(face.vertices);
+    y_m2 += std::abs(area.y);
+    z_m2 += std::abs(area.z);
+  }
+  EXPECT_GT(y_m2, z_m2);
+  EXPECT_FALSE(scene.info.y_is_up);
+}
+
 TEST_F(GbxmlImport, ClosedDoorIsAFace) {
   const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})), R"({
       "surfaces": {"NonSlidingDoor": {"clear": false, "reflectance": 0.3}}})");

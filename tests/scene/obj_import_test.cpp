@@ -48,6 +48,16 @@ TEST_F(ObjImport, KeepsColourAndExitance) {
   EXPECT_EQ(scene.info.input_polygons, 2U);
 }
 
+// A floor of 3 by 3 m: whichever axis it is level to is up. In gbXML z is.
+TEST_F(ObjImport, UpIsWhatMoreAreaIsLevelTo) {
+  EXPECT_FALSE(Import("v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nusemtl white\n"
+                      "f 5 6 7 8\n")
+                   .info.y_is_up);
+  EXPECT_TRUE(Import("v 0 0 0\nv 0 0 3\nv 3 0 3\nv 3 0 0\nusemtl white\n"
+                     "f 5 6 7 8\n")
+                  .info.y_is_up);
+}
+
 TEST_F(ObjImport, NegativeIndicesCountFromTheEnd) {
   const Imported scene =
       Import(std::string(kQuad) + "usemtl white\nf -4//1 -3/2 -2/1/1 -1");

@@ -95,7 +95,7 @@ std::vector<CellId> BestLitCells(const BuildingView& view) {
       w.owner = c;
       w.weight = PatchArea(patch) * static_cast<double>(cell.patches.size()) /
                  kCellSamples;
-      if (Reflects(*view.scene, patch)) {
+      if (Reflects(patch, view.scene->materials)) {
         light.Add(w);
       }
     }
@@ -122,7 +122,7 @@ double ChooseCut(const BuildingView& view, UpAxis up) {
     for (size_t p = 0; p < cell.patches.size(); ++p) {
       const Patch& patch = cell.patches[p];
       if (Along(PatchNormal(patch), up) < 0.99 ||
-          !Reflects(*view.scene, patch)) {
+          !Reflects(patch, view.scene->materials)) {
         continue;
       }
       Weighted w;
@@ -263,27 +263,18 @@ Camera ChooseView(const BuildingView& view,
 
 }  // namespace
 
-UpAxis ChooseUpAxis(const BuildingView& view, UpAxis up) {
+UpAxis ChooseUpAxis(const SceneInfo& scene, UpAxis up) {
   if (up != UpAxis::kAutomatic) {
     return up;
   }
-  double y_area = 0;
-  double z_area = 0;
-  for (size_t c = 0; c < view.partition->cells.size(); ++c) {
-    for (const Patch& patch : view.load_cell(CellId(c)).patches) {
-      const Vec3 normal = PatchNormal(patch);
-      y_area += std::abs(normal.y) > 0.999 ? PatchArea(patch) : 0;
-      z_area += std::abs(normal.z) > 0.999 ? PatchArea(patch) : 0;
-    }
-  }
-  return y_area > 1.001 * z_area ? UpAxis::kY : UpAxis::kZ;
+  return scene.y_is_up ? UpAxis::kY : UpAxis::kZ;
 }
 
 Camera ChooseCamera(const BuildingView& view,
                     const CameraOptions& options,
                     double aspect,
                     MemoryBudget& budget) {
-  const UpAxis up = ChooseUpAxis(view, options.up);
+  const UpAxis up = ChooseUpAxis(*view.scene, options.up);
   if (options.view == CameraView::kPlan) {
     const double cut =
         options.plan_cut_m ? *options.plan_cut_m : ChooseCut(view, up);

@@ -3,15 +3,15 @@
 #pragma once
 
 #include "base/memory.h"
+#include "scene/scene_store.h"
 
 #include "tools/building_view.h"
 #include "tools/export/camera.h"
 
 namespace enfilade {
 
-// `up` itself or, if automatic, the axis (Y or Z) that most of the area of
-// axis-parallel patches faces; Z if both are about equal.
-UpAxis ChooseUpAxis(const BuildingView& view, UpAxis up);
+// `up` itself or, if automatic, the axis that import took for up.
+UpAxis ChooseUpAxis(const SceneInfo& scene, UpAxis up);
 
 inline Vec3 UpVector(UpAxis up) {
   return up == UpAxis::kY ? Vec3{0, 1, 0} : Vec3{0, 0, 1};

@@ -70,7 +70,8 @@ void ExportMesh(StoredBuilding& building,
   MeshOptions mesh;
   mesh.exposure_stops = options.exposure_stops;
   mesh.progress = PartOf(options.progress, 0.4, 1);
-  mesh.z_up = ChooseUpAxis(building.View(), options.camera.up) == UpAxis::kZ;
+  mesh.z_up =
+      ChooseUpAxis(*building.View().scene, options.camera.up) == UpAxis::kZ;
   const auto write = extension == ".ply"    ? WritePly
                      : extension == ".glb"  ? WriteGlb
                      : extension == ".gltf" ? WriteGltf
