@@ -3,7 +3,7 @@
 // Long loops of the stages before the solve call ThrowIfStopRequested some ten
 // times a second and leave by InterruptedError, because a stage keeps nothing
 // before its end. The solve gets the flag by its options and commits before it
-// stops.
+// stops, as the reference methods do after each fineness.
 
 #pragma once
 

@@ -85,9 +85,13 @@ SolveSummary RunStages(BlockStorage& store,
   try {
     return RunPipeline(store, settings, common.limits, budget, progress);
   } catch (const InterruptedError&) {
-    throw InterruptedError(fmt::format(
-        "stopped; the work so far is kept: go on with 'enfilade resume {}'",
-        path.string()));
+    throw InterruptedError(
+        fmt::format("stopped; {} 'enfilade resume {}'",
+                    settings.method.name == "hierarchical"
+                        ? "this method keeps nothing before its end: begin "
+                          "again with"
+                        : "the work so far is kept: go on with",
+                    path.string()));
   }
 }
 
@@ -156,6 +160,16 @@ void SolveCommand::ChooseByMethod() {
   }
 }
 
+// Whether the store holds nothing worth keeping, as before the scene is
+// imported. False if that cannot be read.
+bool IsWorthless(const BlockStorage& store) {
+  try {
+    return LoadStage(store) < Stage::kImported;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 void SolveCommand::Run() {
   BeginRun(common, {scene, store, options.overrides});
   ChooseByMethod();
@@ -179,12 +193,10 @@ void SolveCommand::Run() {
     ReportSolve(store, summary, common, limits.Budget());
   } catch (const InterruptedError&) {
     throw;
-  } catch (const Error&) {
-    // Before the scene is imported, the store holds nothing worth keeping.
-    // Removing the store lets the user solve the corrected scene into the same
-    // file.
-    const bool worthless =
-        storage != nullptr && LoadStage(*storage) < Stage::kImported;
+  } catch (...) {
+    // Removing a worthless store lets the user solve the corrected scene into
+    // the same file.
+    const bool worthless = storage != nullptr && IsWorthless(*storage);
     storage.reset();
     if (worthless) {
       RemoveStoreFiles(store);
@@ -215,6 +227,7 @@ void ResumeCommand::Run() {
     settings.error = *error;
     SolveOptionsOf(settings).Validate();
     SaveSettings(*storage, settings);
+    storage->Commit();  // also if the cap is refused: a resume has the error
   }
   LimitsInForce limits(common.limits);
   const SolveSummary summary =

@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "base/stop.h"
 #include "solver/elements/push_pull.h"
 #include "solver/elements/received_light.h"
 #include "solver/reference/hierarchical_oracle.h"
@@ -155,6 +156,13 @@ bool Hierarchy::Refine() {
       verdicts[patch].push_back(Judge(static_cast<uint32_t>(patch), link));
     }
   });
+  size_t after = 0;
+  for (const std::vector<Verdict>& of_patch : verdicts) {
+    for (const Verdict verdict : of_patch) {
+      after += verdict == Verdict::kKeep ? 1 : kChildren;
+    }
+  }
+  ChargeFor(after);
   bool any = false;
   for (size_t patch = 0; patch < links_.size(); ++patch) {
     any |= SplitLinks(static_cast<uint32_t>(patch), verdicts[patch]);
@@ -212,6 +220,7 @@ void Hierarchy::LinkPatches() {
   const auto count = static_cast<uint32_t>(links_.size());
   std::vector<size_t> pairs(count);
   ParallelFor(count, [&](size_t i) {
+    ThrowIfStopRequested();
     for (uint32_t j = 0; j < count; ++j) {
       pairs[i] += MayExchange(static_cast<uint32_t>(i), j) ? 1U : 0U;
     }
@@ -311,14 +320,10 @@ void Hierarchy::AppendChildren(uint32_t receiver,
 
 // Makes all links that are not made yet.
 void Hierarchy::MakeLinks() {
-  size_t count = 0;
-  for (const auto& links : links_) {
-    count += links.size();
-  }
-  ChargeFor(count);
   ParallelFor(links_.size(), [&](size_t patch) {
     auto& links = links_[patch];
     for (HierarchicalLink& link : links) {
+      ThrowIfStopRequested();
       if (!link.made) {
         MakeLink(static_cast<uint32_t>(patch), &link);
       }
@@ -364,7 +369,7 @@ void Hierarchy::MakeLink(uint32_t receiver, HierarchicalLink* link) const {
 // ---------------------------------------------------------------- what it asks
 
 void Hierarchy::ChargeFor(size_t links) {
-  constexpr uint64_t kAllocationBytes = 32;
+  constexpr uint64_t kAllocationBytes = 32;  // and a verdict in a vector
   const size_t nodes = basis_.parallelogram.NodeCount();
   uint64_t bytes = links * (2 * sizeof(HierarchicalLink) + kAllocationBytes +
                             nodes * nodes * sizeof(float));

@@ -5,7 +5,7 @@
 //
 //   paper        here                       unit
 //   B            CellTree::Sent             W/m2
-//   H            ReceivedLight::gathered    W/m2
+//   H            HierarchicalSolution::gathered  W/m2
 //   K V          HierarchicalLink::kernel   irradiance per radiosity
 //   epsilon      HierarchicalOptions        by the oracle
 //   vis_epsilon  kPartialShare (.cpp)       1

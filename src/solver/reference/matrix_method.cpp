@@ -1,6 +1,7 @@
 #include "solver/reference/matrix_method.h"
 
 #include "base/parallel.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,7 @@ struct Entry {
 uint64_t CountFacingPairs(const std::vector<Panel>& panels) {
   std::vector<uint64_t> counts(panels.size());
   ParallelFor(panels.size(), [&](size_t i) {
+    ThrowIfStopRequested();
     for (size_t j = i + 1; j < panels.size(); ++j) {
       counts[i] += ReferenceScene::Face(panels[i], panels[j]) ? 1U : 0U;
     }
@@ -168,6 +170,7 @@ void HoldRowSums(const ReferenceScene& scene,
   });
   double worst = 1;
   for (int pass = 0; pass < kMostHoldPasses && worst > kHeld; ++pass) {
+    ThrowIfStopRequested();
     worst = 0;
     const Eigen::VectorXd sums = RowSums(*exchange);
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(sums.size());

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/stop.h"
 #include "partition/partition.h"
 #include "partition/partition_store.h"
 #include "solver/paging/cell_pager.h"
@@ -116,6 +117,7 @@ ReferenceScene::ReferenceScene(const BlockStorage& store,
   }
   std::vector<uint8_t> sees(count);
   ParallelFor(count, [&](size_t i) {
+    ThrowIfStopRequested();
     const Panel own = PanelAt(static_cast<uint32_t>(i), 0, kRootPath);
     for (size_t j = 0; j < count && sees[i] == 0; ++j) {
       sees[i] = static_cast<uint8_t>(

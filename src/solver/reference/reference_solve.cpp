@@ -90,8 +90,7 @@ void ReferenceSolve::Run() {
     const PanelSolution solution = SolveAt(fineness);
     TreeSolution made = MakeTrees(scene_, haar_, solution);
     Record(solution, made.trees, coarser ? &*coarser : nullptr);
-    state_.converged =
-        asked != 0 ? fineness == last : solution.complete && IsMet();
+    state_.converged = asked != 0 ? fineness == last : IsMet();
     state_.phase = SolvePhase::kDone;
     Write(made);
     coarser = std::move(made.trees);
@@ -102,6 +101,7 @@ void ReferenceSolve::Run() {
 
 bool ReferenceSolve::IsMet() const {
   return state_.rounds.size() >= kFirstFinenesses &&
+         state_.rounds.back().complete &&
          state_.rounds.back().estimated_error <= state_.error;
 }
 
@@ -169,6 +169,7 @@ void ReferenceSolve::Record(const PanelSolution& solution,
   state_.sweeps += solution.steps;
   RoundRecord record;
   record.links = solution.form_factors;
+  record.complete = solution.complete;
   record.estimated_error = 1;
   if (coarser != nullptr) {
     const double change =

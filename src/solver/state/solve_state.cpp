@@ -18,7 +18,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundRecord,
                                    estimated_error,
                                    cared_for,
                                    late,
-                                   links)
+                                   links,
+                                   complete)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    refine_seconds,
                                    gather_seconds,

@@ -62,6 +62,9 @@ struct RoundRecord {
   // be made in their turn, as a share of the light reflected by all cells.
   double late = 0;
   uint64_t links = 0;
+  // Reference methods: whether the round ended for its accuracy, and not for
+  // want of panels or steps.
+  bool complete = true;
 };
 
 // Time spent and bytes requested over all runs, kept apart from SolveState's
