@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <fstream>
+#include <iostream>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -38,6 +39,16 @@ fs::path TargetOf(const fs::path& path) {
              : path;
 }
 
+// The stream of the process that the path names, if it names one. Opened anew,
+// a file that the stream leads to would be written from its beginning, over
+// what the program has printed.
+std::ostream* StandardStreamAt(const fs::path& path) {
+  if (path == "/dev/stdout" || path == "/dev/fd/1") {
+    return &std::cout;
+  }
+  return path == "/dev/stderr" || path == "/dev/fd/2" ? &std::cerr : nullptr;
+}
+
 }  // namespace
 
 PendingFile::PendingFile(const fs::path& path)
@@ -68,6 +79,14 @@ void PendingFile::Keep() {
 
 void WriteFileInOneStep(const fs::path& path,
                         const std::function<void(std::ostream&)>& write) {
+  if (std::ostream* stream = StandardStreamAt(path)) {
+    write(*stream);
+    stream->flush();
+    if (!*stream) {
+      Fail(path, "the stream is closed or full");
+    }
+    return;
+  }
   PendingFile pending(path);
   std::ofstream file(pending.Path(), std::ios::binary | std::ios::trunc);
   int error = errno;

@@ -47,8 +47,9 @@ Bytes BlockStorage::GetOrThrow(const BlockKey& key) const {
   auto content = Get(key);
   if (!content) {
     throw DamagedStoreError(
-        fmt::format("the store has lost its block '{}'; restore the store "
-                    "from a copy or solve the scene again",
+        fmt::format("{} has lost its block '{}'; restore it from a copy or "
+                    "solve the scene again",
+                    Name(),
                     ToString(key)));
   }
   return std::move(*content);

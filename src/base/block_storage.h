@@ -56,18 +56,24 @@ struct StoreStats {
   uint64_t bytes_written = 0;  // compressed bytes of blocks put
 };
 
-// All members throw DiskError (open, full disk, I/O) or DamagedStoreError.
+// All members throw DiskError (open, full disk, I/O) or DamagedStoreError; Put
+// also DoesNotFitError.
 // Thread-safe: calls are serialised, but (de)compression runs outside the lock.
 class BlockStorage {
  public:
   virtual ~BlockStorage() = default;
+
+  // What messages call it: its path, if it is a file.
+  [[nodiscard]] virtual std::string Name() const { return "the store"; }
 
   // Small named values: settings, schedule state, JSON. Part of transactions.
   virtual void SetMeta(std::string_view name, std::string_view value) = 0;
   [[nodiscard]] virtual std::optional<std::string> Meta(
       std::string_view name) const = 0;
 
-  // Adds or replaces a block of at most 64 MiB; returns its compressed bytes.
+  // Adds or replaces a block; returns its compressed bytes. Throws
+  // DoesNotFitError if it has more than 64 MiB: the model is then too large to
+  // be solved whole.
   virtual uint64_t Put(const BlockKey& key,
                        std::span<const std::byte> content) = 0;
 

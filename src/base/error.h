@@ -42,14 +42,15 @@ class UsageError : public Error {
       : Error(ExitCode::kUsage, what) {}
 };
 
-// A scene, material, override or point file is wrong.
+// A scene, material, override or point file is wrong, or is not there.
 class InputError : public Error {
  public:
   explicit InputError(const std::string& what)
       : Error(ExitCode::kBadInput, what) {}
 };
 
-// The memory cap is too small; `what` names a cap that should suffice.
+// The memory cap is too small, and `what` names a cap that should suffice; or
+// the model is too large to be solved whole under any cap, and `what` says so.
 class DoesNotFitError : public Error {
  public:
   explicit DoesNotFitError(const std::string& what)
@@ -63,7 +64,8 @@ class DamagedStoreError : public Error {
       : Error(ExitCode::kDamagedStore, what) {}
 };
 
-// A file cannot be opened, read or written; the disk is full.
+// A store or an output cannot be opened or written, the disk is full, or it
+// fails while any file is read.
 class DiskError : public Error {
  public:
   explicit DiskError(const std::string& what) : Error(ExitCode::kDisk, what) {}

@@ -110,6 +110,10 @@ size_t InputFile::Read(std::span<char> buffer) {
   const int got = gzread(AsGz(file_), buffer.data(), wanted);
   int code = Z_OK;
   const char* message = gzerror(AsGz(file_), &code);
+  if (code == Z_ERRNO) {
+    throw DiskError(
+        fmt::format("{}: cannot be read: {}", path_.string(), message));
+  }
   if (got < 0 || (code != Z_OK && code != Z_STREAM_END)) {
     throw InputError(fmt::format(
         "{}: cannot be read: {}; the file may be cut off or damaged",

@@ -25,7 +25,8 @@ class InputFile {
   InputFile& operator=(InputFile&&) = delete;
 
   // Fills the buffer as far as the file goes; returns the bytes read, 0 at the
-  // end. Throws InputError for damaged compressed data.
+  // end. Throws InputError for damaged compressed data, DiskError if the disk
+  // fails.
   size_t Read(std::span<char> buffer);
 
   // The fraction of the file's (compressed) bytes that were read, in [0, 1].

@@ -51,6 +51,10 @@ class SqliteStore final : public BlockStorage {
   SqliteStore(const SqliteStore&) = delete;
   SqliteStore& operator=(const SqliteStore&) = delete;
 
+  [[nodiscard]] std::string Name() const override {
+    return path_.empty() ? BlockStorage::Name() : path_.string();
+  }
+
   void SetMeta(std::string_view name, std::string_view value) override;
   std::optional<std::string> Meta(std::string_view name) const override;
   uint64_t Put(const BlockKey& key,
@@ -104,9 +108,9 @@ class SqliteStore final : public BlockStorage {
   template <typename Change>
   void Write(const Change& change);
 
-  // Runs a check of the catalogue; its error gets the store's path.
-  template <typename Check>
-  void NamingFile(const Check& check) const;
+  // Returns what work() does; an error about damage gets the store's path.
+  template <typename Work>
+  auto NamingFile(const Work& work) const;
 
   void EraseAll(const KeyPrefix& prefix);
   [[nodiscard]] internal::BlockTotals Totals(const KeyPrefix& prefix) const;
@@ -170,21 +174,34 @@ void SqliteStore::Write(const Change& change) {
   }
 }
 
+template <typename Work>
+auto SqliteStore::NamingFile(const Work& work) const {
+  try {
+    return work();
+  } catch (const DamagedStoreError& error) {
+    if (path_.empty()) {
+      throw;  // a store in memory
+    }
+    throw DamagedStoreError(
+        fmt::format("{}: {}", path_.string(), error.what()));
+  }
+}
+
 void SqliteStore::SetMeta(std::string_view name, std::string_view value) {
   Write([&] { catalogue_->SetMeta(name, value); });
 }
 
 std::optional<std::string> SqliteStore::Meta(std::string_view name) const {
   const std::lock_guard lock(mutex_);
-  return catalogue_->Meta(name);
+  return NamingFile([&] { return catalogue_->Meta(name); });
 }
 
 uint64_t SqliteStore::Put(const BlockKey& key,
                           std::span<const std::byte> content) {
   if (content.size() > internal::kMaxContentBytes) {
     throw DoesNotFitError(fmt::format(
-        "block {} of the store would have {} bytes, and may have {}: one cell "
-        "has too many patches, or sees too many cells; solve the scene in "
+        "block '{}' of the store would have {} bytes, and may have {}: the "
+        "scene is too large to be solved whole under any cap; solve it in "
         "parts",
         ToString(key),
         content.size(),
@@ -207,7 +224,7 @@ std::optional<Bytes> SqliteStore::Get(const BlockKey& key) const {
   if (!entry) {
     return std::nullopt;
   }
-  return Fetch(*entry, std::move(lock));
+  return NamingFile([&] { return Fetch(*entry, std::move(lock)); });
 }
 
 Bytes SqliteStore::Fetch(const BlockEntry& entry,
@@ -287,18 +304,8 @@ void SqliteStore::Commit() {
   Write([&] { database_->Execute("COMMIT"); });
 }
 
-template <typename Check>
-void SqliteStore::NamingFile(const Check& check) const {
-  const std::lock_guard lock(mutex_);
-  try {
-    check();
-  } catch (const DamagedStoreError& error) {
-    throw DamagedStoreError(
-        fmt::format("{}: {}", path_.string(), error.what()));
-  }
-}
-
 void SqliteStore::VerifyCatalogue() const {
+  const std::lock_guard lock(mutex_);
   NamingFile([&] { catalogue_->VerifyEntries(); });
 }
 
@@ -315,12 +322,13 @@ void SqliteStore::VerifyAll() const {
         report));
   }
   NamingFile([&] {
+    const std::lock_guard lock(mutex_);
     catalogue_->VerifyMeta();
     catalogue_->VerifyEntries();
   });
   for (int kind = 0; kind <= 255; ++kind) {
     ForEachEntry(static_cast<BlockKind>(kind), [&](const BlockEntry& entry) {
-      static_cast<void>(Fetch(entry, std::unique_lock(mutex_)));
+      NamingFile([&] { return Fetch(entry, std::unique_lock(mutex_)); });
     });
   }
 }

@@ -10,7 +10,9 @@
 #include <string>
 #include <system_error>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace enfilade {
 namespace {
@@ -34,6 +36,20 @@ void FoldJournal(const std::filesystem::path& path) {
   }
 }
 
+// Makes the names in a file's folder durable, where the file system can: what
+// is committed under a name later must not be found under the old one after a
+// power failure.
+void SyncFolderOf(const std::filesystem::path& path) {
+  const std::filesystem::path folder =
+      path.has_parent_path() ? path.parent_path() : ".";
+  const int descriptor =
+      open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    fsync(descriptor);
+    close(descriptor);
+  }
+}
+
 // Renames a store that is closed and whose journal is empty.
 void RenameOrThrow(const std::filesystem::path& from,
                    const std::filesystem::path& to) {
@@ -51,6 +67,7 @@ void RenameOrThrow(const std::filesystem::path& from,
     throw DiskError(fmt::format(
         "cannot make the store '{}': {}", to.string(), failed.message()));
   }
+  SyncFolderOf(to);
 }
 
 }  // namespace

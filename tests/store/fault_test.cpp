@@ -274,7 +274,7 @@ TEST(StoreFaults, AHeaderOfAnUnknownFormatIsDamage) {
 }
 
 // Whether a block is refused, or lost with its catalogue. Wrong content is a
-// failure.
+// failure, and so is a message that does not name the file.
 bool IsBlockDamaged(const std::filesystem::path& path,
                     const BlockKey& key,
                     const Bytes& content) {
@@ -282,7 +282,9 @@ bool IsBlockDamaged(const std::filesystem::path& path,
     const auto store = OpenStore(path, StoreAccess::kRead);
     EXPECT_EQ(store->GetOrThrow(key), content);
     return false;
-  } catch (const DamagedStoreError&) {
+  } catch (const DamagedStoreError& error) {
+    EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos)
+        << error.what();
     return true;
   }
 }

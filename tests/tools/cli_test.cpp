@@ -6,6 +6,7 @@
 
 #include "tests/tools/run_program.h"
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
 namespace enfilade {
@@ -398,11 +399,19 @@ TEST(Cli, ReportInAMissingFolderIsRefusedAtOnce) {
   EXPECT_FALSE(std::filesystem::exists(folder / "room.enf"));
 }
 
+// The tests' standard output is a file: nothing else that is printed may lie
+// over the report.
 TEST(Cli, ReportToStandardOutputIsPrinted) {
   const TemporaryFolder folder;
   const auto result = RunProgram(
       {"scene", "parallel", folder / "two.obj", "--report", "/dev/stdout"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
+  const size_t begin = result.out.find('{');
+  ASSERT_NE(begin, std::string::npos) << result.out;
+  const std::string report =
+      result.out.substr(begin, result.out.rfind('}') + 1 - begin);
+  EXPECT_EQ(nlohmann::json::parse(report).at("polygons"), 2) << result.out;
+  EXPECT_TRUE(Contains(result.out, "wrote ")) << result.out;
   EXPECT_TRUE(std::filesystem::is_symlink("/dev/stdout"));
 }
 

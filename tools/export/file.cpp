@@ -58,7 +58,10 @@ void OutputFile::WriteAt(uint64_t offset, std::span<const std::byte> bytes) {
   }
 }
 
-void OutputFile::Finish() {
+void OutputFile::Close() {
+  if (descriptor_ < 0) {
+    return;
+  }
   if (fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) {
     Fail(errno);
   }
@@ -67,6 +70,10 @@ void OutputFile::Finish() {
   if (closed != 0) {
     Fail(errno);
   }
+}
+
+void OutputFile::Finish() {
+  Close();
   pending_.Keep();
 }
 

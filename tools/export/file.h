@@ -31,7 +31,10 @@ class OutputFile {
   // Size so far: the end of the farthest write.
   [[nodiscard]] uint64_t Size() const { return size_; }
 
-  // Closes and renames.
+  // Makes all bytes durable and closes. No more can be written.
+  void Close();
+
+  // Closes, unless that is done, and gives the file its name.
   void Finish();
 
  private:

@@ -204,6 +204,9 @@ uint64_t WriteGltf(const MeshSource& source,
       Describe(census, options.z_up, binary_path.filename().string()).dump(1));
   text.Flush();
   WriteBinary(source, census, options, binary, 0);
+  // The disk may be full: neither gets its name before both are complete.
+  binary.Close();
+  file.Close();
   binary.Finish();
   file.Finish();
   return file.Size() + binary.Size();
