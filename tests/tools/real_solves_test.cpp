@@ -38,7 +38,7 @@ TEST_P(SlowRealSolves, MeetErrorAndCap) {
   const ProgramResult verify = RunProgram({"verify",
                                            store,
                                            "--seconds",
-                                           "300",
+                                           "20",
                                            "--memory",
                                            "256M",
                                            "--report",

@@ -5,21 +5,28 @@
 #include "partition/bsp_tree.h"
 #include "partition/partition.h"
 #include "partition/partition_store.h"
+#include "scene/input_file.h"
+#include "scene/number_text.h"
 #include "visibility/audit.h"
 #include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <istream>
 #include <map>
 #include <numbers>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "tests/partition/boundary_check.h"
 #include "tests/partition/real_buildings.h"
+#include "tests/temporary_folder.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -93,18 +100,51 @@ INSTANTIATE_TEST_SUITE_P(SlowObj,
                          ::testing::Values("obj/duplex.obj",
                                            "obj/townhouse.obj"));
 
-// A soup of 410,414 triangles with cracks everywhere: far more pairs than rays
-// find, but none missed.
-class SlowBuildingSets : public BuildingSets {};
+// Writes the part of an OBJ of plain triangles that lies in the box.
+void WritePart(const std::filesystem::path& obj,
+               const Box3& box,
+               const std::filesystem::path& part) {
+  InputFile file(obj);
+  LineStream buffer(file, [](std::string_view) {});
+  std::istream in(&buffer);
+  std::ofstream out(part);
+  std::vector<bool> is_inside(1);  // by vertex number, from 1
+  for (std::string line; std::getline(in, line);) {
+    const std::vector<std::string_view> words = Words(line);
+    const auto number = [&](size_t i) { return ToNumber(words.at(i)).value(); };
+    const std::string_view keyword = words.empty() ? "" : words[0];
+    if (keyword == "v") {
+      is_inside.push_back(box.Contains({number(1), number(2), number(3)}));
+    }
+    const auto holds = [&](size_t i) {
+      return is_inside.at(static_cast<size_t>(number(i)));
+    };
+    if (keyword != "f" || (holds(1) && holds(2) && holds(3))) {
+      out << line << "\n";
+    }
+  }
+}
 
-TEST_P(SlowBuildingSets, LackNoPairThatRaysFind) {
-  const Building building = Build(GetParam());
+class SlowSoupSets : public BuildingSets {};
+
+// Triangles with cracks everywhere: far more pairs than rays find, but none
+// missed. Two of the four storeys of half of the house show that as well as all
+// of it does, which takes ten times as long.
+TEST_P(SlowSoupSets, LackNoPairThatRaysFind) {
+  const std::filesystem::path whole = DataFolder() / GetParam();
+  const TemporaryFolder folder;
+  std::filesystem::copy(whole.parent_path() / "schependomlaan.mtl",
+                        folder / "schependomlaan.mtl");
+  const std::string part = folder / "part.obj";
+  WritePart(whole, {{-2, -2, -12}, {27, 5, 1}}, part);
+  const Building building = Build(part.c_str());
   const AuditSummary audit = Audit(*building.store, 300'000, budget_, {});
+  EXPECT_GT(audit.sampled_pairs, 100U);
   EXPECT_EQ(audit.audit_missed, 0U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Soup,
-                         SlowBuildingSets,
+                         SlowSoupSets,
                          ::testing::Values("obj/schependomlaan.obj.gz"));
 
 using IdPair = std::pair<uint32_t, uint32_t>;
