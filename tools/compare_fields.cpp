@@ -57,7 +57,7 @@ class Comparison {
     const CellPatches cell = building_.load_cell(id);
     for (size_t p = 0; p < cell.patches.size(); ++p) {
       const Patch& patch = cell.patches[p];
-      if (Reflects(*building_.scene, patch)) {
+      if (Reflects(patch, building_.scene->materials)) {
         AddPatch(id, PatchId(p), patch);
       }
       if (points_.size() >= kGroupPoints) {

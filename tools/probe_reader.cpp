@@ -1,8 +1,8 @@
 #include "base/error.h"
+#include "scene/number_text.h"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <istream>
 #include <string_view>
@@ -45,23 +45,10 @@ std::optional<std::string_view> TakeField(
   return field;
 }
 
-std::optional<double> ParseNumber(std::string_view text) {
-  if (text.starts_with('+')) {
-    text.remove_prefix(1);
-  }
-  double value = 0;
-  const auto [end, error] =
-      std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    return std::nullopt;
-  }
-  return value;
-}
-
 bool BeginsWithNumber(const std::string& line) {
   std::optional<std::string_view> rest = line;
   const auto field = TakeField(rest);
-  return field && ParseNumber(*field).has_value();
+  return field && IsNumber(*field);
 }
 
 }  // namespace
@@ -107,8 +94,8 @@ std::optional<std::string> ProbeReader::NextLine() {
 }
 
 // Columns are read by position, so a header may give them other names. Throws
-// InputError if a known name is at another position, if columns are missing, or
-// if the header begins like a number but is none.
+// InputError if a known name is at another position, if columns are missing, if
+// a name is a number, or if the header begins like a number but is none.
 void ProbeReader::CheckHeader(const std::string& header) const {
   bool fits = std::string_view("+-.0123456789").find(header.front()) ==
               std::string_view::npos;
@@ -118,7 +105,7 @@ void ProbeReader::CheckHeader(const std::string& header) const {
     const std::string_view name = *TakeField(rest);
     const auto* const known = std::find(kNames.begin(), kNames.end(), name);
     const auto place = static_cast<size_t>(known - kNames.begin());
-    fits = fits && (known == kNames.end() || place == i);
+    fits = fits && !IsNumber(name) && (known == kNames.end() || place == i);
     ++fields;
   }
   if (!fits || fields < kNames.size()) {
@@ -171,8 +158,8 @@ ProbeLine ProbeReader::Parse(const std::string& line) const {
           line_number_,
           i));
     }
-    const auto value = ParseNumber(*field);
-    if (!value || !std::isfinite(*value)) {
+    const auto value = ToNumber(*field);
+    if (!value) {
       throw InputError(fmt::format("{}:{}: {} is '{}', not a finite number",
                                    name_,
                                    line_number_,

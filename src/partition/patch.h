@@ -33,8 +33,7 @@ struct Patch {
   FaceId face;
   // Emits the material's exitance: true on the front of an emitting face only.
   bool emits = false;
-  // Reflects light. False for a black back, which only blocks rays (and may
-  // emit).
+  // Reflects light. False for a black back, which only blocks rays.
   bool reflects = true;
   // This patch is the other side of a patch of the same cell with a smaller id.
   // The two are one blocker to rays.

@@ -125,16 +125,21 @@ class Auditor {
     runs_.clear();
   }
 
+  // The patch that a ray has hit. The patches of one cell are kept.
+  const Patch& PatchAt(const TraceHit& hit) {
+    if (hit_cell_ != hit.cell) {
+      hit_cell_ = hit.cell;
+      hit_patches_ = LoadCellPatches(*store_, hit.cell).patches;
+    }
+    return hit_patches_[hit.patch.Index()];
+  }
+
   // Whether a ray may hit the patch from behind. It may if the patch is a
   // luminaire, whose back is black, or if the ray began between the patch and
   // the surface that the patch was put in front of (overlap.h), a gap that
   // nothing else can see.
   [[nodiscard]] bool HasOpenBack(const TraceRay& ray, const TraceHit& hit) {
-    if (behind_cell_ != hit.cell) {
-      behind_cell_ = hit.cell;
-      behind_ = LoadCellPatches(*store_, hit.cell).patches;
-    }
-    const Patch& patch = behind_[hit.patch.Index()];
+    const Patch& patch = PatchAt(hit);
     const double depth = hit.distance * Dot(ray.direction, PatchNormal(patch));
     return patch.emits || depth <= (kMostLayers + 1) * kApartM;
   }
@@ -224,10 +229,8 @@ class Auditor {
                                      locator_->LeafCount() * kBytesPerLeaf,
                                      "the tree of splitting planes");
     }
-    const Patch patch =
-        LoadCellPatches(*store_, s.hit.cell).patches[s.hit.patch.Index()];
     const Point3 end = s.ray.origin + s.ray.direction * s.hit.distance +
-                       PatchNormal(patch) * kRayOffsetMetres;
+                       PatchNormal(PatchAt(s.hit)) * kRayOffsetMetres;
     const Vec3 inwards = s.ray.direction * kOnPlaneM;
     return locator_->Locate(s.ray.origin) == s.origin &&
            locator_->Locate(s.ray.origin + inwards) == s.origin &&
@@ -270,9 +273,9 @@ class Auditor {
   std::vector<BatchRun> runs_;
   std::optional<CellId> receiver_;
   // The cell that was last hit from behind.
-  std::optional<CellId> behind_cell_;
-  std::vector<Patch> behind_;    // patches of behind_cell_
-  std::vector<Source> sources_;  // cells that the receiver sees, ascending
+  std::optional<CellId> hit_cell_;
+  std::vector<Patch> hit_patches_;  // patches of hit_cell_
+  std::vector<Source> sources_;     // cells that the receiver sees, ascending
   std::vector<Suspect> suspects_;
   std::unordered_set<uint64_t> pairs_;  // found by a ray: low << 32 | high
   AuditSummary summary_;

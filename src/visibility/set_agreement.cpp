@@ -339,6 +339,11 @@ Bytes EncodeVisibleSet(
   return writer.Take();
 }
 
+std::vector<CellId> DecodeVisibleSources(const Bytes& bytes) {
+  ByteReader reader(bytes);
+  return GetAscending(reader);
+}
+
 VisibleSet DecodeVisibleSet(const Bytes& bytes,
                             const std::function<void(uint64_t)>& reserve) {
   ByteReader reader(bytes);

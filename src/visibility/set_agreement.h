@@ -88,6 +88,8 @@ class SetAgreement {
 Bytes EncodeVisibleSet(
     const VisibleSet& set,
     const std::function<std::span<const CellId>(size_t source)>& between_of);
+// The sources alone.
+std::vector<CellId> DecodeVisibleSources(const Bytes& bytes);
 // Before the set is made, `reserve` is told how many bytes it takes.
 VisibleSet DecodeVisibleSet(
     const Bytes& bytes,

@@ -166,6 +166,12 @@ uint64_t VisibleSetBytes(size_t sources, size_t between) {
          between * sizeof(CellId);
 }
 
+std::vector<CellId> LoadVisibleSources(const BlockStorage& store,
+                                       CellId receiver) {
+  return DecodeVisibleSources(
+      store.GetOrThrow({BlockKind::kVisibleSet, receiver.value}));
+}
+
 VisibleSet LoadVisibleSet(const BlockStorage& store,
                           CellId receiver,
                           const std::function<void(uint64_t)>& reserve) {

@@ -69,6 +69,10 @@ VisibilitySummary BuildVisibleSets(const Partition& partition,
                                    BlockStorage& store);
 
 VisibilitySummary LoadVisibilitySummary(const BlockStorage& store);
+
+// Loads the cells that a receiver sees, ascending, without what is between.
+std::vector<CellId> LoadVisibleSources(const BlockStorage& store,
+                                       CellId receiver);
 // Loads the visible set of a receiver. Before the set is made, `reserve` is
 // told how many bytes it takes: the set of the outdoors of a large building
 // takes tens of MB.

@@ -223,11 +223,13 @@ void AddSceneOptions(CLI::App& command, SceneOptions& options) {
       ->type_name("E")
       ->capture_default_str();
   command
-      .add_option(
-          "--basis",
-          options.settings.basis,
-          "haar, m2, m3, m4, f2 or f3 (with other methods than wavelet: "
-          "haar if not given)")
+      .add_option("--basis",
+                  options.settings.basis,
+                  "haar (or m1), m2, m3, m4, f2 or f3 (with other methods than "
+                  "wavelet: haar if not given)")
+      ->transform(
+          CLI::Transformer(std::map<std::string, std::string>{{"m1", "haar"}})
+              .description(""))
       ->check(
           CLI::IsMember({"haar", "m2", "m3", "m4", "f2", "f3"}).description(""))
       ->type_name("BASIS")

@@ -159,7 +159,7 @@ void ForEachLeaf(const BuildingView& view,
     std::vector<PatchId> patches;
     std::vector<double> begins(cell.patches.size());
     for (size_t p = 0; p < cell.patches.size(); ++p) {
-      if (Reflects(*view.scene, cell.patches[p])) {
+      if (Reflects(cell.patches[p], view.scene->materials)) {
         patches.emplace_back(p);
         begins[p] = line;
         line += PatchArea(cell.patches[p]);

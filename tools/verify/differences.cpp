@@ -22,6 +22,9 @@ void LargestDifferences::Add(DifferingPoint point) {
 }
 
 std::vector<DifferingPoint> LargestDifferences::SharesOf(double sum) const {
+  if (!(sum > 0)) {
+    return {};
+  }
   std::vector<DifferingPoint> points = points_;
   for (DifferingPoint& p : points) {
     p.share /= sum;

@@ -21,7 +21,8 @@ class LargestDifferences {
   // sum is not known yet.
   void Add(DifferingPoint point);
 
-  // The kept points, their parts divided by `sum`, the sum over all points.
+  // The kept points, their parts divided by `sum`, the sum over all points;
+  // none if noise makes that 0 or less.
   [[nodiscard]] std::vector<DifferingPoint> SharesOf(double sum) const;
 
  private:

@@ -57,11 +57,6 @@ SidePoint MakePoint(CellId cell,
 
 }  // namespace
 
-bool Reflects(const SceneInfo& scene, const Patch& patch) {
-  return patch.reflects &&
-         MaxChannel(scene.materials.at(patch.material.Index()).reflectance) > 0;
-}
-
 PatchPoint PlaceOnPatch(PatchShape shape, double fraction) {
   Quarter q;
   for (int i = 0; i < kDigits; ++i) {
@@ -100,7 +95,7 @@ SidePoints::SidePoints(const BuildingView& view) : view_(&view) {
   cell_areas_.resize(cells);
   for (size_t c = 0; c < cells; ++c) {
     for (const Patch& patch : view.load_cell(CellId(c)).patches) {
-      if (Reflects(*view.scene, patch)) {
+      if (Reflects(patch, view.scene->materials)) {
         cell_areas_[c] += PatchArea(patch);
       }
     }
@@ -124,7 +119,7 @@ std::vector<SidePoint> SidePoints::At(std::span<const double> places) const {
     double begin = cell_begin;
     for (size_t p = 0; p < cell.patches.size(); ++p) {
       const Patch& patch = cell.patches[p];
-      if (!Reflects(*view_->scene, patch)) {
+      if (!Reflects(patch, view_->scene->materials)) {
         continue;
       }
       const double area = PatchArea(patch);

@@ -26,9 +26,6 @@ struct SidePoint {
   bool emits = false;
 };
 
-// Whether the patch's side reflects light in some channel.
-bool Reflects(const SceneInfo& scene, const Patch& patch);
-
 // Patch coordinates of the point at this fraction, in [0, 1), of the patch's
 // stretch of the line.
 PatchPoint PlaceOnPatch(PatchShape shape, double fraction);

@@ -19,13 +19,13 @@ std::vector<Receiver> PointsOfCell(const BuildingView& view,
   const CellPatches patches = view.load_cell(cell);
   double area = 0;
   for (const Patch& patch : patches.patches) {
-    area += Reflects(*view.scene, patch) ? PatchArea(patch) : 0;
+    area += Reflects(patch, view.scene->materials) ? PatchArea(patch) : 0;
   }
   std::vector<Receiver> points;
   Random random(key);
   double passed = 0;
   for (const Patch& patch : patches.patches) {
-    if (!Reflects(*view.scene, patch)) {
+    if (!Reflects(patch, view.scene->materials)) {
       continue;
     }
     passed += PatchArea(patch);

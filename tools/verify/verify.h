@@ -55,8 +55,8 @@ struct DifferingPoint {
   Rgb solution{};   // reflected radiosity, W/m2
   Rgb reference{};  // likewise; a mean over paths, with their noise
   uint32_t paths = 0;
-  // The point's share of the sum of squared errors over all points. It can
-  // exceed 1, because noise can make the parts of other points negative.
+  // The point's share of the sum of squared errors over all points, positive.
+  // It can exceed 1, because noise can make the parts of other points negative.
   double share = 0;
 };
 

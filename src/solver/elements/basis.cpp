@@ -307,9 +307,8 @@ const Basis& SecondOrderBasis() {
 }
 
 BasisKind BasisNamed(const std::string& name) {
-  static const std::array<std::pair<const char*, BasisKind>, 7> known = {
+  static const std::array<std::pair<const char*, BasisKind>, 6> known = {
       {{"haar", {1, false}},
-       {"m1", {1, false}},
        {"m2", {2, false}},
        {"m3", {3, false}},
        {"m4", {4, false}},

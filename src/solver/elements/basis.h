@@ -165,7 +165,7 @@ struct Basis {
 // The second-order basis M2.
 const Basis& SecondOrderBasis();
 
-// The basis called "haar" or "m1", "m2", "m3", "m4", "f2", "f3". Throws
+// The basis called "haar", "m2", "m3", "m4", "f2", "f3". Throws
 // UsageError, which lists the known names.
 BasisKind BasisNamed(const std::string& name);
 

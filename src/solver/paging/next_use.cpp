@@ -21,9 +21,9 @@ NextUse::NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget)
   first_.push_back(0);
   for (size_t i = 0; i < cells; ++i) {
     // Visibility is symmetric: the cells that see a cell are those it sees.
-    for (const VisibleCell& v : LoadVisibleSet(store, CellId(i))) {
+    for (const CellId source : LoadVisibleSources(store, CellId(i))) {
       Seer seer{};
-      seer.cell = v.source.value & ((1U << 30) - 1);
+      seer.cell = source.value & ((1U << 30) - 1);
       seers_.push_back(seer);
     }
     ENFILADE_CHECK(seers_.size() <= UINT32_MAX, "{} pairs", seers_.size());

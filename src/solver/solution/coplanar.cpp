@@ -1,5 +1,6 @@
 #include "solver/solution/coplanar.h"
 
+#include "partition/patch_cutter.h"
 #include "partition/polygon.h"
 
 #include <algorithm>
@@ -39,7 +40,7 @@ PlaneKey KeyOf(const Patch& p, unsigned mask) {
 }
 
 bool InPlane(const PatchPlane& frame, const Patch& patch) {
-  const std::vector<Point3> corners = CornersOf(patch);
+  const Polygon corners = PolygonOf(patch);
   return Dot(frame.normal, PatchNormal(patch)) > 0 &&
          std::all_of(corners.begin(), corners.end(), [&](Point3 p) {
            return std::abs(frame.Height(p)) <= kOnPlaneM;
@@ -51,7 +52,7 @@ bool InPlane(const PatchPlane& frame, const Patch& patch) {
 bool MeetsPlane(const PatchPlane& frame,
                 const Patch& patch,
                 PlaneSegment* segment) {
-  const std::vector<Point3> corners = CornersOf(patch);
+  const Polygon corners = PolygonOf(patch);
   std::vector<double> height;
   size_t on_plane = 0;
   for (const Point3 p : corners) {
@@ -92,14 +93,6 @@ PatchPlane::PatchPlane(const Patch& patch)
   y_axis = Cross(normal, x_axis);
 }
 
-std::vector<Point3> CornersOf(const Patch& patch) {
-  const Point3 o = patch.origin;
-  if (patch.shape == PatchShape::kTriangle) {
-    return {o, o + patch.u, o + patch.v};
-  }
-  return {o, o + patch.u, o + patch.u + patch.v, o + patch.v};
-}
-
 CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
     : patches(cell_patches) {
   std::map<PlaneKey, std::vector<size_t>> known;
@@ -119,7 +112,7 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
   };
   boxes.reserve(patches.size());
   for (size_t i = 0; i < patches.size(); ++i) {
-    boxes.push_back(BoundsOf(CornersOf(patches[i])));
+    boxes.push_back(BoundsOf(PolygonOf(patches[i])));
     size_t group = groups.size();
     for (unsigned mask = 0; mask < kMasks && group == groups.size(); ++mask) {
       group = find(patches[i], KeyOf(patches[i], mask));

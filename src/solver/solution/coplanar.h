@@ -55,9 +55,6 @@ struct PatchPlane {
   }
 };
 
-// The corners of a patch, counter-clockwise seen from its front: 3 or 4.
-std::vector<Point3> CornersOf(const Patch& patch);
-
 // The patches of a cell in groups. The patches of one group share their plane
 // (corners within kOnPlaneM), front side, material, emission and reflection.
 struct CoplanarPatches {

@@ -1,6 +1,7 @@
 #include "solver/solution/display_forest.h"
 
 #include "base/check.h"
+#include "partition/patch_cutter.h"
 #include "partition/polygon.h"
 
 #include <algorithm>
@@ -46,7 +47,7 @@ DisplayForest::DisplayForest(const CellTree& tree,
     const Patch& patch = cell.patches[id.Index()];
     AddRoot(patch, id);
     PlaneIndex::Box& box = boxes.emplace_back();
-    for (const Point3 p : CornersOf(patch)) {
+    for (const Point3 p : PolygonOf(patch)) {
       box.Include(frame_.ToPlane(p));
     }
   }

@@ -432,7 +432,6 @@ TEST(RuleOfOrder, IsExactForProductsOfTwoBasisFunctions) {
 
 TEST(BasisNamed, NamesAreThoseOfThePapers) {
   EXPECT_EQ(BasisNamed("haar"), (BasisKind{1, false}));
-  EXPECT_EQ(BasisNamed("m1"), (BasisKind{1, false}));
   EXPECT_EQ(BasisNamed("m4"), (BasisKind{4, false}));
   EXPECT_EQ(BasisNamed("f3"), (BasisKind{3, true}));
   EXPECT_THROW(BasisNamed("m9"), UsageError);

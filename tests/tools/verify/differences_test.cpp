@@ -18,7 +18,7 @@ TEST(LargestDifferencesTest, AreTheLargestInOrder) {
   std::vector<double> parts;
   double sum = 0;
   for (int i = 0; i < 1000; ++i) {
-    const double part = random.Next() - 0.5;
+    const double part = random.Next() - 0.4;
     parts.push_back(part);
     sum += part;
     if (largest.Wants(part)) {
@@ -33,6 +33,18 @@ TEST(LargestDifferencesTest, AreTheLargestInOrder) {
   for (size_t i = 0; i < kKept; ++i) {
     EXPECT_DOUBLE_EQ(kept[i].share, parts[i] / sum);
   }
+}
+
+// Noise can make the sum of the parts negative, and the error 0: no point has a
+// share of it.
+TEST(LargestDifferencesTest, AreNoneWhereTheErrorIsZero) {
+  LargestDifferences largest;
+  DifferingPoint point;
+  point.share = 0.5;
+  largest.Add(point);
+  EXPECT_EQ(largest.SharesOf(1).size(), 1U);
+  EXPECT_TRUE(largest.SharesOf(0).empty());
+  EXPECT_TRUE(largest.SharesOf(-0.1).empty());
 }
 
 TEST(LargestDifferencesTest, AreOnlyThoseThatAddToTheError) {
