@@ -3,6 +3,7 @@
 #include "base/stop.h"
 #include "partition/overlap_pairs.h"
 #include "partition/overlap_pieces.h"
+#include "partition/overlap_sizes.h"
 #include "partition/patch_cutter.h"
 #include "scene/box_tree.h"
 
@@ -13,9 +14,9 @@
 namespace enfilade {
 namespace {
 
-// A patch's box, tree entry and rank, and the pairs of a patch that
+// A patch's box, tree entry and ranks, and the pairs of a patch that
 // is in front of all others.
-constexpr uint64_t kOverlapBytesPerPatch = 320;
+constexpr uint64_t kOverlapBytesPerPatch = 336;
 
 // Settles patch by patch, from back to front.
 void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
@@ -65,8 +66,10 @@ OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
                                std::span<const float> face_areas,
                                MemoryBudget& budget) {
   const BoxTree tree = TreeOf(patches);
-  const std::vector<uint32_t> ranks = RanksFromBack(patches, face_areas);
-  OverlapPieces pieces({patches, tree, ranks, face_areas}, budget);
+  const std::vector<SurfaceRank> surfaces =
+      RankSurfaces(patches, tree, face_areas);
+  const std::vector<uint32_t> ranks = RanksFromBack(patches, surfaces);
+  OverlapPieces pieces({patches, tree, surfaces, ranks}, budget);
   SettleAll(ranks, &pieces);
   if (pieces.IsEmpty()) {
     return {};

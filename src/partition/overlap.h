@@ -38,14 +38,16 @@ struct OverlapCounts {
 // lie in one another:
 //
 // - A surface that is there twice (with the same material and side, or with the
-//   same outline) is kept once: the smaller face keeps only what the larger one
-//   leaves free, unless the smaller one lies so far in front of the larger one
-//   that rays end at it. Of two sides with one outline, one that reflects is
-//   kept before a black one, and a front before a back.
-// - Otherwise the smaller face, as a whole, is the one that is seen. A face
-//   that emits counts as smaller than one that does not, and the inside of a
-//   solid as smaller than all others. It is put kApartM in front of the
-//   other, on the side it faces.
+//   same outline in the cell) is kept once: the smaller one keeps only what the
+//   larger one leaves free, unless the smaller one lies so far in front of the
+//   larger one that rays end at it. Of two sides with one outline, one that
+//   reflects is kept before a black one, and a front before a back; of two
+//   fronts, or two backs, the one that is smaller elsewhere is seen.
+// - Otherwise the smaller surface (overlap_sizes.h), as a whole, is the one
+// that
+//   is seen. One that emits counts as smaller than one that does
+//   not, and the inside of a solid as smaller than all others. It is put
+//   kApartM in front of the other, on the side it faces.
 //
 // Patches that are not touched keep their order; the pieces of a patch take its
 // place. The memory of the pieces is charged to the budget. `face_areas`: m2,

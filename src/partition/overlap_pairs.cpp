@@ -101,11 +101,14 @@ BoxTree TreeOf(std::span<const Patch> patches) {
 }
 
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches,
-                                    std::span<const float> face_areas) {
+                                    std::span<const SurfaceRank> surfaces) {
   const auto key = [&](uint32_t i) {
     const Patch& p = patches[i];
-    return std::tuple(
-        p.is_enclosed, p.emits, -face_areas[p.face.Index()], p.face.value, i);
+    return std::tuple(p.is_enclosed,
+                      p.emits,
+                      -static_cast<int64_t>(surfaces[i].anywhere),
+                      p.face.value,
+                      i);
   };
   std::vector<uint32_t> order(patches.size());
   std::iota(order.begin(), order.end(), 0U);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/vec.h"
+#include "partition/overlap_sizes.h"
 #include "partition/patch.h"
 #include "partition/polygon.h"
 #include "scene/box_tree.h"
@@ -46,10 +47,10 @@ BoxTree TreeOf(std::span<const Patch> patches);
 
 // The rank of each patch; the lowest rank is the farthest back. Insides of
 // solids rank above all else, then patches that emit above those that do not,
-// then small faces above large ones. No two patches have the same rank.
-// `face_areas`: m2, by FaceId.
+// then those of small surfaces above those of large ones (`surfaces`, by
+// RankSurfaces). No two patches have the same rank.
 std::vector<uint32_t> RanksFromBack(std::span<const Patch> patches,
-                                    std::span<const float> face_areas);
+                                    std::span<const SurfaceRank> surfaces);
 
 // The two patches as a pair; nullopt if they do not lie in one another.
 std::optional<OverlapPair> PairOf(uint32_t front,

@@ -139,19 +139,21 @@ bool OverlapPieces::IsSame(const OverlapPair& pair) const {
   if (front.material == behind.material && front.is_back == behind.is_back) {
     return true;
   }
-  if (pair.area_m2 < (1 - kSmallShare) * PatchArea(behind)) {
-    return false;
-  }
-  // A face that covers a whole patch of a larger one has another outline.
-  constexpr float kRounding = 1e-3F;
-  if (face_areas_[front.face.Index()] <
-      (1 - kRounding) * face_areas_[behind.face.Index()]) {
+  const bool have_one_outline =
+      surfaces_[pair.front].here == surfaces_[pair.behind].here &&
+      pair.area_m2 >= (1 - kSmallShare) * PatchArea(behind);
+  if (!have_one_outline) {
     return false;
   }
   if (front.reflects != behind.reflects) {
     return behind.reflects;
   }
-  return front.material == behind.material || front.is_back || !behind.is_back;
+  if (front.is_back != behind.is_back) {
+    return front.is_back || front.material == behind.material;
+  }
+  // Of the finish of a room's floor and a slab that goes on below other rooms
+  // the finish is seen.
+  return surfaces_[pair.front].anywhere == surfaces_[pair.behind].anywhere;
 }
 
 // Charges copies of all pieces behind, the same pieces as polygons, and about

@@ -28,9 +28,9 @@ struct OverlapPiece {
 // The patches of one cell, and what is known of them; borrowed.
 struct RankedPatches {
   std::span<const Patch> patches;
-  const BoxTree& tree;                // TreeOf
-  std::span<const uint32_t> ranks;    // RanksFromBack
-  std::span<const float> face_areas;  // m2, by FaceId
+  const BoxTree& tree;                    // TreeOf
+  std::span<const SurfaceRank> surfaces;  // RankSurfaces
+  std::span<const uint32_t> ranks;        // RanksFromBack
 };
 
 // The pieces of the patches of one cell. They are charged to the budget, which
@@ -41,8 +41,8 @@ class OverlapPieces {
   OverlapPieces(const RankedPatches& cell, MemoryBudget& budget)
       : patches_(cell.patches),
         tree_(&cell.tree),
+        surfaces_(cell.surfaces),
         ranks_(cell.ranks),
-        face_areas_(cell.face_areas),
         charge_(budget, "surfaces that lie in one another") {}
 
   // Cuts and raises one patch according to all patches of lower rank that it
@@ -94,8 +94,8 @@ class OverlapPieces {
 
   std::span<const Patch> patches_;
   const BoxTree* tree_;
+  std::span<const SurfaceRank> surfaces_;
   std::span<const uint32_t> ranks_;
-  std::span<const float> face_areas_;
   // The pieces of the patches that were touched.
   std::unordered_map<uint32_t, std::vector<OverlapPiece>> pieces_;
   uint64_t piece_bytes_ = 0;

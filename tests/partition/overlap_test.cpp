@@ -239,6 +239,54 @@ TEST(Overlap, TheSmallerIsSeenOnALargerFaceOfManyPatches) {
   }
 }
 
+// A floor of slabs, each an object of its own, and a carpet that is larger than
+// any of them.
+TEST(Overlap, SlabsThatTouchAreOneSurface) {
+  std::vector<Patch> patches;
+  for (uint32_t i = 0; i < 6; ++i) {
+    patches.push_back(
+        Rectangle(i, {2.0 * (i % 3), 2.0 * (i / 3), 0}, {2, 0, 0}, {0, 2, 0}));
+    patches.back().material = MaterialId(0U);
+  }
+  patches.push_back(Rectangle(9, {0.5, 0.5, 0}, {5, 0, 0}, {0, 3, 0}));
+  Separate(patches);
+  for (const double x : {0.7, 2.5, 5.3}) {
+    for (const double y : {0.7, 2.5}) {
+      const auto covering = Covering(patches, {x, y, 0}, kUp);
+      ASSERT_FALSE(covering.empty()) << x << " " << y;
+      EXPECT_EQ(Seen(covering, kUp)->face, FaceId(9U)) << x << " " << y;
+    }
+  }
+}
+
+// Slabs that are there twice count once: the finish that covers them all is
+// smaller elsewhere.
+TEST(Overlap, ASurfaceThatIsThereTwiceCountsOnce) {
+  std::vector<Patch> patches;
+  for (uint32_t i = 0; i < 4; ++i) {
+    patches.push_back(
+        Rectangle(i, {2.0 * (i % 2), 0, 0}, {2, 0, 0}, {0, 2, 0}));
+    patches.back().material = MaterialId(0U);
+  }
+  patches.push_back(Rectangle(4, {0, 0, 0}, {4, 0, 0}, {0, 2, 0}));
+  MemoryBudget budget(uint64_t{1} << 30);
+  SeparateOverlaps(patches, std::vector<float>{4, 4, 4, 4, 90}, budget);
+  EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->material,
+            MaterialId(0U));
+}
+
+// The end of a long wall reaches into a cell, and a cupboard's back, larger
+// than that end, lies in its plane.
+TEST(Overlap, AWallIsAsLargeAsItIsElsewhere) {
+  std::vector<Patch> patches = {
+      Rectangle(0, {0, 0, 0}, {0.5, 0, 0}, {0, 3, 0}),
+      Rectangle(1, {0, 0, 0}, {2, 0, 0}, {0, 1, 0}),
+  };
+  MemoryBudget budget(uint64_t{1} << 30);
+  SeparateOverlaps(patches, std::vector<float>{20, 2}, budget);
+  EXPECT_EQ(Seen(Covering(patches, {0.2, 0.5, 0}, kUp), kUp)->face, FaceId(1U));
+}
+
 // The finish of a room's floor on a slab that goes on below other rooms: in
 // this cell both have the same outline.
 TEST(Overlap, AFaceThatIsSmallerElsewhereIsSeen) {
@@ -256,7 +304,8 @@ TEST(Overlap, AFaceThatIsSmallerElsewhereIsSeen) {
 }
 
 // The walls of two rooms that are each a box of their own: a front in one place
-// with the back of the other room's wall.
+// with the back of the other room's wall. Either may go on along other rooms of
+// the same paint.
 TEST(Overlap, OfOneOutlineTheFrontIsSeenAndWhatReflects) {
   const Patch front = Rectangle(0, {0, 0, 0}, {3, 0, 0}, {0, 3, 0});
   Patch back = Rectangle(1, {0, 0, 0}, {3, 0, 0}, {0, 3, 0});
@@ -264,12 +313,16 @@ TEST(Overlap, OfOneOutlineTheFrontIsSeenAndWhatReflects) {
   Patch black = back;
   black.reflects = false;
   for (const Patch& other : {back, black}) {
-    for (const bool first : {true, false}) {
-      std::vector<Patch> patches = {front, other};
-      std::swap(patches[0].face, patches[first ? 0 : 1].face);
-      const FaceId wanted = patches[0].face;
-      Separate(patches);
-      EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->face, wanted);
+    for (const std::vector<float>& face_areas :
+         {std::vector<float>{9, 9}, {9, 90}, {90, 9}}) {
+      for (const bool first : {true, false}) {
+        std::vector<Patch> patches = {front, other};
+        std::swap(patches[0].face, patches[first ? 0 : 1].face);
+        const FaceId wanted = patches[0].face;
+        MemoryBudget budget(uint64_t{1} << 30);
+        SeparateOverlaps(patches, face_areas, budget);
+        EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->face, wanted);
+      }
     }
   }
 }
