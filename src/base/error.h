@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -27,11 +28,17 @@ enum class ExitCode : int {
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& what)
-      : std::runtime_error(what), code_(code) {}
+      : std::runtime_error(WithoutZeros(what)), code_(code) {}
 
   [[nodiscard]] ExitCode Code() const { return code_; }
 
  private:
+  // Messages quote files, and what() would end at a zero byte.
+  static std::string WithoutZeros(std::string text) {
+    std::replace(text.begin(), text.end(), '\0', '?');
+    return text;
+  }
+
   ExitCode code_;
 };
 

@@ -197,6 +197,7 @@ class Batch {
     }
     if (IsThin(loop)) {
       ++counts_.zero_area;
+      counts_.crossed += IsOnALine(loop) ? 0U : 1U;
     } else if (IsDuplicate(loop)) {
       ++counts_.duplicates;
     } else {
@@ -249,6 +250,24 @@ class Batch {
   [[nodiscard]] bool IsThin(const VertexLoop& loop) const {
     return loop.size() < 3 ||
            Thickness(welder_.Vertices(), loop) < tolerance_.weld;
+  }
+
+  // Whether all vertices lie on the line along the longest side.
+  [[nodiscard]] bool IsOnALine(const VertexLoop& loop) const {
+    Point3 from;
+    Vec3 along;
+    for (size_t i = 0; i < loop.size(); ++i) {
+      const Point3 a = welder_.Vertices()[loop[i]];
+      const Vec3 side = welder_.Vertices()[loop[(i + 1) % loop.size()]] - a;
+      if (Length(side) > Length(along)) {
+        from = a;
+        along = side;
+      }
+    }
+    return std::all_of(loop.begin(), loop.end(), [&](uint32_t v) {
+      return Length(Cross(welder_.Vertices()[v] - from, along)) <=
+             tolerance_.weld * Length(along);
+    });
   }
 
   // Whether a loop with the same vertices in the same cyclic order came before;
@@ -304,7 +323,10 @@ std::vector<std::string> CleaningCounts::Notes() const {
       notes.push_back(fmt::format("{} {}", count, text));
     }
   };
-  add(zero_area, "polygons without area were dropped");
+  add(zero_area - crossed, "polygons without area were dropped");
+  add(crossed,
+      "polygons cross themselves and were dropped, because nothing is left of "
+      "their area: put their corners in order");
   add(duplicates, "polygons that were there twice were dropped");
   add(warped, "polygons that were not planar were cut into triangles");
   add(non_manifold, "polygons at non-manifold edges were kept as own sheets");

@@ -1,8 +1,10 @@
 #include "base/photometry.h"
 #include "scene/mesh_cleaner.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -71,6 +73,19 @@ TEST(Cleaning, FacesWithoutAreaAreDropped) {
       Clean({{kA, kB, {2, 0, 0}}, {kA, kA, kB}, {kA, kB, kC}});
   EXPECT_EQ(cleaned.faces.size(), 1U);
   EXPECT_EQ(cleaned.counts.zero_area, 2U);
+}
+
+// A bow tie has as much area turned one way as the other.
+TEST(Cleaning, FacesThatCrossThemselvesAreToldOf) {
+  const Cleaned cleaned =
+      Clean({{kA, kC, kB, kD}, {kA, kB, {2, 0, 0}}, {kA, kB, kC, kD}});
+  EXPECT_EQ(cleaned.faces.size(), 1U);
+  EXPECT_EQ(cleaned.counts.zero_area, 2U);
+  EXPECT_EQ(cleaned.counts.crossed, 1U);
+  const std::vector<std::string> notes = cleaned.counts.Notes();
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const auto& note) {
+    return note.find("1 polygons cross themselves") != std::string::npos;
+  }));
 }
 
 TEST(Cleaning, NearlyEqualVerticesAreWelded) {

@@ -58,6 +58,12 @@ TEST_F(ObjImport, UpIsWhatMoreAreaIsLevelTo) {
                   .info.y_is_up);
 }
 
+TEST_F(ObjImport, MessagesGoOnAfterAZeroByte) {
+  const std::string error = Error(std::string("v 0 0\0 1\n", 9));
+  EXPECT_NE(error.find("'0?' is not a finite number"), std::string::npos)
+      << error;
+}
+
 TEST_F(ObjImport, NegativeIndicesCountFromTheEnd) {
   const Imported scene =
       Import(std::string(kQuad) + "usemtl white\nf -4//1 -3/2 -2/1/1 -1");
