@@ -21,7 +21,7 @@ namespace enfilade {
 struct CleaningCounts {
   uint64_t polygons = 0;      // given
   uint64_t zero_area = 0;     // dropped: thinner than the weld distance
-  uint64_t crossed = 0;       // of the dropped: cross themselves, as bow ties do
+  uint64_t crossed = 0;       // of these: cross themselves, as bow ties
   uint64_t duplicates = 0;    // dropped: same vertices as one before
   uint64_t warped = 0;        // not planar: cut into triangles
   uint64_t joined = 0;        // given polygons that went into a region
