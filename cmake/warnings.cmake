@@ -37,8 +37,8 @@ add_compile_options(-ffp-contract=off)
 # from being done several at a time. Values do not depend on these.
 add_compile_options(-fno-math-errno -fno-trapping-math)
 if(ENFILADE_SANITIZE)
-  # What the three left out see, AddressSanitizer stops at too, and they double
-  # what much of the code takes to compile.
+  # What the three left out see, AddressSanitizer stops at too; without them a
+  # unit compiles in a tenth to a quarter less time.
   add_compile_options(-fsanitize=${ENFILADE_SANITIZE} -fno-omit-frame-pointer
                       -fno-sanitize-recover=undefined
                       -fno-sanitize=null,vptr,object-size)

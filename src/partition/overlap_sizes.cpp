@@ -72,11 +72,9 @@ class SurfaceFinder {
     double covered = area;
     int within = 0;
     tree_.ForOverlaps(BoundsOf(polygon), [&](uint32_t k) {
-      if (k == own || !AreKin(patches_[own], patches_[k], plane)) {
-        return;
-      }
       const bool is_joined = surfaces_.Find(own) == surfaces_.Find(k);
-      if (is_joined && within == kMostWithin) {
+      if (k == own || (is_joined && within == kMostWithin) ||
+          !AreKin(patches_[own], patches_[k], plane)) {
         return;
       }
       const Polygon other = PolygonOf(patches_[k]);
