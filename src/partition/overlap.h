@@ -43,11 +43,10 @@ struct OverlapCounts {
 //   larger one that rays end at it. Of two sides with one outline, one that
 //   reflects is kept before a black one, and a front before a back; of two
 //   fronts, or two backs, the one that is smaller elsewhere is seen.
-// - Otherwise the smaller surface (overlap_sizes.h), as a whole, is the one
-// that
-//   is seen. One that emits counts as smaller than one that does
-//   not, and the inside of a solid as smaller than all others. It is put
-//   kApartM in front of the other, on the side it faces.
+// - Otherwise the smaller surface (overlap_sizes.h), as a whole, is seen. One
+//   that emits counts as smaller than one that does not, and the inside of a
+//   solid as smaller than all others. It is put kApartM in front of the other,
+//   on the side it faces.
 //
 // Patches that are not touched keep their order; the pieces of a patch take its
 // place. The memory of the pieces is charged to the budget. `face_areas`: m2,

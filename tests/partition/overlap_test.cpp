@@ -259,8 +259,9 @@ TEST(Overlap, SlabsThatTouchAreOneSurface) {
   }
 }
 
-// Slabs that are there twice count once: the finish that covers them all is
-// smaller elsewhere.
+// Slabs of 8 m2 that are there twice: by their area they lie before a sheet
+// that is 12 m2 large elsewhere, and by twice that area they would lie behind
+// it.
 TEST(Overlap, ASurfaceThatIsThereTwiceCountsOnce) {
   std::vector<Patch> patches;
   for (uint32_t i = 0; i < 4; ++i) {
@@ -270,7 +271,7 @@ TEST(Overlap, ASurfaceThatIsThereTwiceCountsOnce) {
   }
   patches.push_back(Rectangle(4, {0, 0, 0}, {4, 0, 0}, {0, 2, 0}));
   MemoryBudget budget(uint64_t{1} << 30);
-  SeparateOverlaps(patches, std::vector<float>{4, 4, 4, 4, 90}, budget);
+  SeparateOverlaps(patches, std::vector<float>{4, 4, 4, 4, 12}, budget);
   EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->material,
             MaterialId(0U));
 }

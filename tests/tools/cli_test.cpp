@@ -399,6 +399,25 @@ TEST(Cli, ReportInAMissingFolderIsRefusedAtOnce) {
   EXPECT_FALSE(std::filesystem::exists(folder / "room.enf"));
 }
 
+// The studies call the first of the multiwavelets M1: it is Haar.
+TEST(Cli, TheBasisM1IsHaar) {
+  const TemporaryFolder folder;
+  const std::string report = folder / "two.json";
+  ASSERT_EQ(RunProgram({"scene", "parallel", folder / "two.obj"}).exit_code, 0);
+  const ProgramResult solve = RunProgram({"solve",
+                                          folder / "two.obj",
+                                          "-o",
+                                          folder / "two.enf",
+                                          "--error",
+                                          "0.5",
+                                          "--basis",
+                                          "m1",
+                                          "--report",
+                                          report});
+  ASSERT_EQ(solve.exit_code, 0) << solve.err;
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(report)).at("basis"), "haar");
+}
+
 // The tests' standard output is a file: nothing else that is printed may lie
 // over the report.
 TEST(Cli, ReportToStandardOutputIsPrinted) {

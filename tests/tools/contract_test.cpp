@@ -40,14 +40,6 @@ TEST(SlowContract, ThirtySixChairsMeetErrorAndCap) {
   RunUnderCap({"export", store, folder / "chairs.png", "--size", "320,180"});
 }
 
-// The cap in MiB that a refusal tells to go on with.
-int NamedCap(const std::string& message) {
-  const std::string words = "with --memory ";
-  const size_t at = message.rfind(words);
-  return at == std::string::npos ? 0
-                                 : std::stoi(message.substr(at + words.size()));
-}
-
 // How far trees grow is known only once they have grown. The solve keeps any
 // cap, and a resume with the named cap comes to an end.
 TEST(SlowContract, AFloorRefusedForMemoryGoesOnWithTheCapNamed) {
@@ -69,7 +61,7 @@ TEST(SlowContract, AFloorRefusedForMemoryGoesOnWithTheCapNamed) {
     is_done = result.exit_code == 0;
     if (!is_done) {
       ASSERT_EQ(result.exit_code, 4) << result.err;
-      const int named = NamedCap(result.err);
+      const int named = NamedCapMiB(result.err);
       ASSERT_GT(named, cap) << result.err;
       cap = named;
       words = {"resume", store, "--memory"};

@@ -183,15 +183,9 @@ TEST_F(LeastMemoryOfManyRooms, WithLittleRoomTheBestCacheReadsMoreThanItMust) {
   EXPECT_GE(narrow.bytes_read, narrow.bytes_belady);
 }
 
-// The cap that a refusal names, as an option takes it; empty if it names none.
-std::string NamedCap(const ProgramResult& refused) {
-  const std::string before = "with --memory ";
-  const size_t at = refused.err.find(before);
-  return at == std::string::npos
-             ? ""
-             : std::to_string(
-                   std::stoi(refused.err.substr(at + before.size()))) +
-                   "M";
+// As an option takes it.
+std::string CapNamedBy(const ProgramResult& refused) {
+  return std::to_string(NamedCapMiB(refused.err)) + "M";
 }
 
 // So is the error that a refused resume was asked for: the resume that the
@@ -214,7 +208,7 @@ TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
   ASSERT_EQ(refused.exit_code, 4) << refused.err;
   const std::string store = dir / "s.enf";
   const auto resumed =
-      RunProgram({"resume", store, "--memory", NamedCap(refused)});
+      RunProgram({"resume", store, "--memory", CapNamedBy(refused)});
   EXPECT_EQ(resumed.exit_code, 0) << refused.err << resumed.err;
 
   const auto finer =
@@ -222,7 +216,7 @@ TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
   ASSERT_EQ(finer.exit_code, 4) << finer.err;
   const std::string report = dir / "resume.json";
   const auto advised = RunProgram(
-      {"resume", store, "--memory", NamedCap(finer), "--report", report});
+      {"resume", store, "--memory", CapNamedBy(finer), "--report", report});
   EXPECT_EQ(advised.exit_code, 0) << finer.err << advised.err;
   EXPECT_EQ(nlohmann::json::parse(ReadFile(report)).at("requested_error"), 0.4);
 }

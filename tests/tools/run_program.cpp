@@ -116,6 +116,13 @@ ProgramResult SolveScene(const std::filesystem::path& folder,
   return RunProgram(words);
 }
 
+int NamedCapMiB(const std::string& message) {
+  const std::string words = "with --memory ";
+  const size_t at = message.rfind(words);
+  return at == std::string::npos ? 0
+                                 : std::stoi(message.substr(at + words.size()));
+}
+
 std::string ReadFile(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();

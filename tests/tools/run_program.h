@@ -52,6 +52,9 @@ inline bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+// The cap in MiB that the message of a refusal tells to go on with; 0 if none.
+int NamedCapMiB(const std::string& message);
+
 // The content of a file; empty if there is none.
 std::string ReadFile(const std::filesystem::path& path);
 void WriteFile(const std::filesystem::path& path, const std::string& text);

@@ -128,8 +128,8 @@ void WritePart(const std::filesystem::path& obj,
 class SlowSoupSets : public BuildingSets {};
 
 // Triangles with cracks everywhere: far more pairs than rays find, but none
-// missed. Two of the four storeys of half of the house show that as well as all
-// of it does, which takes ten times as long.
+// missed. These are two of the four storeys of half of the house: all of it
+// takes seven times as long.
 TEST_P(SlowSoupSets, LackNoPairThatRaysFind) {
   const std::filesystem::path whole = DataFolder() / GetParam();
   const TemporaryFolder folder;

@@ -167,6 +167,7 @@ bool Hierarchy::Refine() {
   for (size_t patch = 0; patch < links_.size(); ++patch) {
     any |= SplitLinks(static_cast<uint32_t>(patch), verdicts[patch]);
   }
+  ChargeFor(after);  // with the elements that splitting has made
   MakeLinks();
   return any;
 }
