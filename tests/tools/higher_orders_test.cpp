@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -29,14 +30,15 @@ struct GridSample {
   bool emits = false;
 };
 
+constexpr int kGridEdge = 37;
+
 // A grid of points on a patch; a triangle takes the lower half of it, twice.
 std::vector<PatchPoint> GridOn(const Patch& patch, CellId cell, size_t index) {
-  constexpr int kPoints = 37;
   std::vector<PatchPoint> points;
-  for (int j = 0; j < kPoints; ++j) {
-    for (int i = 0; i < kPoints; ++i) {
-      double a = (i + 0.5) / kPoints;
-      double b = (j + 0.5) / kPoints;
+  for (int j = 0; j < kGridEdge; ++j) {
+    for (int i = 0; i < kGridEdge; ++i) {
+      double a = (i + 0.5) / kGridEdge;
+      double b = (j + 0.5) / kGridEdge;
       if (patch.shape == PatchShape::kTriangle && a + b > 1) {
         a = 1 - a;
         b = 1 - b;
@@ -69,6 +71,29 @@ std::vector<GridSample> GridSamplesOf(const std::string& store_path) {
     }
   }
   return samples;
+}
+
+// A column of a table of numbers and names without commas.
+std::vector<double> ColumnOf(const std::string& csv, const std::string& name) {
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  const auto cells = [&line] {
+    std::vector<std::string> fields;
+    std::istringstream row(line);
+    for (std::string field; std::getline(row, field, ',');) {
+      fields.push_back(field);
+    }
+    return fields;
+  };
+  const std::vector<std::string> names = cells();
+  const auto column = static_cast<size_t>(
+      std::find(names.begin(), names.end(), name) - names.begin());
+  std::vector<double> values;
+  while (std::getline(lines, line)) {
+    values.push_back(std::stod(cells().at(column)));
+  }
+  return values;
 }
 
 class HigherOrders : public ::testing::TestWithParam<const char*> {
@@ -227,6 +252,37 @@ TEST_P(HigherOrders, StoresAreResumedProbedVerifiedAndExported) {
     EXPECT_EQ(RunProgram({"export", Store(), folder_ / name}).exit_code, 0)
         << name;
     EXPECT_FALSE(ReadFile(folder_.Path() / name).empty()) << name;
+  }
+}
+
+// The nodes of these bases are not at the corners of elements, so the mean of
+// the corners is not the mean.
+TEST_P(HigherOrders, TablesHaveTheMeanOfEachPatch) {
+  WriteRoomScene(folder_.Path() / "a.obj", 1);
+  Solve("0.2");
+  ASSERT_EQ(RunProgram({"export", Store(), folder_ / "a.csv"}).exit_code, 0);
+  const std::vector<double> means =
+      ColumnOf(ReadFile(folder_.Path() / "a.csv"), "radiosity_r");
+  const std::vector<GridSample> samples = GridSamplesOf(Store());
+  ASSERT_GT(means.size(), 0U);
+  ASSERT_EQ(samples.size(), means.size() * kGridEdge * kGridEdge);
+  for (size_t p = 0; p < means.size(); ++p) {
+    double sum = 0;
+    double low = 1e300;
+    double high = 0;
+    for (size_t k = 0; k < kGridEdge * kGridEdge; ++k) {
+      const double b = samples[p * kGridEdge * kGridEdge + k].radiosity;
+      sum += b;
+      low = std::min(low, b);
+      high = std::max(high, b);
+    }
+    // A grid of n by n points misses a step by at most a row of points, or a
+    // row in each direction: 2 / n of the range. A smooth function is met much
+    // better.
+    EXPECT_NEAR(means[p],
+                sum / (kGridEdge * kGridEdge),
+                2.0 / kGridEdge * (high - low) + 1e-6 * high)
+        << p;
   }
 }
 

@@ -1,5 +1,6 @@
 #include "tools/export/csv.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -8,24 +9,42 @@
 namespace enfilade {
 namespace {
 
-struct PatchMeans {
+// The sum over leaves of area times irradiance.
+struct PatchSum {
   double area = 0;
-  Rgb radiosity{};
   Rgb irradiance{};
-};
 
-// Adds the area times the mean of the corners. That is the mean over the
-// element, exactly so for linear and bilinear functions.
-void AddLeaf(const LeafElement& leaf, PatchMeans& means) {
-  const double area = Length(AreaVector(leaf.corners));
-  const double weight = area / static_cast<double>(leaf.corners.size());
-  means.area += area;
-  for (size_t i = 0; i < leaf.corners.size(); ++i) {
+  void Add(const LeafMean& leaf) {
+    area += leaf.area;
     for (size_t c = 0; c < kRgbChannels; ++c) {
-      means.radiosity[c] += weight * leaf.radiosity[i][c];
-      means.irradiance[c] += weight * leaf.irradiance[i][c];
+      irradiance[c] += leaf.area * leaf.irradiance[c];
     }
   }
+
+  // Of higher orders a mean that should be 0 may fall a little below.
+  [[nodiscard]] Rgb Mean() const {
+    Rgb mean{};
+    for (size_t c = 0; c < kRgbChannels; ++c) {
+      mean[c] = area > 0 ? std::max(0.0, irradiance[c] / area) : 0.0;
+    }
+    return mean;
+  }
+};
+
+// What each patch of a cell receives.
+std::vector<PatchSum> SumsOf(const BuildingView& building,
+                             CellId cell,
+                             size_t patches) {
+  std::vector<PatchId> ids;
+  ids.reserve(patches);
+  for (size_t p = 0; p < patches; ++p) {
+    ids.emplace_back(p);
+  }
+  std::vector<PatchSum> sums(patches);
+  building.for_each_mean(cell, ids, [&](const LeafMean& leaf) {
+    sums.at(leaf.patch.Index()).Add(leaf);
+  });
+  return sums;
 }
 
 std::string Quoted(const std::string& text) {
@@ -55,16 +74,13 @@ std::string CornerColumns(const Patch& patch) {
   return text + (triangle ? ",,," : "");
 }
 
-std::string Columns(const Rgb& sum, double area) {
-  const double scale = area > 0 ? 1 / area : 0;
-  return fmt::format(
-      "{:.9g},{:.9g},{:.9g}", sum[0] * scale, sum[1] * scale, sum[2] * scale);
+std::string Columns(const Rgb& rgb) {
+  return fmt::format("{:.9g},{:.9g},{:.9g}", rgb[0], rgb[1], rgb[2]);
 }
 
 }  // namespace
 
 uint64_t WriteCsv(const BuildingView& building,
-                  const ElementSource& source,
                   const ExportProgress& progress,
                   MemoryBudget& budget,
                   const std::filesystem::path& out,
@@ -76,33 +92,34 @@ uint64_t WriteCsv(const BuildingView& building,
       "radiosity_r,radiosity_g,radiosity_b,"
       "irradiance_r,irradiance_g,irradiance_b\n");
   uint64_t patches = 0;
-  for (size_t c = 0; c < source.cells; ++c) {
+  const size_t cells = building.partition->cells.size();
+  for (size_t c = 0; c < cells; ++c) {
     const uint64_t count = building.partition->cells.at(c).patches;
-    const MemoryCharge charge(budget,
-                              count * (sizeof(PatchMeans) + sizeof(Patch)),
-                              "the patches of a cell");
-    std::vector<PatchMeans> means(count);
-    source.for_each_leaf(CellId(c), [&](const LeafElement& leaf) {
-      AddLeaf(leaf, means.at(leaf.patch.Index()));
-    });
+    const MemoryCharge charge(
+        budget,
+        count * (sizeof(PatchSum) + sizeof(PatchId) + sizeof(Patch)),
+        "the patches of a cell");
+    const std::vector<PatchSum> sums = SumsOf(building, CellId(c), count);
     const CellPatches cell = building.load_cell(CellId(c));
     for (size_t p = 0; p < cell.patches.size(); ++p) {
       const Patch& patch = cell.patches[p];
       const Material& material =
           building.scene->materials.at(patch.material.Index());
-      text.PutText(fmt::format("{},{},{},{},{:.9g},{}{},{}\n",
-                               c,
-                               p,
-                               Quoted(material.name),
-                               patch.emits ? 1 : 0,
-                               PatchArea(patch),
-                               CornerColumns(patch),
-                               Columns(means[p].radiosity, means[p].area),
-                               Columns(means[p].irradiance, means[p].area)));
+      const Rgb irradiance = sums[p].Mean();
+      text.PutText(
+          fmt::format("{},{},{},{},{:.9g},{}{},{}\n",
+                      c,
+                      p,
+                      Quoted(material.name),
+                      patch.emits ? 1 : 0,
+                      PatchArea(patch),
+                      CornerColumns(patch),
+                      Columns(RadiosityOf(patch, material, irradiance)),
+                      Columns(irradiance)));
     }
     patches += count;
     if (progress) {
-      progress(static_cast<double>(c + 1) / static_cast<double>(source.cells));
+      progress(static_cast<double>(c + 1) / static_cast<double>(cells));
     }
   }
   text.Flush();

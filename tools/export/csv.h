@@ -12,9 +12,9 @@ namespace enfilade {
 
 // Columns: cell, patch, material, emits, area_m2, x0 to z3 (a triangle's last
 // corner is empty), radiosity_r to _b, irradiance_r to _b: means over the
-// patch. Returns the number of patches and sets *bytes to the size of the file.
+// patch. Requires the view's for_each_mean. Returns the number of patches and
+// sets *bytes to the size of the file.
 uint64_t WriteCsv(const BuildingView& building,
-                  const ElementSource& source,
                   const ExportProgress& progress,
                   MemoryBudget& budget,
                   const std::filesystem::path& out,

@@ -44,6 +44,14 @@ void ExportMesh(StoredBuilding& building,
                 const std::filesystem::path& out,
                 const ExportOptions& options,
                 ExportSummary& summary) {
+  if (extension == ".csv") {
+    summary.elements = WriteCsv(building.View(),
+                                options.progress,
+                                building.WorkBudget(),
+                                out,
+                                &summary.bytes);
+    return;
+  }
   const Solution& solution = building.OpenSolution();
   ElementSource source;
   source.cells = solution.CellCount();
@@ -51,15 +59,6 @@ void ExportMesh(StoredBuilding& building,
       [&](CellId cell, const std::function<void(const LeafElement&)>& visit) {
         solution.ForEachLeaf(cell, visit);
       };
-  if (extension == ".csv") {
-    summary.elements = WriteCsv(building.View(),
-                                source,
-                                options.progress,
-                                building.WorkBudget(),
-                                out,
-                                &summary.bytes);
-    return;
-  }
   const MeshKind kind = options.mesh.value_or(
       extension == ".vtu" ? MeshKind::kLeaves : MeshKind::kSmooth);
   const MeshSource faces =

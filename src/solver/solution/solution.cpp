@@ -182,13 +182,8 @@ void Solution::Impl::VisitMeans(
 template <typename PatchLike>
 Rgb Solution::Impl::RadiosityOf(const PatchLike& patch,
                                 const Rgb& irradiance) const {
-  const Material& m = scene.materials.at(patch.material.Index());
-  Rgb b{};
-  for (size_t c = 0; c < b.size(); ++c) {
-    b[c] = (patch.emits ? m.exitance[c] : 0.0) +
-           (patch.reflects ? m.reflectance[c] * irradiance[c] : 0.0);
-  }
-  return b;
+  return enfilade::RadiosityOf(
+      patch, scene.materials.at(patch.material.Index()), irradiance);
 }
 
 template <typename Body>

@@ -40,6 +40,21 @@ struct LeafMean {
   Rgb irradiance{};
 };
 
+// The radiosity of a patch (a Patch or PatchGeometry) of this material that
+// receives this irradiance, W/m2.
+template <typename PatchLike>
+Rgb RadiosityOf(const PatchLike& patch,
+                const Material& material,
+                const Rgb& irradiance) {
+  Rgb radiosity{};
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    radiosity[c] =
+        (patch.emits ? material.exitance[c] : 0.0) +
+        (patch.reflects ? material.reflectance[c] * irradiance[c] : 0.0);
+  }
+  return radiosity;
+}
+
 struct LoadedCell;
 
 class Solution {

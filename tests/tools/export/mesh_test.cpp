@@ -123,23 +123,35 @@ TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {
 
 TEST_F(ExportMeshTest, CsvHasTheMeansOfEveryPatch) {
   FakeBuilding building;
-  const MaterialId wall = building.AddMaterial({.5, .5, .5}, {});
+  const MaterialId wall = building.AddMaterial({.5, .5, .25}, {});
+  const MaterialId lamp = building.AddMaterial({}, {7, 0, 0});
   building.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, wall);
   building.AddCell();
-  building.Add({0, 0, 5}, {2, 0, 0}, {0, 3, 0}, wall, PatchShape::kTriangle);
-  cells_[0][0].patch = cells_[1][0].patch = PatchId(0U);
+  building.Add({0, 0, 5}, {2, 0, 0}, {0, 3, 0}, lamp, PatchShape::kTriangle);
+  BuildingView view = building.View();
+  // The quarter of the square that gets 6 W/m2 and the rest that gets 2.
+  view.for_each_mean = [](CellId cell,
+                          std::span<const PatchId> patches,
+                          const std::function<void(const LeafMean&)>& visit) {
+    for (const PatchId patch : patches) {
+      if (cell.value == 0) {
+        visit({patch, {}, 0.75, {2, 2, 2}});
+        visit({patch, {}, 0.25, {6, 6, 6}});
+      } else {
+        visit({patch, {}, 3, {1, 1, 1}});
+      }
+    }
+  };
   MemoryBudget budget(1 << 20);
   uint64_t bytes = 0;
-  EXPECT_EQ(
-      WriteCsv(building.View(), source_, {}, budget, Path("a.csv"), &bytes),
-      2U);
+  EXPECT_EQ(WriteCsv(view, {}, budget, Path("a.csv"), &bytes), 2U);
   const std::string csv = Content("a.csv");
   EXPECT_EQ(csv.size(), bytes);
   EXPECT_NE(
-      csv.find("\n0,0,m0,0,1,0,0,0,1,0,0,1,1,0,0,1,0,1.5,1.5,1.5,3,3,3\n"),
+      csv.find("\n0,0,m0,0,1,0,0,0,1,0,0,1,1,0,0,1,0,1.5,1.5,0.75,3,3,3\n"),
       std::string::npos)
       << csv;
-  EXPECT_NE(csv.find("\n1,0,m0,0,3,0,0,5,2,0,5,0,3,5,,,,0.5,0,0,1,1,1\n"),
+  EXPECT_NE(csv.find("\n1,0,m1,1,3,0,0,5,2,0,5,0,3,5,,,,7,0,0,1,1,1\n"),
             std::string::npos)
       << csv;
 }
