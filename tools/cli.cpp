@@ -51,9 +51,10 @@ void AddCommands(CLI::App& app) {
       "  enfilade solve chairs.obj -o chairs.enf --memory 64M\n"
       "  enfilade verify chairs.enf\n"
       "Each verb has --help with an example.\n"
-      "Exit codes: 0 done, 1 requested error not reached, 2 usage, 3 bad "
-      "input,\n"
-      "4 does not fit the memory, 5 damaged store, 6 disk, 130 interrupted,\n"
+      "Exit codes: 0 done, 1 requested error not reached, or --audit found a "
+      "fault,\n"
+      "2 usage, 3 bad input, 4 does not fit the memory, 5 damaged store, 6 "
+      "disk, 130 interrupted,\n"
       "134 a failed internal check (a bug).");
   AddSolveCommand(app);
   AddResumeCommand(app);

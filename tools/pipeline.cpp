@@ -284,20 +284,19 @@ bool CheckSceneUnchanged(const BlockStorage& store,
   if (LoadStage(store) < Stage::kImported) {
     return true;  // the scene is still to be read
   }
-  if (!std::filesystem::exists(settings.scene) ||
-      (settings.overrides && !std::filesystem::exists(*settings.overrides))) {
-    return false;
-  }
-  const uint64_t hash =
+  const SceneHash hash =
       HashSceneFiles(settings.scene, ImportOptionsOf(settings));
-  if (hash != LoadSceneInfo(store).source_hash) {
+  if (hash.value == LoadSceneInfo(store).source_hash) {
+    return true;
+  }
+  if (hash.is_whole) {
     throw InputError(
         fmt::format("'{}' (or a file it uses) has changed since this store "
                     "was made; solve it into a new store, or put the old "
                     "scene back",
                     settings.scene.string()));
   }
-  return true;
+  return false;
 }
 
 }  // namespace enfilade

@@ -42,6 +42,18 @@ auto ReadMeta(const BlockStorage& store,
   }
 }
 
+// Throws UsageError if the settings cannot hold the path.
+void RequireUtf8(const std::filesystem::path& path) {
+  try {
+    static_cast<void>(json(path.string()).dump());
+  } catch (const json::type_error&) {
+    throw UsageError(
+        fmt::format("the path '{}' is not UTF-8, which a store cannot keep; "
+                    "rename the file or its folder",
+                    path.string()));
+  }
+}
+
 }  // namespace
 
 ImportOptions ImportOptionsOf(const SolveSettings& settings) {
@@ -65,6 +77,8 @@ SolveOptions SolveOptionsOf(const SolveSettings& settings) {
 }
 
 void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
+  RequireUtf8(settings.scene);
+  RequireUtf8(settings.overrides.value_or(""));
   json j = {{"scene", settings.scene.string()},
             {"default_luminaires", settings.default_luminaires},
             {"photometric", settings.photometric},
@@ -91,16 +105,7 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
   if (settings.unit) {
     j["unit"] = *settings.unit;
   }
-  std::string text;
-  try {
-    text = j.dump();
-  } catch (const json::type_error&) {
-    throw UsageError(
-        fmt::format("the path '{}' is not UTF-8, which a store cannot keep; "
-                    "rename the file or its folder",
-                    settings.scene.string()));
-  }
-  store.SetMeta(kSettingsMeta, text);
+  store.SetMeta(kSettingsMeta, j.dump());
 }
 
 SolveSettings LoadSettings(const BlockStorage& store) {

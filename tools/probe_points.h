@@ -41,6 +41,7 @@ class ProbeReader {
   std::string name_;
   std::vector<char> buffer_;  // for a line
   uint64_t line_number_ = 0;
+  size_t columns_ = 0;                  // of every line
   std::optional<std::string> pending_;  // read but not yet parsed
 };
 

@@ -45,6 +45,17 @@ std::optional<std::string_view> TakeField(
   return field;
 }
 
+// The columns of a line; a comma between quotes belongs to its field.
+size_t CountColumns(std::string_view line) {
+  size_t columns = 1;
+  bool is_quoted = false;
+  for (const char c : line) {
+    is_quoted ^= c == '"';
+    columns += c == ',' && !is_quoted ? 1 : 0;
+  }
+  return columns;
+}
+
 bool BeginsWithNumber(const std::string& line) {
   std::optional<std::string_view> rest = line;
   const auto field = TakeField(rest);
@@ -121,17 +132,14 @@ std::string ProbeReader::Header() {
   pending_ = NextLine();
   if (pending_ && !BeginsWithNumber(*pending_)) {
     CheckHeader(*pending_);
+    columns_ = CountColumns(*pending_);
     std::string header = *pending_ + "," + kResultColumns;
     pending_ = NextLine();
     return header;
   }
+  columns_ = std::max(kFields, pending_ ? CountColumns(*pending_) : 0);
   std::string header;
-  std::optional<std::string_view> rest;
-  if (pending_) {
-    rest = *pending_;
-  }
-  for (size_t i = 0; i < kFields || rest; ++i) {
-    TakeField(rest);
+  for (size_t i = 0; i < columns_; ++i) {
     header += i < kFields ? std::string(kNames[i]) + ","
                           : fmt::format("column_{},", i + 1);
   }
@@ -167,6 +175,15 @@ ProbeLine ProbeReader::Parse(const std::string& line) const {
                                    *field));
     }
     values[i] = *value;
+  }
+  if (CountColumns(line) != columns_) {
+    throw InputError(
+        fmt::format("{}:{}: this line has {} columns, those before it have {}; "
+                    "the results would stand under other names",
+                    name_,
+                    line_number_,
+                    CountColumns(line),
+                    columns_));
   }
   ProbeLine result;
   result.text = line;

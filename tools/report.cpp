@@ -100,7 +100,8 @@ void AddCostKeys(const BlockStorage& store,
                              {"refine", summary.refine_seconds},
                              {"gather", summary.gather_seconds},
                              {"push_pull", summary.push_pull_seconds},
-                             {"store", summary.store_seconds}};
+                             {"store", summary.store_seconds},
+                             {"check", summary.check_seconds}};
   report["peak_rss_bytes"] = record.peak_rss_bytes;
   report["memory_cap_bytes"] = record.memory_cap_bytes;
   report["store_bytes"] = store.FileBytes();

@@ -63,13 +63,12 @@ std::vector<Patch> Replaced(std::span<const Patch> patches,
 }  // namespace
 
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
-                               std::span<const float> face_areas,
+                               std::span<const FaceFacts> faces,
                                MemoryBudget& budget) {
   const BoxTree tree = TreeOf(patches);
-  const std::vector<SurfaceRank> surfaces =
-      RankSurfaces(patches, tree, face_areas);
+  const std::vector<SurfaceRank> surfaces = RankSurfaces(patches, tree, faces);
   const std::vector<uint32_t> ranks = RanksFromBack(patches, surfaces);
-  OverlapPieces pieces({patches, tree, surfaces, ranks}, budget);
+  OverlapPieces pieces({patches, tree, faces, surfaces, ranks}, budget);
   SettleAll(ranks, &pieces);
   if (pieces.IsEmpty()) {
     return {};

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "base/memory.h"
+#include "partition/overlap_sizes.h"
 #include "partition/patch.h"
 
 #include <cstdint>
@@ -43,16 +44,17 @@ struct OverlapCounts {
 //   larger one that rays end at it. Of two sides with one outline, one that
 //   reflects is kept before a black one, and a front before a back; of two
 //   fronts, or two backs, the one that is smaller elsewhere is seen.
+// - The inside of a solid that is thinner than kCoincidentM lies behind the
+//   solid's other outside, and goes.
 // - Otherwise the smaller surface (overlap_sizes.h), as a whole, is seen. One
 //   that emits counts as smaller than one that does not, and the inside of a
 //   solid as smaller than all others. It is put kApartM in front of the other,
 //   on the side it faces.
 //
 // Patches that are not touched keep their order; the pieces of a patch take its
-// place. The memory of the pieces is charged to the budget. `face_areas`: m2,
-// by FaceId.
+// place. The memory of the pieces is charged to the budget. `faces`: by FaceId.
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
-                               std::span<const float> face_areas,
+                               std::span<const FaceFacts> faces,
                                MemoryBudget& budget);
 
 // The memory that SeparateOverlaps takes for so many patches while it works,

@@ -156,6 +156,17 @@ bool OverlapPieces::IsSame(const OverlapPair& pair) const {
   return surfaces_[pair.front].anywhere == surfaces_[pair.behind].anywhere;
 }
 
+// The two sides of a closed board face the same way where one is its inside and
+// the other its outside; only in a board thinner than kCoincidentM are they in
+// one plane.
+bool OverlapPieces::IsInSheet(const OverlapPair& pair) const {
+  const Patch& front = patches_[pair.front];
+  const Patch& behind = patches_[pair.behind];
+  const uint32_t solid = faces_[front.face.Index()].solid;
+  return front.is_enclosed && !behind.is_enclosed && solid != 0 &&
+         solid == faces_[behind.face.Index()].solid;
+}
+
 // Charges copies of all pieces behind, the same pieces as polygons, and about
 // as many pieces of the remainder while they are cut.
 void OverlapPieces::ChargeSettling(std::span<const OverlapPair> pairs) {
@@ -231,7 +242,7 @@ void OverlapPieces::SettleBy(std::span<const OverlapPair> pairs) {
   std::vector<OverlapPiece> others;
   for (const OverlapPair& pair : pairs) {
     for (const OverlapPiece& piece : PiecesOf(pair.behind)) {
-      if (IsSame(pair)) {
+      if (IsSame(pair) || IsInSheet(pair)) {
         same.push_back(piece.polygon);
       } else {
         others.push_back(piece);

@@ -29,6 +29,7 @@ struct OverlapPiece {
 struct RankedPatches {
   std::span<const Patch> patches;
   const BoxTree& tree;                    // TreeOf
+  std::span<const FaceFacts> faces;       // by FaceId
   std::span<const SurfaceRank> surfaces;  // RankSurfaces
   std::span<const uint32_t> ranks;        // RanksFromBack
 };
@@ -41,6 +42,7 @@ class OverlapPieces {
   OverlapPieces(const RankedPatches& cell, MemoryBudget& budget)
       : patches_(cell.patches),
         tree_(&cell.tree),
+        faces_(cell.faces),
         surfaces_(cell.surfaces),
         ranks_(cell.ranks),
         charge_(budget, "surfaces that lie in one another") {}
@@ -72,6 +74,8 @@ class OverlapPieces {
   [[nodiscard]] std::vector<OverlapPair> PairsOfFront(uint32_t front) const;
   // Whether the two faces are one that is there twice.
   [[nodiscard]] bool IsSame(const OverlapPair& pair) const;
+  // Whether the front is the inside of a sheet whose outside is the other.
+  [[nodiscard]] bool IsInSheet(const OverlapPair& pair) const;
   [[nodiscard]] std::vector<OverlapPiece> PiecesOf(uint32_t patch) const;
 
   void SettleBy(std::span<const OverlapPair> pairs);
@@ -94,6 +98,7 @@ class OverlapPieces {
 
   std::span<const Patch> patches_;
   const BoxTree* tree_;
+  std::span<const FaceFacts> faces_;
   std::span<const SurfaceRank> surfaces_;
   std::span<const uint32_t> ranks_;
   // The pieces of the patches that were touched.

@@ -37,7 +37,7 @@ class SurfaceFinder {
   SurfaceFinder(std::span<const Patch> patches, const BoxTree& tree)
       : patches_(patches), tree_(tree), surfaces_(patches.size()) {}
 
-  std::vector<SurfaceRank> Run(std::span<const float> face_areas) {
+  std::vector<SurfaceRank> Run(std::span<const FaceFacts> faces) {
     std::vector<double> shares(patches_.size());
     for (uint32_t i = 0; i < patches_.size(); ++i) {
       ThrowIfStopRequested();
@@ -50,7 +50,7 @@ class SurfaceFinder {
     const std::vector<uint32_t> here = Ranks(areas);
     for (uint32_t i = 0; i < patches_.size(); ++i) {
       double& area = areas[surfaces_.Find(i)];
-      const float whole = face_areas[patches_[i].face.Index()];
+      const float whole = faces[patches_[i].face.Index()].surface_m2;
       area = std::max(area, static_cast<double>(whole));
     }
     const std::vector<uint32_t> anywhere = Ranks(areas);
@@ -131,8 +131,8 @@ class SurfaceFinder {
 
 std::vector<SurfaceRank> RankSurfaces(std::span<const Patch> patches,
                                       const BoxTree& tree,
-                                      std::span<const float> face_areas) {
-  return SurfaceFinder(patches, tree).Run(face_areas);
+                                      std::span<const FaceFacts> faces) {
+  return SurfaceFinder(patches, tree).Run(faces);
 }
 
 }  // namespace enfilade

@@ -12,6 +12,13 @@
 
 namespace enfilade {
 
+// What is known of a face of the scene.
+struct FaceFacts {
+  float surface_m2 = 0;  // of the surface that it is, or is a piece of
+  // Tells apart the closed solids that faces bound; 0: none.
+  uint32_t solid = 0;
+};
+
 // The ranks of a patch's surface among those of the cell, the smallest first.
 // Areas that differ by rounding have one rank.
 struct SurfaceRank {
@@ -23,9 +30,9 @@ struct SurfaceRank {
 // the cell's patches of one material that lie in one plane, face the same way
 // and touch, whatever objects they are of: a floor of slabs is one surface.
 // Where its patches lie in one another their area counts once. `tree`: TreeOf.
-// `face_areas`: m2, by FaceId.
+// `faces`: by FaceId.
 std::vector<SurfaceRank> RankSurfaces(std::span<const Patch> patches,
                                       const BoxTree& tree,
-                                      std::span<const float> face_areas);
+                                      std::span<const FaceFacts> faces);
 
 }  // namespace enfilade

@@ -1,9 +1,12 @@
 #include "partition/patch_writer.h"
 
+#include "base/hash.h"
 #include "partition/patch_cutter.h"
 #include "scene/box_tree.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -117,6 +120,23 @@ class Lamps {
   BoxTree tree_;
 };
 
+// Two solids with one box are taken for one.
+uint32_t NumberOf(const ClosedSolid& solid) {
+  const std::array<double, 6> box = {solid.bounds.low.x,
+                                     solid.bounds.low.y,
+                                     solid.bounds.low.z,
+                                     solid.bounds.high.x,
+                                     solid.bounds.high.y,
+                                     solid.bounds.high.z};
+  const uint64_t hash = HashBytes(std::as_bytes(std::span(box)));
+  return std::max<uint32_t>(1, static_cast<uint32_t>(hash));
+}
+
+FaceFacts FactsOf(const Face& face) {
+  return {static_cast<float>(SurfaceArea(face)),
+          face.solid ? NumberOf(*face.solid) : 0};
+}
+
 // Cuts one face after another.
 class FaceCutter {
  public:
@@ -229,14 +249,14 @@ TouchCounts WritePatches(const SceneInfo& info,
   CellPatchSink sink(cells.size(), budget, store);
   const Lamps lamps(info, store, budget);
   FaceCutter cutter(info, tree, cell_of_leaf, lamps, sink);
-  std::vector<float> face_areas;  // by FaceId
-  GrowingCharge areas_charge(budget, "the areas of the faces");
+  std::vector<FaceFacts> faces;  // by FaceId
+  GrowingCharge faces_charge(budget, "the areas of the faces");
   ForEachFace(store, [&](FaceId id, const Face& face) {
     cutter.Add(id, face);
     constexpr uint64_t kGrowth = 3;  // the old numbers while the vector grows
-    areas_charge.GrowTo(kGrowth * sizeof(float) * (id.Index() + 1));
-    face_areas.resize(id.Index() + 1);  // they come in the order of their ids
-    face_areas.back() = static_cast<float>(SurfaceArea(face));
+    faces_charge.GrowTo(kGrowth * sizeof(FaceFacts) * (id.Index() + 1));
+    faces.resize(id.Index() + 1);  // they come in the order of their ids
+    faces.back() = FactsOf(face);
   });
   TouchCounts counts;
   for (uint32_t i = 0; i < cells.size(); ++i) {
@@ -246,7 +266,7 @@ TouchCounts WritePatches(const SceneInfo& info,
     MemoryCharge charge(budget, SeparateOverlapsBytes(patches), kWhat);
     CellPatches content{cells[i].bounds, sink.Take(CellId(i))};
     const OverlapCounts overlaps =
-        SeparateOverlaps(content.patches, face_areas, budget);
+        SeparateOverlaps(content.patches, faces, budget);
     counts.overlaps.dropped += overlaps.dropped;
     counts.overlaps.area_m2 += overlaps.area_m2;
     counts.overlaps.moved += overlaps.moved;

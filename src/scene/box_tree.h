@@ -1,4 +1,4 @@
-// Finds which of many boxes overlap a given box.
+// Finds which of many boxes overlap a given box, or meet something else.
 
 #pragma once
 
@@ -25,31 +25,38 @@ class BoxTree {
   // arbitrary but always the same.
   template <typename Visit>
   void ForOverlaps(const Box3& box, const Visit& visit) const {
-    ForOverlapsIn(0, order_.size(), box, visit);
+    ForThose([&](const Box3& other) { return other.Overlaps(box); }, visit);
+  }
+
+  // The same for the boxes for which meets(box) holds, which must also hold for
+  // every box around one of them.
+  template <typename Meets, typename Visit>
+  void ForThose(const Meets& meets, const Visit& visit) const {
+    ForThoseIn(0, order_.size(), meets, visit);
   }
 
  private:
   static constexpr size_t kLeafBoxes = 8;
 
-  template <typename Visit>
-  void ForOverlapsIn(size_t begin,
-                     size_t end,
-                     const Box3& box,
-                     const Visit& visit) const {
+  template <typename Meets, typename Visit>
+  void ForThoseIn(size_t begin,
+                  size_t end,
+                  const Meets& meets,
+                  const Visit& visit) const {
     if (end - begin <= kLeafBoxes) {
       for (size_t i = begin; i < end; ++i) {
-        if (boxes_[order_[i]].Overlaps(box)) {
+        if (meets(boxes_[order_[i]])) {
           visit(order_[i]);
         }
       }
       return;
     }
     const size_t middle = begin + (end - begin) / 2;
-    if (!around_[middle].Overlaps(box)) {
+    if (!meets(around_[middle])) {
       return;
     }
-    ForOverlapsIn(begin, middle, box, visit);
-    ForOverlapsIn(middle, end, box, visit);
+    ForThoseIn(begin, middle, meets, visit);
+    ForThoseIn(middle, end, meets, visit);
   }
 
   void Sort(size_t begin, size_t end);

@@ -325,6 +325,34 @@ uint64_t BytesToReadGbxml(const std::filesystem::path& path) {
                   bytes + kTreePerTag * tags + kTreePerAttribute * attributes);
 }
 
+namespace {
+
+// The line on which parsing ended. The parser counts bytes of UTF-8, to which
+// it converts a UTF-16 file first.
+std::ptrdiff_t LineOfEnd(const std::string& text,
+                         const pugi::xml_parse_result& result) {
+  const bool is_big = result.encoding == pugi::encoding_utf16_be;
+  if (!is_big && result.encoding != pugi::encoding_utf16_le) {
+    const auto bytes = std::clamp<std::ptrdiff_t>(
+        result.offset, 0, static_cast<std::ptrdiff_t>(text.size()));
+    return 1 + std::count(text.begin(), text.begin() + bytes, '\n');
+  }
+  std::ptrdiff_t line = 1;
+  std::ptrdiff_t bytes = 0;
+  for (size_t i = 0; i + 1 < text.size() && bytes < result.offset; i += 2) {
+    const auto low = static_cast<uint8_t>(text[is_big ? i + 1 : i]);
+    const auto high = static_cast<uint8_t>(text[is_big ? i : i + 1]);
+    const uint32_t unit = uint32_t{high} << 8 | low;
+    line += unit == '\n' ? 1 : 0;
+    // Both halves of a pair of surrogates together have 4.
+    const bool is_surrogate = unit >= 0xD800 && unit < 0xE000;
+    bytes += unit < 0x80 ? 1 : unit < 0x800 || is_surrogate ? 2 : 3;
+  }
+  return line;
+}
+
+}  // namespace
+
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                           MemoryBudget& budget) {
   MemoryCharge charge(budget, BytesToReadGbxml(path), "reading the gbXML file");
@@ -334,13 +362,9 @@ GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
       document.load_buffer_inplace(text.data(), text.size());
   if (!result) {
     text = ReadWholeFile(path, kMostBytes);  // parsing has changed the text
-    const auto end =
-        text.begin() +
-        std::clamp<std::ptrdiff_t>(
-            result.offset, 0, static_cast<std::ptrdiff_t>(text.size()));
     throw InputError(fmt::format("{}:{}: not valid XML: {}",
                                  path.string(),
-                                 1 + std::count(text.begin(), end, '\n'),
+                                 LineOfEnd(text, result),
                                  result.description()));
   }
   GbxmlModel model = ModelReader(path).Read(document);

@@ -255,16 +255,21 @@ uint64_t BytesToImport(const std::filesystem::path& scene) {
   return FormatOf(scene) == SceneFormat::kGbxml ? BytesToReadGbxml(scene) : 0;
 }
 
-uint64_t HashSceneFiles(const std::filesystem::path& scene,
-                        const ImportOptions& options) {
+SceneHash HashSceneFiles(const std::filesystem::path& scene,
+                         const ImportOptions& options) {
+  if (!Exists(scene) || (options.overrides && !Exists(*options.overrides))) {
+    return {.is_whole = false};
+  }
   RunningHash hash;
+  bool is_whole = true;
   if (FormatOf(scene) == SceneFormat::kObj) {
-    const auto files = FilesBehindObj(
+    const ObjFiles files = FilesBehindObj(
         scene, [&](std::span<const char> text) { hash.Add(text); });
     hash.EndFile();
-    for (const auto& path : files) {
+    for (const auto& path : files.existing) {
       hash.AddFile(path);
     }
+    is_whole = !files.some_missing;
   } else {
     hash.AddFile(scene);
   }
@@ -280,7 +285,7 @@ uint64_t HashSceneFiles(const std::filesystem::path& scene,
   if (options.unit) {
     hash.Add(fmt::format(" {}", *options.unit));
   }
-  return hash.Value();
+  return {hash.Value(), is_whole};
 }
 
 SceneInfo ImportScene(const std::filesystem::path& scene,
@@ -293,7 +298,8 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   CheckOptions(options, format);
   SceneInfo info;
   info.source_path = scene.string();
-  info.source_hash = HashSceneFiles(scene, options);
+  // Reading the scene says which file is missing, and where it is named.
+  info.source_hash = HashSceneFiles(scene, options).value;
   info.photometric = options.photometric;
   const MemoryCharge overrides_charge = ChargeOverrides(options, budget);
   MaterialTable materials(

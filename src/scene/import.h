@@ -45,8 +45,13 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
 // whatever the budget; 0 for an OBJ. Throws InputError as ImportScene does.
 uint64_t BytesToImport(const std::filesystem::path& scene);
 
+struct SceneHash {
+  uint64_t value = 0;
+  bool is_whole = true;  // false: a file that the scene names does not exist
+};
+
 // The value that SceneInfo::source_hash would have, to notice a changed scene.
-uint64_t HashSceneFiles(const std::filesystem::path& scene,
-                        const ImportOptions& options);
+SceneHash HashSceneFiles(const std::filesystem::path& scene,
+                         const ImportOptions& options);
 
 }  // namespace enfilade

@@ -65,10 +65,10 @@ void CutComment(std::string& line) {
   line.erase(comment, line.end());
 }
 
-// Whether the next line continues this one. A comment is never continued: a
-// path in it may end with a backslash.
-bool IsContinued(const std::string& line) {
-  return line.ends_with('\\') && line[line.find_first_not_of(" \t")] != '#';
+// A comment is never continued: a path in it may end with a backslash.
+bool IsComment(const std::string& line) {
+  const size_t begin = line.find_first_not_of(" \t");
+  return begin != std::string::npos && line[begin] == '#';
 }
 
 }  // namespace
@@ -229,7 +229,9 @@ LineStream::int_type LineStream::underflow() {
   }
   line_ = physical_lines_;
   current_ = physical_;
-  while (IsContinued(current_) && ReadPhysicalLine(physical_)) {
+  const bool is_comment = IsComment(current_);
+  while (!is_comment && current_.ends_with('\\') &&
+         ReadPhysicalLine(physical_)) {
     current_.back() = ' ';
     if (current_.size() + physical_.size() > kMostLineBytes) {
       ThrowTooLong(line_);

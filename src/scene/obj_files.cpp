@@ -17,17 +17,21 @@ namespace {
 class FileList {
  public:
   bool Add(const std::filesystem::path& path) {
-    const bool is_new = IsFile(path) && known_.insert(path).second;
+    if (!IsFile(path)) {
+      files_.some_missing = true;
+      return false;
+    }
+    const bool is_new = known_.insert(path).second;
     if (is_new) {
-      paths_.push_back(path);
+      files_.existing.push_back(path);
     }
     return is_new;
   }
 
-  std::vector<std::filesystem::path> Take() { return std::move(paths_); }
+  ObjFiles Take() { return std::move(files_); }
 
  private:
-  std::vector<std::filesystem::path> paths_;
+  ObjFiles files_;
   std::set<std::filesystem::path> known_;
 };
 
@@ -79,7 +83,7 @@ std::optional<std::string_view> NamesAfterMtllib(std::string_view line) {
                                         : line.substr(name);
 }
 
-std::vector<std::filesystem::path> FilesBehindObj(
+ObjFiles FilesBehindObj(
     const std::filesystem::path& obj,
     const std::function<void(std::span<const char>)>& visit) {
   FileList files;

@@ -19,10 +19,16 @@ std::optional<std::string_view> NamesAfterMtllib(std::string_view line);
 std::vector<std::filesystem::path> MaterialPaths(
     const std::filesystem::path& obj, std::string_view names);
 
-// The existing files that an OBJ draws on: its material files, its pieces and
-// their material files, each once, in the order of the OBJ. The OBJ is read to
-// its end; `visit` gets its text: each line (LineStream) and then a line feed.
-std::vector<std::filesystem::path> FilesBehindObj(
+// What an OBJ draws on: its material files, its pieces and their material
+// files.
+struct ObjFiles {
+  std::vector<std::filesystem::path> existing;  // once each, as first named
+  bool some_missing = false;                    // of those that are named
+};
+
+// The OBJ is read to its end; `visit` gets its text: each line (LineStream) and
+// then a line feed.
+ObjFiles FilesBehindObj(
     const std::filesystem::path& obj,
     const std::function<void(std::span<const char>)>& visit);
 

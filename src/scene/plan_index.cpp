@@ -10,7 +10,7 @@ namespace enfilade {
 namespace {
 
 constexpr double kCellMetres = 2.0;
-constexpr double kLeastLevelAreaM2 = 0.25;
+constexpr double kLeastLevelAreaM2 = 0.05;
 constexpr double kLeastWallHeightMetres = 0.3;
 constexpr double kLeastWallLengthMetres = 0.05;
 constexpr double kUpright = 0.2;

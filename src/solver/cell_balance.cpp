@@ -55,6 +55,8 @@ void CellBalance::StartDelta() {
 void CellBalance::HoldGains() {
   const HoldLevel level = cell_.row->hold;
   const CoefficientArray& gain = cell_.received->gain;
+  kept_ = CoefficientArray(1);  // both at once are not foreseen
+  kept_charge_.Reset();
   kept_charge_ = pager_->Reserve(HeldSharesBytes(gain, level), kPurpose);
   kept_ = HeldShares(*cell_.tree, gain, cell_.geometry->patches, level);
 }

@@ -73,6 +73,7 @@ class Engine {
   void Start();
   void StartRound(double tau);
   void RefineCell(CellId cell);
+  void RefinePairs(Receiver* receiver, bool begins);
   void PropagateCell(CellId cell);
   void NextCell();
   void FinishSweep();

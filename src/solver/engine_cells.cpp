@@ -52,15 +52,16 @@ auto Engine::ReadOnce(const Read& read) {
 Engine::Receiver Engine::Load(CellId cell) {
   Receiver r;
   r.id = cell;
-  VisibleCell self{cell, {cell}};
-  for (VisibleCell& v : SourcesOf(cell, &r.sources_charge)) {
-    if (v.source == cell) {
-      self = std::move(v);
-    } else {
-      r.sources.push_back(std::move(v));
-    }
+  r.sources = SourcesOf(cell, &r.sources_charge);
+  const auto self = std::find_if(
+      r.sources.begin(), r.sources.end(), [&](const VisibleCell& v) {
+        return v.source == cell;
+      });
+  if (self == r.sources.end()) {
+    r.sources.push_back({cell, {cell}});
+  } else {
+    std::rotate(self, self + 1, r.sources.end());
   }
-  r.sources.push_back(std::move(self));
   pager_.StartTurn(cell, r.sources);
   r.geometry = pager_.Geometry(cell);
   r.tree = pager_.Tree(cell);
@@ -76,11 +77,13 @@ VisibleSet Engine::SourcesOf(CellId cell, MemoryCharge* charge) {
   if (state_.phase == SolvePhase::kRefine) {
     return ReadOnce([&] { return LoadVisibleSet(*store_, cell, reserve); });
   }
+  const std::vector<CellId> seen = pager_.Order().SeenFrom(cell);
+  reserve((seen.size() + 1) * sizeof(VisibleCell));
   VisibleSet sources;
-  for (const CellId source : pager_.Order().SeenFrom(cell)) {
+  sources.reserve(seen.size() + 1);  // and the cell itself
+  for (const CellId source : seen) {
     sources.push_back({source, {}});
   }
-  reserve(BytesOf(sources));
   return sources;
 }
 
@@ -149,6 +152,20 @@ void Engine::RefineCell(CellId cell) {
     pager_.ForgetDelta(cell);
     pager_.MarkReceivedDirty(cell);
   }
+  // All pairs are done if the solve was stopped while light was balanced.
+  if (state_.cursor.source < r.sources.size()) {
+    RefinePairs(&r, begins);
+  }
+  FreeVector(&care_);
+  care_charge.Reset();
+  Settle(r);
+  ReceivedLight::ForgetKept(*store_, cell);
+  NextCell();
+}
+
+// Makes the links from the sources that are left.
+void Engine::RefinePairs(Receiver* receiver, bool begins) {
+  Receiver& r = *receiver;
   MemoryCharge workspace =
       pager_.Reserve(kRefineWorkspaceBytes, "the links of a cell");
   const uint64_t rays = FindReceivers(&r);
@@ -159,16 +176,10 @@ void Engine::RefineCell(CellId cell) {
     CheckPoint();
   }
   chunks_.Finish();
-  SaveCellCare(care_, cell, *store_);
-  FreeVector(&care_);
-  care_charge.Reset();
+  SaveCellCare(care_, r.id, *store_);
   r.receivers.reset();
   FreeVector(&r.weights);
   r.receivers_charge.Reset();
-  workspace.Reset();
-  Settle(r);
-  ReceivedLight::ForgetKept(*store_, cell);
-  NextCell();
 }
 
 void Engine::PropagateCell(CellId cell) {

@@ -109,6 +109,8 @@ void Engine::WriteLinks(const Receiver& r,
         writer->Flush();
         state_.cursor.chunk = writer->Chunks();
         CheckPoint();
+      } else if (writer->Pending().links.empty()) {
+        CheckPoint();  // cells that hide each other make no links for long
       }
     }
   }

@@ -88,6 +88,7 @@ void Engine::TellOfRound() const {
 // Measures the error of a round by rays. FinishSweep has committed the round,
 // so no cell needs to be in memory, and a stop leaves the store as it is.
 void Engine::CheckResidual() {
+  const Stopwatch watch(&state_.times.check_seconds);
   pager_.EvictAll();
   workspace_.Reset();
   const uint64_t links = state_.rounds.back().links;

@@ -184,6 +184,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
   summary.gather_seconds = state.times.gather_seconds;
   summary.push_pull_seconds = state.times.push_pull_seconds;
   summary.store_seconds = state.times.store_seconds;
+  summary.check_seconds = state.times.check_seconds;
   summary.bytes_read = state.times.bytes_read;
   summary.bytes_belady = state.times.bytes_belady;
   summary.bytes_compulsory = state.times.bytes_compulsory;

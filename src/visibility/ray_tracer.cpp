@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/parallel.h"
+#include "scene/box_tree.h"
 #include "visibility/embree.h"
 #include "visibility/loaded_chunk.h"
 #include "visibility/trace_chunk.h"
@@ -13,8 +14,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <iterator>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -33,6 +32,23 @@ constexpr size_t kMostBatch = 1U << 20;
 
 constexpr uint64_t kBytesPerRay = sizeof(RayState) + sizeof(uint32_t);
 constexpr uint32_t kNoChunk = ~0U;
+
+// Where a batch of rays is with a chunk.
+enum class Turn : uint8_t {
+  kToCome,
+  kNow,  // the chunk is in memory, and the rays go through it
+  kDone,
+};
+
+// The boxes of chunks, enlarged.
+std::vector<Box3> BoxesOf(const std::vector<TraceChunkInfo>& table) {
+  std::vector<Box3> boxes;
+  boxes.reserve(table.size());
+  for (const TraceChunkInfo& info : table) {
+    boxes.push_back(Grown(info.bounds, kBoxMarginMetres));
+  }
+  return boxes;
+}
 
 // A ray prepared for intersection with boxes.
 struct BoxRay {
@@ -74,15 +90,11 @@ struct RayTracer::Impl {
         budget(&budget_in),
         device(EmbreeDevice::Create(budget_in)),
         table(LoadTraceTable(store_in)),
+        boxes(BoxesOf(table)),
+        tree(boxes),
         share_bytes(budget_in.FreeBytes() / 2),
         chunks(table.size()),
-        last_met(table.size()) {
-    for (TraceChunkInfo& info : table) {
-      const Vec3 margin{kBoxMarginMetres, kBoxMarginMetres, kBoxMarginMetres};
-      info.bounds.low = info.bounds.low - margin;
-      info.bounds.high = info.bounds.high + margin;
-    }
-  }
+        last_met(table.size()) {}
 
   [[nodiscard]] size_t BatchSize(size_t rays) const {
     const size_t fitting = share_bytes / 8 / kBytesPerRay;
@@ -102,33 +114,33 @@ struct RayTracer::Impl {
   }
 
   void TraceBatch(std::span<const TraceRay> rays, std::span<TraceHit> hits);
-  std::vector<size_t> NextGroup(std::vector<size_t>& remaining,
-                                std::span<const TraceRay> rays,
-                                std::span<const RayState> states,
-                                std::span<uint32_t> nearest);
-  [[nodiscard]] uint32_t NearestOf(const std::vector<size_t>& remaining,
+  bool StartTurns(std::span<const TraceRay> rays,
+                  std::span<const RayState> states,
+                  std::vector<Turn>* turns);
+  [[nodiscard]] uint32_t NearestOf(const std::vector<Turn>& turns,
                                    const TraceRay& ray,
                                    const RayState& state) const;
-  std::vector<size_t> LoadWanted(const std::vector<size_t>& remaining,
-                                 std::span<const uint32_t> nearest);
+  std::vector<size_t> LoadWanted(std::span<const uint32_t> nearest);
   void Load(size_t chunk, const std::vector<size_t>& keep);
   void EvictAllBut(const std::vector<size_t>& keep, uint64_t target_bytes);
   void HoldResident(const std::vector<size_t>& keep, uint64_t coming_bytes);
-  void TraceInGroup(std::span<const size_t> group,
-                    const TraceRay& ray,
-                    RayState& state);
+  void TraceNow(const std::vector<Turn>& turns,
+                const TraceRay& ray,
+                RayState& state);
 
   const BlockStorage* store;
   MemoryBudget* budget;
   std::shared_ptr<EmbreeDevice> device;
   std::vector<TraceChunkInfo> table;
+  std::vector<Box3> boxes;  // of the chunks
+  BoxTree tree;             // of `boxes`
   uint64_t share_bytes;
   // Null if the chunk is not in memory.
   std::vector<std::unique_ptr<LoadedChunk>> chunks;
   uint64_t loaded_bytes = 0;
-  // By chunk, the number of the latest group in which a ray met its box.
+  // By chunk, the number of the latest turn in which a ray met its box.
   std::vector<std::atomic<uint64_t>> last_met;
-  uint64_t groups = 0;
+  uint64_t turns_so_far = 0;
 };
 
 // Evicts the chunks first that no ray has met for the longest time.
@@ -176,7 +188,7 @@ void RayTracer::Impl::Load(size_t chunk, const std::vector<size_t>& keep) {
 // rays, as many as the share holds and at least one. A ray to a far lamp thus
 // loads what lies behind the first wall only if the wall does not stop it.
 std::vector<size_t> RayTracer::Impl::LoadWanted(
-    const std::vector<size_t>& remaining, std::span<const uint32_t> nearest) {
+    std::span<const uint32_t> nearest) {
   std::vector<size_t> rays_of(table.size());
   for (const uint32_t chunk : nearest) {
     if (chunk != kNoChunk) {
@@ -184,10 +196,11 @@ std::vector<size_t> RayTracer::Impl::LoadWanted(
     }
   }
   std::vector<size_t> wanted;
-  std::copy_if(remaining.begin(),
-               remaining.end(),
-               std::back_inserter(wanted),
-               [&](size_t c) { return rays_of[c] > 0; });
+  for (size_t c = 0; c < rays_of.size(); ++c) {
+    if (rays_of[c] > 0) {
+      wanted.push_back(c);
+    }
+  }
   std::stable_sort(wanted.begin(), wanted.end(), [&](size_t a, size_t b) {
     return rays_of[a] > rays_of[b];
   });
@@ -205,69 +218,82 @@ std::vector<size_t> RayTracer::Impl::LoadWanted(
   return group;
 }
 
-// The remaining chunk that the ray enters first; kNoChunk if it reaches none.
-uint32_t RayTracer::Impl::NearestOf(const std::vector<size_t>& remaining,
+// The chunk to come that the ray enters first; kNoChunk if it reaches none.
+uint32_t RayTracer::Impl::NearestOf(const std::vector<Turn>& turns,
                                     const TraceRay& ray,
                                     const RayState& state) const {
   const BoxRay box_ray(ray);
   double reach = Reach(ray, state);
   uint32_t nearest = kNoChunk;
-  for (const size_t chunk : remaining) {
-    const double enter = box_ray.Enter(table[chunk].bounds, reach);
-    if (enter < kNoHitDistance) {
-      nearest = static_cast<uint32_t>(chunk);
-      reach = enter;
-    }
-  }
+  tree.ForThose(
+      [&](const Box3& box) {
+        return box_ray.Enter(box, reach) < kNoHitDistance;
+      },
+      [&](uint32_t chunk) {
+        if (turns[chunk] != Turn::kToCome) {
+          return;
+        }
+        const double enter = box_ray.Enter(boxes[chunk], reach);
+        nearest = enter < reach ? chunk : std::min(nearest, chunk);
+        reach = enter;
+      });
   return nearest;
 }
 
-// Takes from `remaining` the chunks to trace next: those in memory, if there
-// are any, else those to load. None if no ray reaches a remaining chunk.
-// `nearest` is work space, one entry for each ray.
-std::vector<size_t> RayTracer::Impl::NextGroup(std::vector<size_t>& remaining,
-                                               std::span<const TraceRay> rays,
-                                               std::span<const RayState> states,
-                                               std::span<uint32_t> nearest) {
-  std::vector<size_t> group;
-  std::copy_if(remaining.begin(),
-               remaining.end(),
-               std::back_inserter(group),
-               [&](size_t c) { return chunks[c] != nullptr; });
-  if (group.empty() && !remaining.empty()) {
-    ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
-      nearest[i] = NearestOf(remaining, rays[i], states[i]);
-    });
-    group = LoadWanted(remaining, nearest);
+// Lets the chunks in memory that are to come have their turn or, if there are
+// none, loads some. Returns false if no ray reaches a chunk that is to come.
+bool RayTracer::Impl::StartTurns(std::span<const TraceRay> rays,
+                                 std::span<const RayState> states,
+                                 std::vector<Turn>* turns) {
+  bool any = false;
+  bool any_to_come = false;
+  for (size_t c = 0; c < chunks.size(); ++c) {
+    Turn& turn = (*turns)[c];
+    any_to_come |= turn == Turn::kToCome;
+    if (turn == Turn::kToCome && chunks[c] != nullptr) {
+      turn = Turn::kNow;
+      any = true;
+    }
   }
-  std::erase_if(remaining, [&](size_t c) {
-    return std::find(group.begin(), group.end(), c) != group.end();
+  if (any || !any_to_come) {
+    return any;
+  }
+  std::vector<uint32_t> nearest(rays.size());
+  ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
+    nearest[i] = NearestOf(*turns, rays[i], states[i]);
   });
-  return group;
+  for (const size_t chunk : LoadWanted(nearest)) {
+    (*turns)[chunk] = Turn::kNow;
+    any = true;
+  }
+  return any;
 }
 
-// Traces the ray through the chunks from near to far, until its nearest hit is
-// nearer than the next chunk.
-void RayTracer::Impl::TraceInGroup(std::span<const size_t> group,
-                                   const TraceRay& ray,
-                                   RayState& state) {
+// Traces the ray through the chunks whose turn it is, from near to far, until
+// its nearest hit is nearer than the next chunk.
+void RayTracer::Impl::TraceNow(const std::vector<Turn>& turns,
+                               const TraceRay& ray,
+                               RayState& state) {
   thread_local std::vector<std::pair<double, size_t>> entries;
   entries.clear();
   const BoxRay box_ray(ray);
   const double reach = Reach(ray, state);
-  for (const size_t chunk : group) {
-    const double enter = box_ray.Enter(table[chunk].bounds, reach);
-    if (enter < kNoHitDistance) {
-      entries.emplace_back(enter, chunk);
-    }
-  }
+  tree.ForThose(
+      [&](const Box3& box) {
+        return box_ray.Enter(box, reach) < kNoHitDistance;
+      },
+      [&](uint32_t chunk) {
+        if (turns[chunk] == Turn::kNow) {
+          entries.emplace_back(box_ray.Enter(boxes[chunk], reach), chunk);
+        }
+      });
   std::sort(entries.begin(), entries.end());
   for (const auto& [enter, chunk] : entries) {
     if (enter > Reach(ray, state)) {
       break;
     }
-    if (last_met[chunk].load(std::memory_order_relaxed) != groups) {
-      last_met[chunk].store(groups, std::memory_order_relaxed);
+    if (last_met[chunk].load(std::memory_order_relaxed) != turns_so_far) {
+      last_met[chunk].store(turns_so_far, std::memory_order_relaxed);
     }
     chunks[chunk]->Trace(ray, enter, &state);
   }
@@ -278,19 +304,13 @@ void RayTracer::Impl::TraceBatch(std::span<const TraceRay> rays,
   const MemoryCharge charge(
       *budget, rays.size() * kBytesPerRay, "the state of rays");
   std::vector<RayState> states(rays.size());
-  std::vector<uint32_t> nearest(rays.size());
-  std::vector<size_t> remaining(chunks.size());
-  std::iota(remaining.begin(), remaining.end(), size_t{0});
-  for (;;) {
-    const std::vector<size_t> group =
-        NextGroup(remaining, rays, states, nearest);
-    if (group.empty()) {
-      break;
-    }
-    ++groups;
+  std::vector<Turn> turns(chunks.size(), Turn::kToCome);
+  while (StartTurns(rays, states, &turns)) {
+    ++turns_so_far;
     ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
-      TraceInGroup(group, rays[i], states[i]);
+      TraceNow(turns, rays[i], states[i]);
     });
+    std::replace(turns.begin(), turns.end(), Turn::kNow, Turn::kDone);
   }
   ParallelForInBlocks(rays.size(), kRaysPerTask, [&](size_t i) {
     hits[i] = Resolve(states[i], rays[i].direction);

@@ -40,6 +40,15 @@ Patch Turned(Patch p) {
   return p;
 }
 
+// Faces of surfaces of these sizes, of no solid.
+std::vector<FaceFacts> Faces(const std::vector<float>& surfaces_m2) {
+  std::vector<FaceFacts> faces;
+  for (const float area : surfaces_m2) {
+    faces.push_back({area, 0});
+  }
+  return faces;
+}
+
 // The coordinates of a point in the plane of a patch, in units of its edges.
 std::pair<double, double> Within(const Patch& patch, Point3 p) {
   const Vec3 d = p - patch.origin;
@@ -138,7 +147,7 @@ TEST(Overlap, PiecesOfManyInOnePlaceAreCharged) {
     patches.push_back(Rectangle(i, {at, at, 0}, {1, 0, 0}, {0, 1, 0}));
   }
   MemoryBudget budget(1U << 16);
-  EXPECT_THROW(SeparateOverlaps(patches, testing::FaceAreas(patches), budget),
+  EXPECT_THROW(SeparateOverlaps(patches, testing::FactsOf(patches), budget),
                DoesNotFitError);
   EXPECT_EQ(patches.size(), 300U);
 }
@@ -271,9 +280,52 @@ TEST(Overlap, ASurfaceThatIsThereTwiceCountsOnce) {
   }
   patches.push_back(Rectangle(4, {0, 0, 0}, {4, 0, 0}, {0, 2, 0}));
   MemoryBudget budget(uint64_t{1} << 30);
-  SeparateOverlaps(patches, std::vector<float>{4, 4, 4, 4, 12}, budget);
+  SeparateOverlaps(patches, Faces({4, 4, 4, 4, 12}), budget);
   EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->material,
             MaterialId(0U));
+}
+
+// A sheet of 0.1 mm, a box of two faces and narrow sides: the inside of either
+// face looks the way that the outside of the other does. It was put before that
+// outside, and the sheet was dark.
+TEST(Overlap, TheInsideOfASheetGoes) {
+  for (const bool on_floor : {false, true}) {
+    constexpr double kThin = 1e-4;
+    Patch top = Rectangle(0, {0, 0, kThin}, {1, 0, 0}, {0, 1, 0});
+    Patch bottom = Turned(Rectangle(1, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+    bottom.is_back = false;
+    top.material = bottom.material = MaterialId(0U);
+    std::vector<Patch> patches = {top, Turned(top), bottom, Turned(bottom)};
+    patches[1].is_enclosed = patches[3].is_enclosed = true;
+    std::vector<FaceFacts> faces = {{1, 7}, {1, 7}};
+    if (on_floor) {
+      patches.push_back(Rectangle(2, {-1, -1, 0}, {3, 0, 0}, {0, 3, 0}));
+      faces.push_back({9, 0});
+    }
+    MemoryBudget budget(uint64_t{1} << 30);
+    SeparateOverlaps(patches, faces, budget);
+    EXPECT_TRUE(std::none_of(patches.begin(),
+                             patches.end(),
+                             [](const Patch& p) { return p.is_enclosed; }));
+    const Patch* const seen = Seen(Covering(patches, {0.5, 0.5, 0}, kUp), kUp);
+    ASSERT_NE(seen, nullptr);
+    EXPECT_EQ(seen->face, FaceId(0U));
+    const Patch* const below =
+        Seen(Covering(patches, {0.5, 0.5, 0}, -kUp), -kUp);
+    ASSERT_NE(below, nullptr);
+    EXPECT_EQ(below->face, FaceId(1U));
+  }
+}
+
+// The inside of one box stays before the outside of another that it stands on.
+TEST(Overlap, TheInsideOfABoxStaysBeforeAnotherSolid) {
+  Patch inside = Rectangle(0, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  inside.is_back = inside.is_enclosed = true;
+  std::vector<Patch> patches = {
+      inside, Rectangle(1, {-1, -1, 0}, {3, 0, 0}, {0, 3, 0})};
+  MemoryBudget budget(uint64_t{1} << 30);
+  SeparateOverlaps(patches, std::vector<FaceFacts>{{1, 7}, {9, 8}}, budget);
+  EXPECT_TRUE(Seen(Covering(patches, {0.5, 0.5, 0}, kUp), kUp)->is_enclosed);
 }
 
 // The end of a long wall reaches into a cell, and a cupboard's back, larger
@@ -284,7 +336,7 @@ TEST(Overlap, AWallIsAsLargeAsItIsElsewhere) {
       Rectangle(1, {0, 0, 0}, {2, 0, 0}, {0, 1, 0}),
   };
   MemoryBudget budget(uint64_t{1} << 30);
-  SeparateOverlaps(patches, std::vector<float>{20, 2}, budget);
+  SeparateOverlaps(patches, Faces({20, 2}), budget);
   EXPECT_EQ(Seen(Covering(patches, {0.2, 0.5, 0}, kUp), kUp)->face, FaceId(1U));
 }
 
@@ -298,7 +350,7 @@ TEST(Overlap, AFaceThatIsSmallerElsewhereIsSeen) {
         Rectangle(1, {0, 0, 0}, {3, 0, 0}, {0, 3, 0}),
     };
     MemoryBudget budget(uint64_t{1} << 30);
-    SeparateOverlaps(patches, face_areas, budget);
+    SeparateOverlaps(patches, Faces(face_areas), budget);
     EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->face,
               FaceId(face_areas[0] < face_areas[1] ? 0U : 1U));
   }
@@ -321,7 +373,7 @@ TEST(Overlap, OfOneOutlineTheFrontIsSeenAndWhatReflects) {
         std::swap(patches[0].face, patches[first ? 0 : 1].face);
         const FaceId wanted = patches[0].face;
         MemoryBudget budget(uint64_t{1} << 30);
-        SeparateOverlaps(patches, face_areas, budget);
+        SeparateOverlaps(patches, Faces(face_areas), budget);
         EXPECT_EQ(Seen(Covering(patches, {1, 1, 0}, kUp), kUp)->face, wanted);
       }
     }

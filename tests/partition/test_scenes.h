@@ -22,7 +22,7 @@ namespace enfilade::testing {
 inline constexpr Vec3 kUp{0, 0, 1};
 
 // By FaceId, of faces that these patches are all of.
-inline std::vector<float> FaceAreas(const std::vector<Patch>& patches) {
+inline std::vector<FaceFacts> FactsOf(const std::vector<Patch>& patches) {
   std::array<std::vector<float>, 2> areas;  // of the fronts, of the backs
   for (const Patch& p : patches) {
     for (std::vector<float>& side : areas) {
@@ -31,16 +31,17 @@ inline std::vector<float> FaceAreas(const std::vector<Patch>& patches) {
     areas[p.is_back ? 1 : 0][p.face.Index()] +=
         static_cast<float>(PatchArea(p));
   }
+  std::vector<FaceFacts> faces;
   for (size_t i = 0; i < areas[0].size(); ++i) {
-    areas[0][i] = std::max(areas[0][i], areas[1][i]);
+    faces.push_back({std::max(areas[0][i], areas[1][i]), 0});
   }
-  return areas[0];
+  return faces;
 }
 
 // Separates overlaps under a budget that never runs out.
 inline OverlapCounts Separate(std::vector<Patch>& patches) {
   MemoryBudget budget(uint64_t{1} << 40);
-  return SeparateOverlaps(patches, FaceAreas(patches), budget);
+  return SeparateOverlaps(patches, FactsOf(patches), budget);
 }
 
 // Collects faces; grey is material 0, one-sided grey is material 1, and

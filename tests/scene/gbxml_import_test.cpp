@@ -298,6 +298,25 @@ TEST_F(GbxmlImport, ErrorsNameTheSurface) {
   EXPECT_NE(error("</Oops>").find("s.xml:1: not valid XML"), std::string::npos);
 }
 
+// The parser counts in the UTF-8 that it makes of the file.
+TEST_F(GbxmlImport, LinesOfUtf16AreCounted) {
+  const std::u16string text =
+      u"<?xml version=\"1.0\" encoding=\"UTF-16\"?>\n<gbXML>\n<!-- "
+      u"\u00fc\u4e2d "
+      u"-->\n\n<a></b>\n</gbXML>\n";
+  for (const bool is_big : {false, true}) {
+    std::string bytes = is_big ? "\xfe\xff" : "\xff\xfe";
+    for (const char16_t unit : text) {
+      const auto low = static_cast<char>(unit & 0xff);
+      const auto high = static_cast<char>(unit >> 8);
+      bytes += is_big ? high : low;
+      bytes += is_big ? low : high;
+    }
+    const std::string error = ImportError(temp_.Write("s.xml", bytes));
+    EXPECT_NE(error.find("s.xml:5: not valid XML"), std::string::npos) << error;
+  }
+}
+
 // A stray point or a wrong unit makes the building so large that its parts
 // could not be placed.
 TEST_F(GbxmlImport, WhatIsNoBuildingsSizeIsRefused) {

@@ -217,13 +217,13 @@ TEST_F(Instances, LongerWordsAreComments) {
 
 TEST_F(Instances, TheHashCoversPiecesAndTheirMaterials) {
   const auto path = Scene("#instance p/piece.obj 0 0 0 0\n");
-  const uint64_t before = HashSceneFiles(path, {});
-  EXPECT_EQ(HashSceneFiles(path, {}), before);
+  const auto before = HashSceneFiles(path, {}).value;
+  EXPECT_EQ(HashSceneFiles(path, {}).value, before);
   temp_.Write("p/piece.obj", std::string(kPiece) + "f -1 -2 -3\n");
-  const uint64_t other_piece = HashSceneFiles(path, {});
+  const auto other_piece = HashSceneFiles(path, {}).value;
   EXPECT_NE(other_piece, before);
   temp_.Write("p/piece.mtl", std::string(kPieceMtl) + "newmtl x\nKd 0 0 0\n");
-  EXPECT_NE(HashSceneFiles(path, {}), other_piece);
+  EXPECT_NE(HashSceneFiles(path, {}).value, other_piece);
 }
 
 }  // namespace

@@ -1,4 +1,8 @@
+#include <chrono>
+#include <utility>
+
 #include "tests/scene/temp_scene.h"
+#include <fmt/format.h>
 #include <zlib.h>
 
 namespace enfilade {
@@ -150,8 +154,8 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   EXPECT_NEAR(ImportFile(room("4000"), options).Area(), 8, 1e-9);
   options.unit = 1000;
   EXPECT_NEAR(ImportFile(room("0.004"), options).Area(), 8, 1e-9);
-  const uint64_t in_km = HashSceneFiles(room("4"), options);
-  EXPECT_NE(in_km, HashSceneFiles(room("4"), {}));
+  const auto in_km = HashSceneFiles(room("4"), options).value;
+  EXPECT_NE(in_km, HashSceneFiles(room("4"), {}).value);
 }
 
 // The polygon is refused before anything, such as default lamps, is laid out
@@ -332,13 +336,69 @@ TEST_F(ObjImport, VerticesSpillUnderASmallBudget) {
 TEST_F(ObjImport, HashNoticesEveryInputFile) {
   const auto path = temp_.Write("s.obj", Scene(""));
   ImportOptions options;
-  const uint64_t before = HashSceneFiles(path, options);
+  const auto before = HashSceneFiles(path, options).value;
   EXPECT_EQ(before, ImportFile(path).info.source_hash);
   temp_.Write("m.mtl", std::string(kMtl) + "# changed\n");
-  const uint64_t with_other_mtl = HashSceneFiles(path, options);
+  const auto with_other_mtl = HashSceneFiles(path, options).value;
   EXPECT_NE(before, with_other_mtl);
   options.sides = 1;
-  EXPECT_NE(with_other_mtl, HashSceneFiles(path, options));
+  EXPECT_NE(with_other_mtl, HashSceneFiles(path, options).value);
+}
+
+TEST_F(ObjImport, TheHashTellsWhereAFileIsGone) {
+  const auto path = temp_.Write("s.obj", Scene(""));
+  ASSERT_TRUE(HashSceneFiles(path, {}).is_whole);
+  std::filesystem::remove(path.parent_path() / "m.mtl");
+  EXPECT_FALSE(HashSceneFiles(path, {}).is_whole);
+  ImportOptions options;
+  options.overrides = path.parent_path() / "none.json";
+  temp_.Write("m.mtl", kMtl);
+  EXPECT_FALSE(HashSceneFiles(path, options).is_whole);
+}
+
+// 100,000 lines that each continue the one before took 20 s when each was
+// searched from its beginning.
+TEST_F(ObjImport, ManyContinuedBlankLinesAreReadInOnePass) {
+  std::string text;
+  for (int i = 0; i < 100'000; ++i) {
+    text += "\\\n";
+  }
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(Import(std::string(kQuad) + text + "\nusemtl white\nf 5 6 7 8\n")
+                .faces.size(),
+            2U);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+}
+
+// A ceiling of small tiles in two colours is no plane of one material, and its
+// tiles are not joined.
+TEST_F(ObjImport, LampsHangFromCeilingsOfSmallTiles) {
+  temp_.Write("tiles.mtl",
+              "newmtl a\nKd 0.5 0.5 0.5\nnewmtl b\nKd 0.6 0.6 0.6\n");
+  const auto lamps_under = [&](int tiles) {
+    constexpr double kRoom = 4.8;
+    const double size = kRoom / tiles;
+    std::string text = "mtllib tiles.mtl\n";
+    for (const int z : {0, 3}) {
+      for (int i = 0; i < tiles * tiles; ++i) {
+        const double x = size * (i % tiles);
+        const double y = size * (i / tiles);
+        text +=
+            fmt::format("usemtl {}\n", (i + i / tiles) % 2 == 0 ? "a" : "b");
+        for (const auto& [dx, dy] :
+             {std::pair{0.0, 0.0}, {size, 0.0}, {size, size}, {0.0, size}}) {
+          text += fmt::format("v {} {} {}\n", x + dx, y + dy, z);
+        }
+        text += z == 0 ? "f -4 -3 -2 -1\n" : "f -1 -2 -3 -4\n";
+      }
+    }
+    ImportOptions options;
+    options.default_luminaires = true;
+    return ImportFile(temp_.Write("tiles.obj", text), options).faces.size() -
+           static_cast<size_t>(2 * tiles * tiles);
+  };
+  EXPECT_EQ(lamps_under(8), 4U);   // tiles of 0.6 m
+  EXPECT_EQ(lamps_under(16), 4U);  // of 0.3 m
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ TEST_F(ObjLines, MaterialFilesThatAreMissingAreNotKept) {
     lines += "mtllib none" + std::to_string(i) + ".mtl\n";
   }
   const auto obj = Write(lines);
-  const auto files = FilesBehindObj(obj, [](std::span<const char>) {});
+  const auto files = FilesBehindObj(obj, [](std::span<const char>) {}).existing;
   ASSERT_EQ(files.size(), 1U);
   EXPECT_EQ(files[0].filename(), "m.mtl");
 }
@@ -109,17 +109,17 @@ TEST_F(ObjLines, NamesTooLongForAFileAreErrorsOfTheirLine) {
 }
 
 TEST_F(ObjLines, TheHashSeesWhereLinesEnd) {
-  const uint64_t one = HashSceneFiles(Write("#usemtl lamp\n"), {});
-  EXPECT_NE(one, HashSceneFiles(Write("#\nusemtl lamp\n"), {}));
+  const auto one = HashSceneFiles(Write("#usemtl lamp\n"), {}).value;
+  EXPECT_NE(one, HashSceneFiles(Write("#\nusemtl lamp\n"), {}).value);
 }
 
 TEST_F(ObjLines, TheHashSeesWhereFilesEnd) {
   const auto path = Write("mtllib n.mtl\n");
   temp_.Write("n.mtl", "newmtl b\n");
-  const uint64_t apart = HashSceneFiles(path, {});
+  const auto apart = HashSceneFiles(path, {}).value;
   temp_.Write("m.mtl", std::string(kLampMtl) + "newmtl b\n");
   temp_.Write("n.mtl", "");
-  EXPECT_NE(apart, HashSceneFiles(path, {}));
+  EXPECT_NE(apart, HashSceneFiles(path, {}).value);
 }
 
 }  // namespace

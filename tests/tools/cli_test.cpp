@@ -85,7 +85,13 @@ TEST(Cli, NonsenseIsAUsageError) {
       {"solve", "a.obj", "-o", "b.enf", "--memory", "0"},
       {"solve", "a.obj", "-o", "b.enf", "--threads", "0"},
       {"solve", "a.obj", "b.obj", "-o", "b.enf"},
-      {"export", "a.enf", "b.png", "--eye", "1,2"}};
+      {"export", "a.enf", "b.png", "--eye", "1,2"},
+      {"export", "a.enf", "b.csv", "--eye", "1,2,3"},
+      {"export", "a.enf", "b.ply", "--size", "3,3"},
+      {"export", "a.enf", "b.png", "--cut", "1"},
+      {"export", "a.enf", "b.png", "--view", "plan", "--fov", "60"},
+      {"info", "a.enf", "--audit", "0"},
+      {"info", "a.enf", "--audit", "1.5"}};
   for (const auto& line : lines) {
     const auto result = RunProgram(line);
     EXPECT_EQ(result.exit_code, 2) << result.err;

@@ -220,9 +220,11 @@ TEST_F(SolvedRoom, ChangedSceneIsNoticedAtResume) {
 
 TEST_F(SolvedRoom, MissingSceneIsNoHindranceToResume) {
   ASSERT_EQ(Solve("a").exit_code, 0);
-  std::filesystem::remove(folder_ / "room.obj");
-  const auto result = RunProgram({"resume", folder_ / "a.enf"});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  for (const char* file : {"room.mtl", "room.obj"}) {
+    std::filesystem::remove(folder_ / file);
+    const auto result = RunProgram({"resume", folder_ / "a.enf"});
+    EXPECT_EQ(result.exit_code, 0) << file << result.err;
+  }
 }
 
 TEST_F(SolvedRoom, ReportThatCannotBeWrittenIsADiskError) {

@@ -157,6 +157,18 @@ TEST_F(ProbeTest, BadLinesAreNamed) {
   EXPECT_NE(Refusal("1,1,2m,0,0,1").find("'2m'"), std::string::npos);
 }
 
+// The results are the last columns, under the names that the first line gives.
+TEST_F(ProbeTest, EveryLineHasAsManyColumns) {
+  const std::string header = "x,y,z,nx,ny,nz,desk\n";
+  EXPECT_NE(Refusal(header + "1,1,0,0,0,1,A\n1,1,0,0,0,1\n")
+                .find("points.csv:3: this line has 6 columns"),
+            std::string::npos);
+  EXPECT_NE(Refusal("1,1,0,0,0,1\n1,1,0,0,0,1,A\n").find("points.csv:2: "),
+            std::string::npos);
+  EXPECT_NE(Run(header + "1,1,0,0,0,1,\"A, B\"\n").find("\"A, B\",7,8,9\n"),
+            std::string::npos);
+}
+
 // Columns are read by their place: columns under these headers would be read as
 // others, or not at all.
 TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {

@@ -27,15 +27,40 @@ struct ExportCommand {
   std::vector<double> target;
   std::vector<uint32_t> size;
   ExportOptions options;
+  std::vector<const CLI::Option*> of_pictures;
+  std::vector<const CLI::Option*> of_perspective;
+  const CLI::Option* of_plan = nullptr;
 
   void Run();
+  void RequireFitting() const;
 };
 
 Point3 PointOf(const std::vector<double>& xyz) {
   return Point3{xyz.at(0), xyz.at(1), xyz.at(2)};
 }
 
+// Throws UsageError if an option would be without effect.
+void ExportCommand::RequireFitting() const {
+  const auto refuse = [](const CLI::Option* option, const std::string& why) {
+    if (option->count() > 0) {
+      throw UsageError(fmt::format("{} {}", option->get_name(), why));
+    }
+  };
+  if (!IsPicture(output)) {
+    for (const CLI::Option* option : of_pictures) {
+      refuse(option, "is for pictures (.png, .exr); leave it out");
+    }
+  } else if (options.camera.view == CameraView::kPlan) {
+    for (const CLI::Option* option : of_perspective) {
+      refuse(option, "is for --view perspective: a plan shows the whole");
+    }
+  } else {
+    refuse(of_plan, "is for --view plan");
+  }
+}
+
 void ExportCommand::Run() {
+  RequireFitting();
   BeginRun(common, {store});
   for (const std::filesystem::path& file : OutputsOf(output)) {
     RequireApart(file, {store});
@@ -102,49 +127,63 @@ void AddMeshOption(CLI::App& command, ExportCommand& options) {
 }
 
 void AddCameraOptions(CLI::App& command, ExportCommand& options) {
-  command.add_option("--eye", options.eye, "Where the camera stands, metres")
-      ->expected(3)
-      ->delimiter(',')
-      ->option_text("X,Y,Z");
-  command.add_option("--target", options.target, "What it looks at")
-      ->expected(3)
-      ->delimiter(',')
-      ->option_text("X,Y,Z");
-  command
-      .add_option("--fov",
-                  options.options.camera.vertical_fov_degrees,
-                  "Vertical field of view, degrees")
-      ->type_name("DEGREES")
-      ->capture_default_str();
-  command
-      .add_option("--view",
-                  options.options.camera.view,
-                  "perspective (default), or plan: from above, cut open")
-      ->transform(OneOf<CameraView>({{"perspective", CameraView::kPerspective},
-                                     {"plan", CameraView::kPlan}}))
-      ->type_name("VIEW");
-  command
-      .add_option("--cut",
-                  options.options.camera.plan_cut_m,
-                  "Height of the plan's cut, metres")
-      ->type_name("HEIGHT");
+  CLI::Option* const eye =
+      command
+          .add_option("--eye", options.eye, "Where the camera stands, metres")
+          ->expected(3)
+          ->delimiter(',')
+          ->option_text("X,Y,Z");
+  CLI::Option* const target =
+      command.add_option("--target", options.target, "What it looks at")
+          ->expected(3)
+          ->delimiter(',')
+          ->option_text("X,Y,Z");
+  CLI::Option* const fov =
+      command
+          .add_option("--fov",
+                      options.options.camera.vertical_fov_degrees,
+                      "Vertical field of view, degrees")
+          ->type_name("DEGREES")
+          ->capture_default_str();
+  CLI::Option* const view =
+      command
+          .add_option("--view",
+                      options.options.camera.view,
+                      "perspective (default), or plan: from above, cut open")
+          ->transform(
+              OneOf<CameraView>({{"perspective", CameraView::kPerspective},
+                                 {"plan", CameraView::kPlan}}))
+          ->type_name("VIEW");
+  CLI::Option* const cut = command
+                               .add_option("--cut",
+                                           options.options.camera.plan_cut_m,
+                                           "Height of the plan's cut, metres")
+                               ->type_name("HEIGHT");
+  options.of_perspective = {eye, target, fov};
+  options.of_plan = cut;
+  options.of_pictures = {eye, target, fov, view, cut};
+}
+
+void AddPictureOptions(CLI::App& command, ExportCommand& options) {
   command
       .add_option("--up", options.options.camera.up, "auto (default), y or z")
       ->transform(OneOf<UpAxis>(
           {{"auto", UpAxis::kAutomatic}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}}))
       ->type_name("AXIS");
-  command
-      .add_option(
-          "--size", options.size, "Size of a picture, pixels (1280,720)")
-      ->expected(2)
-      ->delimiter(',')
-      ->option_text("WIDTH,HEIGHT");
-  command
-      .add_option("--samples",
-                  options.options.samples,
-                  "Samples per pixel and direction")
-      ->type_name("N")
-      ->capture_default_str();
+  options.of_pictures.push_back(
+      command
+          .add_option(
+              "--size", options.size, "Size of a picture, pixels (1280,720)")
+          ->expected(2)
+          ->delimiter(',')
+          ->option_text("WIDTH,HEIGHT"));
+  options.of_pictures.push_back(
+      command
+          .add_option("--samples",
+                      options.options.samples,
+                      "Samples per pixel and direction")
+          ->type_name("N")
+          ->capture_default_str());
   command
       .add_option("--exposure",
                   options.options.exposure_stops,
@@ -172,6 +211,7 @@ void AddExportCommand(CLI::App& app) {
       ->type_name("OUT");
   AddMeshOption(*command, *options);
   AddCameraOptions(*command, *options);
+  AddPictureOptions(*command, *options);
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade export office.enf office.png --eye 1,1,1.6 --target "

@@ -283,8 +283,8 @@ void AddInfoCommand(CLI::App& app) {
       ->add_option("--audit",
                    options->audit_rays,
                    "Check the visible sets with this many rays")
-      ->check(CLI::PositiveNumber.description(""))
-      ->type_name("RAYS");
+      ->check(WholeAboveZero())
+      ->type_name("N");
   const size_t others = command->get_options().size();
   AddSceneOptions(*command, options->scene_options);
   const auto all = command->get_options();

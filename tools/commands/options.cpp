@@ -1,6 +1,7 @@
 #include "tools/commands/options.h"
 
 #include "base/error.h"
+#include "scene/number_text.h"
 #include "solver/solve.h"
 
 #include <charconv>
@@ -101,6 +102,28 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options) {
   AddReportOption(command, options.report);
   command.add_flag(
       "-v,--verbose", options.verbose, "Log to standard error what is done");
+}
+
+CLI::Validator AboveZero() {
+  return {[](const std::string& text) {
+            const auto number = ToNumber(text);
+            return number && *number > 0
+                       ? std::string()
+                       : fmt::format("'{}' is not a number above 0", text);
+          },
+          ""};
+}
+
+CLI::Validator WholeAboveZero() {
+  return {[](const std::string& text) {
+            const bool is_whole =
+                text.find_first_not_of("0123456789") == std::string::npos;
+            return is_whole && text.find_first_not_of('0') != std::string::npos
+                       ? std::string()
+                       : fmt::format("'{}' is not a whole number above 0",
+                                     text);
+          },
+          ""};
 }
 
 void AddReportOption(CLI::App& command, std::string& report) {

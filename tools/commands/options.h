@@ -50,6 +50,10 @@ void AddReportOption(CLI::App& command, std::string& report);
 // Ends the help of a verb with an example.
 void SetExample(CLI::App& command, const std::string& example);
 
+// Checks of values that say in words what they want.
+CLI::Validator AboveZero();
+CLI::Validator WholeAboveZero();
+
 // Returns an error message if `text` is no valid --seed, otherwise an empty
 // string. CLI11 by itself would take the nearest number that fits.
 std::string CheckSeed(const std::string& text);

@@ -262,7 +262,7 @@ void AddPieceOptions(CLI::App& command, FloorplanOptions& plan) {
                   "Metres per unit of the pieces; without it 0.01 if one is "
                   "longer than 10 units, otherwise 1")
       ->needs(pieces)
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(AboveZero())
       ->type_name("METRES");
   command
       .add_flag("--piece-z-up",

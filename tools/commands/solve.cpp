@@ -269,7 +269,7 @@ void AddHierarchicalOptions(CLI::App& command, MethodOptions& method) {
           method.epsilon,
           "With --method hierarchical: the error by its oracle above which "
           "a link is refined (0.001 if not given)")
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(AboveZero())
       ->type_name("EPS");
   add("--visibility",
       method.visibility,
@@ -318,7 +318,7 @@ void AddMethodOptions(CLI::App& command, SceneOptions& options) {
                   "With matrix, progressive and substructuring: dice as finely "
                   "as this number of elements "
                   "allows, whatever the error")
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(WholeAboveZero())
       ->type_name("N");
   command.add_flag("--ambient",
                    method.ambient,

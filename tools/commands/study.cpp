@@ -146,7 +146,7 @@ void AddStudyCommand(CLI::App& app) {
       ->add_option("--seconds",
                    options->options.most_seconds,
                    "Longest time of one run; what takes longer is stopped")
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(AboveZero())
       ->type_name("S")
       ->capture_default_str();
   command

@@ -138,6 +138,11 @@ void ExportOptions::Validate() const {
   }
 }
 
+bool IsPicture(const std::filesystem::path& out) {
+  const std::string extension = Extension(out);
+  return extension == ".png" || extension == ".exr";
+}
+
 std::vector<std::filesystem::path> OutputsOf(const std::filesystem::path& out) {
   if (Extension(out) == ".gltf") {
     return {out, BinaryBeside(out)};
@@ -151,7 +156,7 @@ ExportSummary Export(const BlockStorage& store,
                      MemoryBudget& budget) {
   options.Validate();
   const std::string extension = Extension(out);
-  const bool picture = extension == ".png" || extension == ".exr";
+  const bool picture = IsPicture(out);
   const bool mesh = extension == ".ply" || extension == ".glb" ||
                     extension == ".gltf" || extension == ".vtu" ||
                     extension == ".csv";

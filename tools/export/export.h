@@ -58,6 +58,9 @@ struct ExportOptions {
   void Validate() const;
 };
 
+// Whether the name is that of a picture.
+bool IsPicture(const std::filesystem::path& out);
+
 // All files that an export writes.
 std::vector<std::filesystem::path> OutputsOf(const std::filesystem::path& out);
 

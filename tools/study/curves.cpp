@@ -118,7 +118,11 @@ std::string ScriptOf(const Experiment& experiment,
 }
 
 bool RunGnuplot(const fs::path& folder, const std::string& script) {
-  const std::string change = fmt::format("cd '{}'", folder.string());
+  std::string quoted;
+  for (const char c : folder.string()) {
+    quoted += c == '\'' ? "''" : std::string(1, c);
+  }
+  const std::string change = fmt::format("cd '{}'", quoted);
   std::array<std::string, 4> words = {"gnuplot", "-e", change, script};
   std::array<char*, 5> argv = {words[0].data(),
                                words[1].data(),

@@ -7,12 +7,29 @@
 
 namespace enfilade {
 
+namespace {
+
+// Whether the line has all that every run writes. Lines of other versions may
+// not.
+bool IsOfStudy(const Json& line) {
+  const auto has = [&](const char* key, auto is_kind) {
+    const auto at = line.find(key);
+    return at != line.end() && is_kind(*at);
+  };
+  return line.is_object() && line.contains("key") &&
+         has("method", [](const Json& j) { return j.is_string(); }) &&
+         has("out_of_time", [](const Json& j) { return j.is_boolean(); }) &&
+         has("exit_code", [](const Json& j) { return j.is_number_integer(); });
+}
+
+}  // namespace
+
 std::vector<Json> LoadStudy(const std::filesystem::path& file) {
   std::vector<Json> lines;
   std::ifstream in(file);
   for (std::string text; std::getline(in, text);) {
     Json line = Json::parse(text, nullptr, false);
-    if (line.is_object() && line.contains("key")) {
+    if (IsOfStudy(line)) {
       lines.push_back(std::move(line));
     }
   }

@@ -114,7 +114,10 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
   for (Link& link : block.links) {
     const uint64_t step = in.GetVarint();
     receiver += step >> kKindBits;
-    source += UnZigZag(in.GetVarint());
+    // A damaged step may be of any size.
+    source =
+        static_cast<int64_t>(static_cast<uint64_t>(source) +
+                             static_cast<uint64_t>(UnZigZag(in.GetVarint())));
     link.kind = static_cast<LinkKind>(step & kKindMask);
     const size_t sources =
         link.kind == LinkKind::kGroup ? ends.groups : ends.sources;

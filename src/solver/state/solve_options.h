@@ -88,6 +88,7 @@ struct SolveSummary {
   double gather_seconds = 0;
   double push_pull_seconds = 0;
   double store_seconds = 0;
+  double check_seconds = 0;
   double link_bytes_per_link = 0;
   uint64_t bytes_read = 0;  // by the rounds, without the residual's rays
   uint64_t bytes_belady = 0;

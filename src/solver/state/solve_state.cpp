@@ -25,6 +25,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveTimes,
                                    gather_seconds,
                                    push_pull_seconds,
                                    store_seconds,
+                                   check_seconds,
                                    bytes_read,
                                    bytes_belady,
                                    bytes_compulsory)

@@ -75,7 +75,8 @@ struct SolveTimes {
   double gather_seconds = 0;
   double push_pull_seconds = 0;
   double store_seconds = 0;
-  uint64_t bytes_read = 0;  // by the rounds, without rays for the residual
+  double check_seconds = 0;  // rays for the error of rounds
+  uint64_t bytes_read = 0;   // by the rounds, without rays for the residual
   uint64_t bytes_belady = 0;
   uint64_t bytes_compulsory = 0;
 };
