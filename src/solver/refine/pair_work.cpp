@@ -32,11 +32,11 @@ constexpr float kWeakGain = 1;
 
 }  // namespace
 
-bool ClusterVisit::IsUnlikely() const {
+bool PairBounds::IsUnlikely() const {
   return probability < kMostProbable;
 }
 
-bool ClusterVisit::IsFew() const {
+bool PairBounds::IsFew() const {
   return IsUnlikely() && expected < kFewLinks;
 }
 
@@ -102,12 +102,12 @@ void PairWork::FindItems() {
 void PairWork::FindPairs(ClusterPair pair) {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
-  const ClusterVisit visit = LookAt(pair);
-  if (visit.hidden) {
+  const PairBounds bounds = BoundPair(pair);
+  if (bounds.hidden) {
     return;
   }
-  if (visit.IsFew()) {
-    if (!DrawsOf(pair, visit, uint64_t{r.count} * s.count).AtEnd()) {
+  if (bounds.IsFew()) {
+    if (!DrawsOf(pair, bounds, uint64_t{r.count} * s.count).AtEnd()) {
       items_.push_back({pair.receiver, pair.source, false, true});
     }
     return;
@@ -128,12 +128,12 @@ void PairWork::FindPairs(ClusterPair pair) {
 
 void PairWork::FindGroups(ClusterPair pair) {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
-  const ClusterVisit visit = LookAtGroup(pair);
-  if (visit.hidden) {
+  const PairBounds bounds = BoundGroup(pair);
+  if (bounds.hidden) {
     return;
   }
-  if (visit.IsFew()) {
-    if (!DrawsOf(pair, visit, r.count).AtEnd()) {
+  if (bounds.IsFew()) {
+    if (!DrawsOf(pair, bounds, r.count).AtEnd()) {
       items_.push_back({pair.receiver, pair.source, true, true});
     }
   } else if (r.count > kItemReceivers && r.child != 0) {
@@ -161,7 +161,7 @@ void PairWork::SortItems() {
       });
 }
 
-ClusterVisit PairWork::LookAt(ClusterPair pair) const {
+PairBounds PairWork::BoundPair(ClusterPair pair) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
   if (!receiver_.part.Overlaps(r.box) || !source_.part.Overlaps(s.box)) {
@@ -171,40 +171,40 @@ ClusterVisit PairWork::LookAt(ClusterPair pair) const {
   if (bound.behind) {
     return {.hidden = true};
   }
-  ClusterVisit visit;
-  visit.form_factor = bound.form_factor;
+  PairBounds bounds;
+  bounds.form_factor = bound.form_factor;
   const float transfer =
       receiver_.weights[pair.receiver] *
       std::min(source_.sent->peaks[pair.source] * bound.form_factor,
                source_.sent->fluxes[pair.source] * bound.per_area);
-  visit.probability = WeakProbability(transfer, bound.form_factor);
-  visit.expected = static_cast<float>(r.count) * static_cast<float>(s.count) *
-                   visit.probability;
-  return visit;
+  bounds.probability = WeakProbability(transfer, bound.form_factor);
+  bounds.expected = static_cast<float>(r.count) * static_cast<float>(s.count) *
+                    bounds.probability;
+  return bounds;
 }
 
-ClusterVisit PairWork::LookAtGroup(ClusterPair pair) const {
+PairBounds PairWork::BoundGroup(ClusterPair pair) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const SourceGroup& g = source_.groups->All()[pair.source];
   if (!receiver_.part.Overlaps(r.box) || !source_.part.Overlaps(g.box)) {
     return {.hidden = true};
   }
-  ClusterVisit visit;
-  visit.form_factor = FormFactorOfGroup(
+  PairBounds bounds;
+  bounds.form_factor = FormFactorOfGroup(
       g, (r.box.low + r.box.high) * 0.5F, 0.5F * Length(r.box.Extent()));
-  visit.probability = WeakProbability(
+  bounds.probability = WeakProbability(
       receiver_.weights[pair.receiver] *
-          source_.sent->groups[pair.source].Most() * visit.form_factor,
-      visit.form_factor);
-  visit.expected = static_cast<float>(r.count) * visit.probability;
-  return visit;
+          source_.sent->groups[pair.source].Most() * bounds.form_factor,
+      bounds.form_factor);
+  bounds.expected = static_cast<float>(r.count) * bounds.probability;
+  return bounds;
 }
 
 RareDraws PairWork::DrawsOf(ClusterPair pair,
-                            const ClusterVisit& visit,
+                            const PairBounds& bounds,
                             uint64_t count) const {
   return {MixKey(Key(), ~(uint64_t{pair.receiver} << 32 | pair.source)),
-          static_cast<double>(visit.probability),
+          static_cast<double>(bounds.probability),
           count};
 }
 

@@ -27,7 +27,7 @@ struct ClusterPair {
 };
 
 // Bounds on the pairs of items of two clusters.
-struct ClusterVisit {
+struct PairBounds {
   bool hidden = false;    // no item of one faces or sees any of the other
   float form_factor = 0;  // upper bound
   float probability = 0;  // upper bound, that a pair is kept
@@ -68,14 +68,14 @@ class PairWork {
   [[nodiscard]] std::span<const WorkItem> Items() const { return items_; }
 
   // The bounds on a pair of clusters.
-  [[nodiscard]] ClusterVisit LookAt(ClusterPair pair) const;
+  [[nodiscard]] PairBounds BoundPair(ClusterPair pair) const;
   // The bounds on a cluster of receivers and a group.
-  [[nodiscard]] ClusterVisit LookAtGroup(ClusterPair pair) const;
+  [[nodiscard]] PairBounds BoundGroup(ClusterPair pair) const;
 
   // Draws which of the `count` transfers of a pair are looked at. Requires that
-  // few are kept (ClusterVisit::IsFew or IsUnlikely).
+  // few are kept (PairBounds::IsFew or IsUnlikely).
   [[nodiscard]] RareDraws DrawsOf(ClusterPair pair,
-                                  const ClusterVisit& visit,
+                                  const PairBounds& bounds,
                                   uint64_t count) const;
 
   // The probability with which a transfer is kept, from bounds of the transfer

@@ -175,7 +175,7 @@ class Refiner {
   void VisitItems(const Cluster& r, const Cluster& s, Task* task) const;
   void DrawItem(const WorkItem& item, Task* task) const;
   void SamplePairs(ClusterPair pair,
-                   const ClusterVisit& visit,
+                   const PairBounds& bounds,
                    Task* task) const;
   const Receiver& ReceiverAt(uint32_t item, Task* task) const;
   const Source& SourceAt(uint32_t item, Task* task) const;
@@ -298,16 +298,16 @@ class Refiner {
   [[nodiscard]] uint64_t KeyOf(const Receiver& r, uint32_t group) const;
   void VisitGroups(const Cluster& r, uint32_t group, Task* task) const;
   void SampleGroup(ClusterPair pair,
-                   const ClusterVisit& visit,
+                   const PairBounds& bounds,
                    Task* task) const;
   void VisitGroup(const Receiver& r,
                   GroupVisit visit,
                   const GroupPart& candidates,
                   Task* task) const;
-  [[nodiscard]] GroupLook LookAtGroup(const Receiver& r,
-                                      float light,
-                                      int blocked,
-                                      GroupRays* rays) const;
+  [[nodiscard]] GroupLook TraceGroup(const Receiver& r,
+                                     float light,
+                                     int blocked,
+                                     GroupRays* rays) const;
   [[nodiscard]] GroupJudgement JudgeGroup(const Receiver& r,
                                           const GroupVisit& visit,
                                           const GroupTransfer& transfer,

@@ -46,12 +46,12 @@ void Refiner::VisitSources(uint32_t receiver,
     TakeBlocked(task);
     return;
   }
-  const ClusterVisit visit = work_.LookAt({receiver, source});
-  if (visit.hidden || task->out->overflowed) {
+  const PairBounds bounds = work_.BoundPair({receiver, source});
+  if (bounds.hidden || task->out->overflowed) {
     return;
   }
-  if (visit.IsFew()) {
-    SamplePairs({receiver, source}, visit, task);
+  if (bounds.IsFew()) {
+    SamplePairs({receiver, source}, bounds, task);
     return;
   }
   VisitSources(receiver, s.child, task);
@@ -66,13 +66,13 @@ void Refiner::VisitClusters(uint32_t receiver,
   if (task->out->overflowed || !task->Meets(r.first, r.count)) {
     return;
   }
-  const ClusterVisit visit = work_.LookAt({receiver, source});
-  if (visit.hidden) {
+  const PairBounds bounds = work_.BoundPair({receiver, source});
+  if (bounds.hidden) {
     return;
   }
   const bool are_leaves = r.child == 0 && s.child == 0;
-  if (visit.IsFew() || (are_leaves && visit.IsUnlikely())) {
-    SamplePairs({receiver, source}, visit, task);
+  if (bounds.IsFew() || (are_leaves && bounds.IsUnlikely())) {
+    SamplePairs({receiver, source}, bounds, task);
   } else if (are_leaves) {
     VisitItems(r, s, task);
   } else if (s.child == 0 ||
@@ -100,23 +100,23 @@ void Refiner::VisitItems(const Cluster& r, const Cluster& s, Task* task) const {
 void Refiner::DrawItem(const WorkItem& item, Task* task) const {
   const ClusterPair pair{item.receiver, item.source};
   if (item.is_group) {
-    SampleGroup(pair, work_.LookAtGroup(pair), task);
+    SampleGroup(pair, work_.BoundGroup(pair), task);
   } else {
     task->first_source = source_.clusters->Clusters()[item.source].first;
-    SamplePairs(pair, work_.LookAt(pair), task);
+    SamplePairs(pair, work_.BoundPair(pair), task);
   }
 }
 
 // Draws the pairs of items whose weak links are kept, without looking at the
-// other pairs. The first draw uses `visit.probability`, an upper bound for all
+// other pairs. The first draw uses `bounds.probability`, an upper bound for all
 // pairs, and jumps from one success to the next. AddWeak then draws among the
 // successes by each pair's own probability.
 void Refiner::SamplePairs(ClusterPair pair,
-                          const ClusterVisit& visit,
+                          const PairBounds& bounds,
                           Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
   const Cluster& s = source_.clusters->Clusters()[pair.source];
-  RareDraws draws = work_.DrawsOf(pair, visit, uint64_t{r.count} * s.count);
+  RareDraws draws = work_.DrawsOf(pair, bounds, uint64_t{r.count} * s.count);
   for (; !draws.AtEnd(); draws.Next()) {
     const uint32_t i = r.first + static_cast<uint32_t>(draws.Trial() / s.count);
     const uint32_t k = s.first + static_cast<uint32_t>(draws.Trial() % s.count);
@@ -135,12 +135,12 @@ void Refiner::SamplePairs(ClusterPair pair,
       continue;
     }
     const float f =
-        std::min(visit.form_factor, FormFactorBound(receiver.end, source.end));
+        std::min(bounds.form_factor, FormFactorBound(receiver.end, source.end));
     AddWeak(receiver,
             source,
             f,
             receiver.weight * PeakOf(source) * f,
-            visit.probability,
+            bounds.probability,
             task);
   }
 }

@@ -63,15 +63,15 @@ void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
 
 // Draws the receivers of a cluster for a group, as SamplePairs draws pairs.
 void Refiner::SampleGroup(ClusterPair pair,
-                          const ClusterVisit& visit,
+                          const PairBounds& bounds,
                           Task* task) const {
   const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
-  RareDraws draws = work_.DrawsOf(pair, visit, r.count);
+  RareDraws draws = work_.DrawsOf(pair, bounds, r.count);
   for (; !draws.AtEnd(); draws.Next()) {
     const auto i = r.first + static_cast<uint32_t>(draws.Trial());
     DrawGroup(RootReceiver(receiver_.clusters->Items()[i]),
               pair.source,
-              visit.probability,
+              bounds.probability,
               task);
   }
 }
@@ -127,10 +127,10 @@ void Refiner::VisitGroup(const Receiver& r,
 // Traces one ray per node, then more from one point per node, then rays from
 // several points, until they say enough. `light`: the unoccluded transfer from
 // the group, weighted.
-Refiner::GroupLook Refiner::LookAtGroup(const Receiver& r,
-                                        float light,
-                                        int blocked,
-                                        GroupRays* rays) const {
+Refiner::GroupLook Refiner::TraceGroup(const Receiver& r,
+                                       float light,
+                                       int blocked,
+                                       GroupRays* rays) const {
   GroupLook look;
   look.sight = rays->Look(1, 1);
   look.few = look.sight.Agrees() && FewDecide(light, blocked);
@@ -157,7 +157,7 @@ Refiner::GroupJudgement Refiner::JudgeGroup(const Receiver& r,
   const float brightness = r.weight * sent.radiosity;
   const float light = brightness * transfer.FormFactor();
   GroupJudgement judged;
-  judged.look = LookAtGroup(r, light, visit.blocked, rays);
+  judged.look = TraceGroup(r, light, visit.blocked, rays);
   const auto& [sight, few, agreed] = judged.look;
   const float visible = sight.fraction;
   judged.is_seen = visible > 0 || rays->SeesPeak();
