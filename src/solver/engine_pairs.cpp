@@ -5,6 +5,7 @@
 #include "solver/engine.h"
 #include "solver/links/gather.h"
 #include "solver/paging/cells_between.h"
+#include "solver/refine/apply_links.h"
 #include "solver/refine/refined_parts.h"
 
 #include <utility>

@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "solver/elements/element_tree.h"
 #include "solver/elements/received_light.h"
+#include "solver/refine/apply_links.h"
 #include "solver/refine/pair_work.h"
 #include "solver/refine/refine_side.h"
 #include "solver/refine/refiner.h"

@@ -23,9 +23,8 @@
 #pragma once
 
 #include "solver/elements/element_tree.h"
-#include "solver/elements/received_light.h"
-#include "solver/links/link_block.h"
 #include "solver/refine/pair_work.h"
+#include "solver/refine/raw_links.h"
 #include "solver/refine/refine_side.h"
 #include "solver/refine/source_weights.h"
 #include "solver/state/work_part.h"
@@ -36,59 +35,9 @@
 #include "solver/transfer/shaft.h"
 
 #include <array>
-#include <atomic>
 #include <cstdint>
-#include <span>
-#include <vector>
 
 namespace enfilade {
-
-// A link before its elements have ids.
-struct RawLink {
-  uint32_t receiver_patch = 0;
-  uint32_t source_patch = 0;  // the index of a group if kGroup
-  ElementPath receiver_path = kRootPath;
-  ElementPath source_path = kRootPath;
-  LinkKind kind{};
-  uint16_t value = 0;
-  uint32_t more = 0;  // as Link::more; shaped: index into RawLinks::shapes
-  // The irradiance that a source of 1 W/m2 brings to the receiver's nodes,
-  // W/m2.
-  std::array<float, kTransferNodes> gain{};
-};
-
-struct RawLinks {
-  std::vector<RawLink> links;
-  std::vector<KernelShape> shapes;
-  // The sum of the squares of weighted errors that count, (W/m)^2.
-  double squared_error = 0;
-  uint64_t rays = 0;
-  bool overflowed = false;  // too many links: they are of no use
-};
-
-// How many links a part of the work may make.
-struct LinkLimit {
-  // A part that makes more links is to be cut, if it can be.
-  size_t most = SIZE_MAX;
-  // Counts the links of all parts that are made at the same time. A part that
-  // brings the counter above `most_together` is to be made again later.
-  std::atomic<size_t>* together = nullptr;
-  size_t most_together = SIZE_MAX;
-};
-
-// A cell whose tree grows with its links.
-struct GrowingSide {
-  std::span<const PatchGeometry> patches;
-  CellTree* tree = nullptr;
-};
-
-// Appends raw links to a block, making the elements that they name, and adds
-// to the receiver's gains.
-void ApplyLinks(const RawLinks& raw,
-                const GrowingSide& receiver,
-                const GrowingSide& source,
-                ReceivedLight* received,
-                LinkBlock* block);
 
 // Refines the transfers from one source cell to one receiver cell.
 class Refiner {

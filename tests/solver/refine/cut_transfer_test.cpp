@@ -3,6 +3,7 @@
 // tests compare the light with exact form factors of points.
 
 #include "base/random.h"
+#include "solver/refine/apply_links.h"
 #include "solver/refine/refiner.h"
 #include "solver/transfer/fit_residual.h"
 #include "solver/transfer/form_factor.h"
