@@ -2,6 +2,7 @@
 
 #include "base/random.h"
 #include "solver/refine/refiner_task.h"
+#include "solver/refine/unknown_share.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,30 +11,12 @@
 namespace enfilade {
 namespace {
 
-// Constants of the oracle: docs/decisions/0011-oracle.md. The occlusion that
-// sixteen rays leave unknown, as a share of the unoccluded transfer:
-// kMixedVisibility per root of p (1 - p) if the share p of the rays gets
-// through, kUnprovenBlocked if no ray does, kUnprovenClear if all do.
-constexpr float kMixedVisibility = 0.5F;
-constexpr float kUnprovenBlocked = 0.04F;
 // Sixteen rays miss a shadow that covers more than this share of the receiver
 // only one time in ten.
 constexpr float kMostMissed = 0.125F;
 // On the larger elements of higher-order bases, shadows cost more than rays
 // tell. Measured: docs/decisions/0017-higher-orders.md.
 constexpr std::array<float, 5> kShadowsOfOrder = {1, 1, 1, 1.25F, 1.4F};
-// Each split of a transfer whose rays are all blocked reduces the unknown share
-// to a quarter: this many halvings.
-constexpr int kBlockedHalvings = 2;
-// The first four rays, if they agree, leave the share kUnprovenByFour of the
-// transfer unknown. They decide alone if that is at most kDecidedByFour of tau.
-constexpr float kUnprovenByFour = 0.15F;
-constexpr float kDecidedByFour = 0.25F;
-
-// The unknown share of a transfer of which the share `visible` gets through.
-float MixedShare(float visible) {
-  return kMixedVisibility * std::sqrt(visible * (1 - visible));
-}
 
 }  // namespace
 
@@ -78,7 +61,7 @@ void Refiner::Visit(const Receiver& r,
     return;
   }
   LinkRays rays(*blockers_, r.end, s.end, KeyOf(r, s), &task->rays);
-  if (FewDecide(bound, blocked)) {
+  if (FewDecide(bound, blocked, static_cast<float>(options_.tau))) {
     rays.TraceFew();
     if (rays.NoneSeen() && !rays.SeesPeak()) {
       AcceptBlocked(r, s, bound * UnknownBlocked(true, blocked), &rays, task);
@@ -98,8 +81,9 @@ void Refiner::VisitSeen(const Receiver& r,
   Judgement judgement = JudgeTransfer(r.end, s);
   const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
   const float unknown =
-      judgement.transfer * shadows_ *
-      UnknownShare(look.fraction, look.proven, look.few, blocked);
+      look.proven ? 0
+                  : judgement.transfer * shadows_ *
+                        UnknownShare(look.fraction, look.few, blocked);
   const bool is_seen = look.fraction > 0 || rays->SeesPeak();
   float error_at_receiver = 0;
   float error_at_source = 0;
@@ -127,7 +111,7 @@ void Refiner::VisitSeen(const Receiver& r,
     }
     return;
   }
-  if (!task->Takes(r)) {
+  if (!task->part.Owns(r.level)) {
     return;
   }
   const float error = r.weight * (by_receiver + by_source);
@@ -149,7 +133,7 @@ void Refiner::AcceptBlocked(const Receiver& r,
                             float error,
                             LinkRays* rays,
                             Task* task) const {
-  if (!task->Takes(r)) {
+  if (!task->part.Owns(r.level)) {
     return;
   }
   AddBlockedError(TrueError(r, error), task);
@@ -157,24 +141,6 @@ void Refiner::AcceptBlocked(const Receiver& r,
   if (bits != 0) {
     Accept(r, s, JudgeTransfer(r.end, s), bits, task);
   }
-}
-
-// The share of the unoccluded transfer that rays leave unknown if all of them
-// are blocked.
-float Refiner::UnknownBlocked(bool few, int blocked) {
-  return std::ldexp(few ? kUnprovenByFour : kUnprovenBlocked,
-                    -kBlockedHalvings * blocked);
-}
-
-// The share of the unoccluded transfer that the rays of a link leave unknown.
-float Refiner::UnknownShare(float visible, bool proven, bool few, int blocked) {
-  if (proven) {
-    return 0;
-  }
-  if (visible <= 0) {
-    return UnknownBlocked(few, blocked);
-  }
-  return MixedShare(visible) + (few ? kUnprovenByFour : kUnprovenClear);
 }
 
 // The share of the unoccluded transfer that shadows may hide if all rays got
@@ -194,19 +160,12 @@ float Refiner::MissedShadow(const Receiver& r,
   return std::max(0.0F, MixedShare(hidden) - kUnprovenClear);
 }
 
-// Whether four rays that agree leave so little of a transfer unknown that they
-// decide alone.
-bool Refiner::FewDecide(float transfer, int blocked) const {
-  return transfer * UnknownBlocked(true, blocked) <=
-         kDecidedByFour * static_cast<float>(options_.tau);
-}
-
 void Refiner::SplitReceiver(const Receiver& r,
                             const Source& s,
                             int blocked,
                             Task* task) const {
   for (size_t c = 0; c < kChildren; ++c) {
-    if (task->Enters(r, c)) {
+    if (task->part.Enters(r.level, c)) {
       Visit(ChildReceiver(r, c), s, blocked, task);
     }
   }
@@ -234,8 +193,9 @@ Refiner::Visibility Refiner::Look(const Receiver& r,
     return look;
   }
   rays->TraceFew();
-  look.few = rays->Agree() &&
-             FewDecide(r.weight * sight.judgement->transfer, sight.blocked);
+  look.few = rays->Agree() && FewDecide(r.weight * sight.judgement->transfer,
+                                        sight.blocked,
+                                        static_cast<float>(options_.tau));
   if (look.few) {
     look.bits = rays->NoneSeen() ? uint16_t{0} : AllPairs(r.end, s.end);
     look.fraction = rays->NoneSeen() ? 0.0F : 1.0F;

@@ -160,8 +160,6 @@ class Refiner {
   [[nodiscard]] float NearDetail(const Receiver& r,
                                  const Source& s,
                                  const Judgement& judgement) const;
-  static float UnknownBlocked(bool few, int blocked);
-  static float UnknownShare(float visible, bool proven, bool few, int blocked);
   [[nodiscard]] float MissedShadow(const Receiver& r,
                                    const Source& s,
                                    float transfer,
@@ -173,7 +171,6 @@ class Refiner {
               const Kernel& kernel,
               RawLink* link,
               Task* task) const;
-  [[nodiscard]] bool FewDecide(float transfer, int blocked) const;
 
   // What a weighted error adds to the error of the solution: the error without
   // the receiver's care, and by what the receiver reflects, which is less than

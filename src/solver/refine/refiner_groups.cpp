@@ -3,6 +3,7 @@
 #include "base/random.h"
 #include "solver/refine/refiner_task.h"
 #include "solver/refine/source_weights.h"
+#include "solver/refine/unknown_share.h"
 
 #include <algorithm>
 #include <cmath>
@@ -133,7 +134,8 @@ Refiner::GroupLook Refiner::TraceGroup(const Receiver& r,
                                        GroupRays* rays) const {
   GroupLook look;
   look.sight = rays->Look(1, 1);
-  look.few = look.sight.Agrees() && FewDecide(light, blocked);
+  look.few = look.sight.Agrees() &&
+             FewDecide(light, blocked, static_cast<float>(options_.tau));
   if (!look.few) {
     look.sight = rays->Look(1, kManyRays);
   }
@@ -164,7 +166,7 @@ Refiner::GroupJudgement Refiner::JudgeGroup(const Receiver& r,
   const float rough =
       judged.is_seen ? brightness * transfer.Residual(*basis_) : 0.0F;
   const Unknown unknown =
-      agreed ? UnknownByAgreed(UnknownShare(visible, false, few, visit.blocked),
+      agreed ? UnknownByAgreed(UnknownShare(visible, few, visit.blocked),
                                r.end.diameter,
                                GroupAt(visit.group).box)
              : UnknownByMixed(sight);
@@ -202,7 +204,7 @@ void Refiner::VisitSeenGroup(const Receiver& r,
     }
     return;
   }
-  if (task->Takes(r)) {
+  if (task->part.Owns(r.level)) {
     KeepGroup(r, visit.group, judged, *transfer, &rays, task);
   }
 }
@@ -238,7 +240,7 @@ void Refiner::SplitGroupReceiver(const Receiver& r,
                                  const GroupPart& facing,
                                  Task* task) const {
   for (size_t c = 0; c < kChildren; ++c) {
-    if (task->Enters(r, c)) {
+    if (task->part.Enters(r.level, c)) {
       VisitGroup(ChildReceiver(r, c), visit, facing, task);
     }
   }
@@ -285,7 +287,7 @@ void Refiner::AddWeakGroup(const Receiver& r,
                            GroupVisit visit,
                            const GroupTransfer& transfer,
                            Task* task) const {
-  if (!task->Takes(r)) {
+  if (!task->part.Owns(r.level)) {
     return;
   }
   const float brightness = r.weight * SentBy(visit.group).Most();

@@ -2,6 +2,7 @@
 // weak transfers that are drawn.
 
 #include "base/random.h"
+#include "solver/refine/near_code.h"
 #include "solver/refine/refiner_task.h"
 
 #include <algorithm>
@@ -14,50 +15,6 @@ namespace {
 // The error that quadrature scaled to the true sum may add to a near link, as a
 // share of tau.
 constexpr float kRebuiltShare = 0.03125F;
-
-// The QuadratureKernel of the visible pairs of nodes, scaled to a sum.
-Kernel ScaledQuadrature(const TransferEnd& receiver,
-                        const TransferEnd& source,
-                        uint16_t visible,
-                        uint16_t sum) {
-  Kernel kernel = QuadratureKernel(receiver, source);
-  MaskKernel(visible, &kernel);
-  std::array<float, kTransferNodes> totals{};
-  for (size_t i = 0; i < kernel.size(); ++i) {
-    totals[i / kTransferNodes] += kernel[i];
-  }
-  const float scale = ScaleTo(sum, totals);
-  for (float& k : kernel) {
-    k *= scale;
-  }
-  return kernel;
-}
-
-bool IsZero(const Kernel& kernel) {
-  return std::all_of(
-      kernel.begin(), kernel.end(), [](float k) { return k == 0; });
-}
-
-// The difference between the irradiances that two kernels bring from a source
-// with these nodes and this detail, W/m2, RMS over the receiver's nodes.
-float Difference(const Kernel& kernel,
-                 const Kernel& other,
-                 const std::array<float, kTransferNodes>& radiosity,
-                 float detail) {
-  float square = 0;
-  for (size_t g = 0; g < kTransferNodes; ++g) {
-    float even = 0;
-    float uneven = 0;
-    for (size_t q = 0; q < kTransferNodes; ++q) {
-      const size_t i = g * kTransferNodes + q;
-      const float off = other[i] - kernel[i];
-      even += off * radiosity[q];
-      uneven += off * off;
-    }
-    square += even * even + uneven * detail * detail;
-  }
-  return std::sqrt(square / kTransferNodes);
-}
 
 }  // namespace
 
@@ -136,14 +93,12 @@ void Refiner::Encode(const Receiver& r,
                      const Kernel& kernel,
                      RawLink* link,
                      Task* task) const {
+  const NearCode code =
+      EncodeNear(r.end, s, kernel, static_cast<uint16_t>(link->more));
   link->kind = LinkKind::kNear;
-  link->value = EncodeSum(kernel);
-  const Kernel rebuilt = ScaledQuadrature(
-      r.end, s.end, static_cast<uint16_t>(link->more), link->value);
-  const float error = Difference(kernel, rebuilt, s.radiosity, s.detail);
-  // Quadrature that is zero everywhere cannot be scaled to a sum.
-  if (IsZero(rebuilt) ||
-      r.weight * error > kRebuiltShare * static_cast<float>(options_.tau)) {
+  link->value = code.sum;
+  if (!code.error || r.weight * *code.error >
+                         kRebuiltShare * static_cast<float>(options_.tau)) {
     auto& shapes = task->out->shapes;
     link->kind = LinkKind::kShaped;
     link->more = static_cast<uint32_t>(shapes.size());
@@ -157,7 +112,7 @@ void Refiner::AddWeak(const Receiver& r,
                       float bound,
                       float drawn,
                       Task* task) const {
-  if (!task->Takes(r) || IsBehind(s.end, *r.end.patch) ||
+  if (!task->part.Owns(r.level) || IsBehind(s.end, *r.end.patch) ||
       IsBehind(r.end, *s.end.patch)) {
     return;
   }

@@ -16,10 +16,6 @@
 
 namespace enfilade {
 
-// The occlusion that sixteen rays leave unknown if all get through, as a share
-// of the transfer.
-constexpr float kUnprovenClear = 0.03F;
-
 // Rays that are traced together.
 constexpr size_t kPacketRays =
     std::tuple_size_v<decltype(SegmentPacket::from_x)>;
@@ -62,25 +58,9 @@ class Slots {
 
 // The state of a part of an item of work.
 struct Refiner::Task {
-  // Whether links to a receiver on the way to the part's element belong to the
-  // part.
-  [[nodiscard]] bool Takes(const Receiver& r) const {
-    return part.Owns(r.level);
-  }
-
-  // Whether the part reaches into a child of a receiver on the way to the
-  // part's element.
-  [[nodiscard]] bool Enters(const Receiver& r, size_t child) const {
-    return r.level >= part.Levels() || part.ChildAt(r.level) == child;
-  }
-
   // Whether one of the item's receivers [first, first + count) is in the part.
   [[nodiscard]] bool Meets(uint32_t first, uint32_t count) const {
-    if (part.depth == 0) {
-      return true;
-    }
-    const uint32_t low = first_receiver + part.FirstReceiver();
-    return first < low + part.ReceiverCount() && low < first + count;
+    return part.Meets(first - first_receiver, count);
   }
 
   RawLinks* out = nullptr;

@@ -68,6 +68,17 @@ struct WorkPart {
     return part >> 2 * (Levels() - 1 - level) & 3;
   }
 
+  // Whether the part reaches into a child of such an element.
+  [[nodiscard]] bool Enters(uint32_t level, size_t child) const {
+    return level >= Levels() || ChildAt(level) == child;
+  }
+
+  // Whether one of the item's receivers [first, first + count) is in the part.
+  [[nodiscard]] bool Meets(uint32_t first, uint32_t count) const {
+    return depth == 0 || (first < FirstReceiver() + ReceiverCount() &&
+                          FirstReceiver() < first + count);
+  }
+
   // Whether this part owns the links to an element `level` levels below the
   // receiver; the element lies on the path to the part's element, or below it.
   [[nodiscard]] bool Owns(uint32_t level) const {

@@ -70,5 +70,22 @@ TEST(WorkPart, LinksAboveItsElementBelongToTheFirstOne) {
   EXPECT_EQ(owners, 1);
 }
 
+TEST(WorkPart, MeetsItsReceiversAndEntersTheChildrenOnItsPath) {
+  const WorkPart whole;
+  EXPECT_TRUE(whole.Meets(5, 1));
+  EXPECT_TRUE(whole.Enters(0, 3));
+  // Of receiver 5, child 2 of its child 1.
+  const WorkPart part = {0, 3, 5 << 4 | 1 << 2 | 2};
+  EXPECT_TRUE(part.Meets(5, 1));
+  EXPECT_TRUE(part.Meets(0, 6));
+  EXPECT_FALSE(part.Meets(0, 5));
+  EXPECT_FALSE(part.Meets(6, 2));
+  for (size_t child = 0; child < 4; ++child) {
+    EXPECT_EQ(part.Enters(0, child), child == 1);
+    EXPECT_EQ(part.Enters(1, child), child == 2);
+    EXPECT_TRUE(part.Enters(2, child));
+  }
+}
+
 }  // namespace
 }  // namespace enfilade
