@@ -1,8 +1,6 @@
-// The part of refinement whose sources are groups of patches.
+#include "solver/refine/group_refiner.h"
 
 #include "base/random.h"
-#include "solver/refine/refiner_task.h"
-#include "solver/refine/source_weights.h"
 #include "solver/refine/unknown_share.h"
 
 #include <algorithm>
@@ -49,93 +47,68 @@ Unknown UnknownByMixed(const GroupSight& sight) {
 
 }  // namespace
 
-uint64_t Refiner::KeyOf(const Receiver& r, uint32_t group) const {
+uint64_t GroupRefiner::KeyOf(const ReceiverElement& r, uint32_t group) const {
   const uint64_t ends = uint64_t{r.patch} << 32 | kGroupKey | group;
-  return MixKey(MixKey(work_.Key(), ends), r.path);
-}
-
-void Refiner::VisitGroups(const Cluster& r, uint32_t group, Task* task) const {
-  for (uint32_t i = r.first; i < r.first + r.count; ++i) {
-    if (task->Meets(i, 1)) {
-      DrawGroup(ReceiverAt(i, task), group, 1, task);
-    }
-  }
-}
-
-// Draws the receivers of a cluster for a group, as SamplePairs draws pairs.
-void Refiner::SampleGroup(ClusterPair pair,
-                          const PairBounds& bounds,
-                          Task* task) const {
-  const Cluster& r = receiver_.clusters->Clusters()[pair.receiver];
-  RareDraws draws = work_.DrawsOf(pair, bounds, r.count);
-  for (; !draws.AtEnd(); draws.Next()) {
-    const auto i = r.first + static_cast<uint32_t>(draws.Trial());
-    DrawGroup(RootReceiver(receiver_.clusters->Items()[i]),
-              pair.source,
-              bounds.probability,
-              task);
-  }
+  return MixKey(MixKey(pair_->work.Key(), ends), r.path);
 }
 
 // Looks at a group with a probability that the bound by the group's box gives:
 // in a hall with many lamps, most pairs are so weak that the box shows it.
-// `drawn`: as for AddWeak.
-void Refiner::DrawGroup(const Receiver& r,
-                        uint32_t group,
-                        float drawn,
-                        Task* task) const {
+void GroupRefiner::Draw(const ReceiverElement& r, uint32_t group, float drawn) {
   const float form_factor =
       FormFactorOfGroup(GroupAt(group), r.end.center, r.end.radius);
   const float bound = r.weight * SentBy(group).Most() * form_factor;
   const float probability =
-      bound < static_cast<float>(options_.tau_weak)
-          ? std::min(drawn, work_.WeakProbability(bound, form_factor))
+      bound < pair_->tau_weak
+          ? std::min(drawn, pair_->work.WeakProbability(bound, form_factor))
           : drawn;
   Random random(MixKey(KeyOf(r, group), kGroupKey));
   if (random.Next() * static_cast<double>(drawn) <
       static_cast<double>(probability)) {
-    VisitGroup(r, {group, 0, probability}, WholeGroup(GroupAt(group)), task);
+    Visit(r, {group, 0, probability}, WholeGroup(GroupAt(group)));
   }
 }
 
-void Refiner::VisitGroup(const Receiver& r,
+void GroupRefiner::Visit(const ReceiverElement& r,
                          GroupVisit visit,
-                         const GroupPart& candidates,
-                         Task* task) const {
+                         const GroupPart& candidates) {
   const SourceGroup& group = GroupAt(visit.group);
-  if (task->out->overflowed || !ReachesInto(r.end, receiver_.part) ||
-      !source_.part.Overlaps(group.box)) {
+  if (sink_->Overflowed() || !ReachesInto(r.end, pair_->Receiver().part) ||
+      !pair_->Source().part.Overlaps(group.box)) {
     return;
   }
-  GroupTransfer transfer(
-      r.end, source_.patches, *source_.groups, group, candidates);
+  GroupTransfer transfer(r.end,
+                         pair_->Source().patches,
+                         *pair_->Source().groups,
+                         group,
+                         candidates);
   if (transfer.Facing().count == 0) {
     return;
   }
   const float bound =
       r.weight * SentBy(visit.group).Most() * transfer.FormFactorBound();
-  if (visit.drawn < 1 || bound < static_cast<float>(options_.tau_weak)) {
-    AddWeakGroup(r, visit, transfer, task);
+  if (visit.drawn < 1 || bound < pair_->tau_weak) {
+    DrawWeak(r, visit, transfer);
     return;
   }
-  if (blockers_->Separate(ShaftBetween(*r.end.patch, r.end.frame, group.box))) {
+  if (pair_->blockers->Separate(
+          ShaftBetween(*r.end.patch, r.end.frame, group.box))) {
     return;
   }
   transfer.Evaluate();
-  VisitSeenGroup(r, visit, &transfer, task);
+  VisitSeen(r, visit, transfer);
 }
 
 // Traces one ray per node, then more from one point per node, then rays from
 // several points, until they say enough. `light`: the unoccluded transfer from
 // the group, weighted.
-Refiner::GroupLook Refiner::TraceGroup(const Receiver& r,
-                                       float light,
-                                       int blocked,
-                                       GroupRays* rays) const {
+GroupRefiner::GroupLook GroupRefiner::Look(const ReceiverElement& r,
+                                           float light,
+                                           int blocked,
+                                           GroupRays* rays) const {
   GroupLook look;
   look.sight = rays->Look(1, 1);
-  look.few = look.sight.Agrees() &&
-             FewDecide(light, blocked, static_cast<float>(options_.tau));
+  look.few = look.sight.Agrees() && FewDecide(light, blocked, pair_->tau);
   if (!look.few) {
     look.sight = rays->Look(1, kManyRays);
   }
@@ -150,32 +123,32 @@ Refiner::GroupLook Refiner::TraceGroup(const Receiver& r,
 }
 
 // Bounds the error of one link from the group to the receiver.
-Refiner::GroupJudgement Refiner::JudgeGroup(const Receiver& r,
-                                            const GroupVisit& visit,
-                                            const GroupTransfer& transfer,
-                                            GroupRays* rays) const {
+GroupRefiner::GroupJudgement GroupRefiner::Judge(const ReceiverElement& r,
+                                                 const GroupVisit& visit,
+                                                 const GroupTransfer& transfer,
+                                                 GroupRays* rays) const {
   const GroupWeight& sent = SentBy(visit.group);
-  const auto tau = static_cast<float>(options_.tau);
+  const float tau = pair_->tau;
   const float brightness = r.weight * sent.radiosity;
   const float light = brightness * transfer.FormFactor();
   GroupJudgement judged;
-  judged.look = TraceGroup(r, light, visit.blocked, rays);
+  judged.look = Look(r, light, visit.blocked, rays);
   const auto& [sight, few, agreed] = judged.look;
   const float visible = sight.fraction;
   judged.is_seen = visible > 0 || rays->SeesPeak();
   const float rough =
-      judged.is_seen ? brightness * transfer.Residual(*basis_) : 0.0F;
+      judged.is_seen ? brightness * transfer.Residual(*pair_->basis) : 0.0F;
   const Unknown unknown =
       agreed ? UnknownByAgreed(UnknownShare(visible, few, visit.blocked),
                                r.end.diameter,
                                GroupAt(visit.group).box)
              : UnknownByMixed(sight);
-  const float hidden = light * shadows_ * unknown.share;
+  const float hidden = light * pair_->shadows * unknown.share;
   judged.by_receiver = rough + unknown.of_receiver * hidden;
   judged.by_source = (1 - unknown.of_receiver) * hidden;
   // A proof costs as much as a kernel, so it is tried only where it decides.
   judged.proven = visible >= 1 && rough <= tau && rough + hidden > tau &&
-                  transfer.IsProvenClear(*blockers_);
+                  transfer.IsProvenClear(*pair_->blockers);
   if (judged.proven) {
     judged.by_receiver = rough;
     judged.by_source = 0;
@@ -186,41 +159,41 @@ Refiner::GroupJudgement Refiner::JudgeGroup(const Receiver& r,
 }
 
 // The part of a visit that needs form factors and rays.
-void Refiner::VisitSeenGroup(const Receiver& r,
+void GroupRefiner::VisitSeen(const ReceiverElement& r,
                              GroupVisit visit,
-                             GroupTransfer* transfer,
-                             Task* task) const {
+                             const GroupTransfer& transfer) {
   GroupRays rays(
-      *blockers_, r.end, *transfer, KeyOf(r, visit.group), &task->rays);
-  const GroupJudgement judged = JudgeGroup(r, visit, *transfer, &rays);
+      *pair_->blockers, r.end, transfer, KeyOf(r, visit.group), sink_->Rays());
+  const GroupJudgement judged = Judge(r, visit, transfer, &rays);
   visit.blocked += judged.is_seen ? 0 : 1;
-  // As in VisitSeen, but a group can always be split.
-  const float at_receiver = CanSplit(r.end, r.path) ? judged.by_receiver : 0.0F;
-  if (at_receiver + judged.by_source > static_cast<float>(options_.tau)) {
+  // As in ElementRefiner::VisitSeen, but a group can always be split.
+  const float at_receiver =
+      pair_->CanSplit(r.end, r.path) ? judged.by_receiver : 0.0F;
+  if (at_receiver + judged.by_source > pair_->tau) {
     if (at_receiver >= judged.by_source) {
-      SplitGroupReceiver(r, visit, transfer->Facing(), task);
+      SplitReceiver(r, visit, transfer.Facing());
     } else {
-      SplitGroup(r, visit, transfer->Facing(), task);
+      SplitGroup(r, visit, transfer.Facing());
     }
     return;
   }
-  if (task->part.Owns(r.level)) {
-    KeepGroup(r, visit.group, judged, *transfer, &rays, task);
+  if (part_.Owns(r.level)) {
+    Keep(r, visit.group, judged, transfer, &rays);
   }
 }
 
 // Makes the link, with as much light at each node as rays let through.
-void Refiner::KeepGroup(const Receiver& r,
+void GroupRefiner::Keep(const ReceiverElement& r,
                         uint32_t group,
                         const GroupJudgement& judged,
                         const GroupTransfer& transfer,
-                        GroupRays* rays,
-                        Task* task) const {
-  const float error = TrueError(r, judged.by_receiver + judged.by_source);
+                        GroupRays* rays) {
+  const float error =
+      pair_->TrueError(r, judged.by_receiver + judged.by_source);
   if (judged.is_seen) {
-    AddError(error, task);
+    sink_->AddError(error);
   } else {
-    AddBlockedError(error, task);
+    sink_->AddBlockedError(error);
   }
   std::array<float, kTransferNodes> gain = transfer.AtNodes();
   if (!judged.proven) {
@@ -232,69 +205,63 @@ void Refiner::KeepGroup(const Receiver& r,
                    gain.begin(),
                    std::multiplies<>());
   }
-  AcceptGroup(r, group, gain, task);
+  Accept(r, group, gain);
 }
 
-void Refiner::SplitGroupReceiver(const Receiver& r,
+void GroupRefiner::SplitReceiver(const ReceiverElement& r,
                                  GroupVisit visit,
-                                 const GroupPart& facing,
-                                 Task* task) const {
+                                 const GroupPart& facing) {
   for (size_t c = 0; c < kChildren; ++c) {
-    if (task->part.Enters(r.level, c)) {
-      VisitGroup(ChildReceiver(r, c), visit, facing, task);
+    if (part_.Enters(r.level, c)) {
+      Visit(ChildReceiver(r, c), visit, facing);
     }
   }
 }
 
-void Refiner::SplitGroup(const Receiver& r,
-                         GroupVisit visit,
-                         const GroupPart& facing,
-                         Task* task) const {
+void GroupRefiner::SplitGroup(const ReceiverElement& r,
+                              GroupVisit visit,
+                              const GroupPart& facing) {
   const SourceGroup& group = GroupAt(visit.group);
   if (group.child != 0) {
     for (const uint32_t half : {group.child, group.child + 1}) {
-      VisitGroup(r, {half, visit.blocked, 1}, WholeGroup(GroupAt(half)), task);
+      Visit(r, {half, visit.blocked, 1}, WholeGroup(GroupAt(half)));
     }
     return;
   }
-  const auto patches = source_.groups->PatchesOf(group);
+  const auto patches = pair_->Source().groups->PatchesOf(group);
   for (size_t i = 0; i < facing.count; ++i) {
-    Visit(r,
-          RootSource({patches[facing.members[i]], kRootPath}),
-          visit.blocked,
-          task);
+    elements_.Visit(
+        r, pair_->sources.OfPatch(patches[facing.members[i]]), visit.blocked);
   }
 }
 
-void Refiner::AcceptGroup(const Receiver& r,
+void GroupRefiner::Accept(const ReceiverElement& r,
                           uint32_t group,
-                          const std::array<float, kTransferNodes>& gain,
-                          Task* task) const {
+                          const std::array<float, kTransferNodes>& gain) {
   RawLink link{r.patch, group, r.path, kRootPath, LinkKind::kGroup, 0, 0, gain};
   const float mean =
       std::inner_product(gain.begin(), gain.end(), r.end.weight.begin(), 0.0F);
   if (!(mean > 0)) {
     return;
   }
-  if (constant_basis_) {
+  if (pair_->constant_basis) {
     link.gain.fill(mean);
   }
-  AddLink(link, task);
+  sink_->Add(link);
 }
 
-// Draws a weak link from a group, as AddWeak does from an element.
-void Refiner::AddWeakGroup(const Receiver& r,
-                           GroupVisit visit,
-                           const GroupTransfer& transfer,
-                           Task* task) const {
-  if (!task->part.Owns(r.level)) {
+// Draws a weak link, as ElementRefiner::DrawWeak does.
+void GroupRefiner::DrawWeak(const ReceiverElement& r,
+                            GroupVisit visit,
+                            const GroupTransfer& transfer) {
+  if (!part_.Owns(r.level)) {
     return;
   }
   const float brightness = r.weight * SentBy(visit.group).Most();
-  const float probability =
-      std::min(visit.drawn,
-               work_.WeakProbability(brightness * transfer.FormFactorBound(),
-                                     transfer.FormFactorBound()));
+  const float probability = std::min(
+      visit.drawn,
+      pair_->work.WeakProbability(brightness * transfer.FormFactorBound(),
+                                  transfer.FormFactorBound()));
   Random random(KeyOf(r, visit.group));
   if (random.Next() * static_cast<double>(visit.drawn) >=
       static_cast<double>(probability)) {
@@ -305,12 +272,12 @@ void Refiner::AddWeakGroup(const Receiver& r,
     return;
   }
   const float coefficient = sample.form_factor / probability;
-  AddPending(
+  const float error = brightness * coefficient * std::sqrt(1 - probability);
+  sink_->AddPending(
       {{r.patch, visit.group, r.path, kRootPath, LinkKind::kGroup, 0, 0, {}},
        coefficient,
-       TrueError(r, brightness * coefficient * std::sqrt(1 - probability))},
-      sample.ray,
-      task);
+       pair_->TrueError(r, error)},
+      sample.ray);
 }
 
 }  // namespace enfilade
