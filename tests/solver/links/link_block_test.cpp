@@ -3,6 +3,8 @@
 #include "base/random.h"
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 #include <gtest/gtest.h>
 
@@ -99,6 +101,21 @@ TEST(LinkBlock, ElementsThatAreNotThereAreNamedAsDamage) {
   EXPECT_THROW(DecodeLinks(bytes, {100, 700, 30}), DamagedStoreError);
   EXPECT_THROW(DecodeLinks(bytes, {500, 100, 30}), DamagedStoreError);
   EXPECT_THROW(DecodeLinks(bytes, {500, 700, 10}), DamagedStoreError);
+}
+
+// A block begins with its number of links; the kind of the first is in the
+// lowest three bits of the byte that follows.
+TEST(LinkBlock, KindsThatThereAreNotAreNamedAsDamage) {
+  LinkBlock block;
+  block.links = {{3, 5, LinkKind::kWeak, 7, 0}};
+  const Bytes whole = EncodeLinks(block);
+  ASSERT_EQ(DecodeLinks(whole, {500, 700, 30}).links.size(), 1U);
+  for (uint8_t kind = 5; kind < 8; ++kind) {
+    Bytes bytes = whole;
+    bytes[1] |= std::byte{kind};
+    EXPECT_THROW(DecodeLinks(bytes, {500, 700, 30}), DamagedStoreError)
+        << "kind " << int{kind};
+  }
 }
 
 }  // namespace

@@ -103,6 +103,89 @@ TEST(LinkWriter, HandsChunksOutInOrderAndWritesThemAll) {
   EXPECT_GT(sizes[0].size(), 1U);
 }
 
+// The number of links in each chunk of a pair, as the store has them.
+std::vector<size_t> StoredSizes(const BlockStorage& store, CellPair pair) {
+  std::vector<size_t> sizes;
+  for (uint32_t i = 0;; ++i) {
+    const auto read = ReadLinks(store, pair, i, kEnds);
+    if (!read) {
+      return sizes;
+    }
+    sizes.push_back(read->links.size());
+  }
+}
+
+class LinksOfAPair : public ::testing::Test {
+ protected:
+  // Writes one chunk of each size, after the pair's first `first_chunk` ones;
+  // returns the writer's own number of chunks.
+  uint32_t Write(CellPair pair,
+                 uint32_t first_chunk,
+                 const std::vector<size_t>& sizes) {
+    ChunkWriter chunks(*store_, [](LinkChunk&& /*chunk*/) {});
+    LinkWriter writer(
+        *store_, chunks, pair, first_chunk, [](const LinkBlock& /*block*/) {});
+    for (const size_t size : sizes) {
+      AppendTo(&writer.Pending(), WeakLinks(1, size));
+      writer.Flush();
+    }
+    chunks.Finish();
+    return writer.Chunks();
+  }
+
+  std::unique_ptr<BlockStorage> store_ = CreateStoreInMemory();
+};
+
+using Sizes = std::vector<size_t>;
+
+// A chunk of an older, longer list would be gathered with the newer ones.
+TEST_F(LinksOfAPair, ThatAreMadeAnewReplaceAllOldOnes) {
+  const CellPair other{kPair.source, kPair.receiver};
+  Write(kPair, 0, {10, 11, 12});
+  Write(other, 0, {20, 21});
+  EXPECT_EQ(Write(kPair, 0, {30}), 1U);
+  EXPECT_EQ(StoredSizes(*store_, kPair), Sizes{30});
+  EXPECT_EQ(Write(kPair, 0, {}), 0U);
+  EXPECT_EQ(StoredSizes(*store_, kPair), Sizes{});
+  EXPECT_EQ(store_->Count(BlockKind::kLinks), 2U);
+  EXPECT_EQ(StoredSizes(*store_, other), (Sizes{20, 21}));
+}
+
+// A solve that is resumed within a pair goes on after the chunks it has.
+TEST_F(LinksOfAPair, AreContinuedAfterTheFirstChunks) {
+  Write(kPair, 0, {10, 11});
+  EXPECT_EQ(Write(kPair, 2, {12, 13}), 4U);
+  EXPECT_EQ(StoredSizes(*store_, kPair), (Sizes{10, 11, 12, 13}));
+  EXPECT_EQ(Write(kPair, 1, {21}), 2U);
+  EXPECT_EQ(StoredSizes(*store_, kPair), (Sizes{10, 21, 12, 13}));
+}
+
+// The largest chunk has 24,576 links. More are cut into the least number of
+// chunks, whose sizes differ by one at most.
+TEST_F(LinksOfAPair, OfOneFlushAreCutEvenlyIntoChunks) {
+  constexpr size_t kMost = 24'576;
+  for (const size_t links : {kMost, kMost + 1, 2 * kMost, 2 * kMost + 1}) {
+    const LinkBlock all = WeakLinks(1, links);
+    const size_t expected = (links + kMost - 1) / kMost;
+    EXPECT_EQ(Write(kPair, 0, {links}), expected);
+    size_t at = 0;
+    for (uint32_t i = 0; i < expected; ++i) {
+      const auto read = ReadLinks(*store_, kPair, i, kEnds);
+      ASSERT_TRUE(read.has_value());
+      EXPECT_LE(read->links.size(), kMost);
+      EXPECT_NEAR(static_cast<double>(read->links.size()),
+                  static_cast<double>(links) / static_cast<double>(expected),
+                  1);
+      for (const Link& link : read->links) {
+        EXPECT_EQ(link.source, all.links[at].source);
+        EXPECT_EQ(link.value, all.links[at].value);
+        ++at;
+      }
+    }
+    EXPECT_EQ(at, links);
+  }
+}
+
 // A write that fails in the background is reported where the writer waits for
 // it; a writer that goes without waiting loses no more than the chunk.
 TEST(ChunkWriter, AFullDiskIsToldAtTheEnd) {
