@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,9 +17,11 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <type_traits>
 #include <vector>
 
+#include "tests/memory_peak.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -184,6 +187,38 @@ TEST(OnAllThreads, SharesOutAllThereIsToDo) {
   for (const std::atomic<int>& times : done) {
     EXPECT_EQ(times, 1);
   }
+}
+
+// Each call waits for another one, which only another thread can make.
+TEST(OnAllThreads, HasSeveralAtWorkAtOnce) {
+  if (std::thread::hardware_concurrency() < 2) {
+    GTEST_SKIP() << "there is one thread";
+  }
+  const auto give_up = std::chrono::steady_clock::now() +
+                       std::chrono::seconds(20);  // on a machine that is busy
+  std::atomic<int> calls = 0;
+  std::atomic<bool> have_met = false;
+  OnAllThreads([&] {
+    ++calls;
+    while (!have_met && std::chrono::steady_clock::now() < give_up) {
+      have_met = calls > 1;
+      std::this_thread::yield();
+    }
+  });
+  EXPECT_TRUE(have_met);
+}
+
+// The tests of memory that ran before in this process take no part in it.
+TEST(PeakResident, BeginsAnewWhenItIsReset) {
+#ifndef ENFILADE_JEMALLOC
+  GTEST_SKIP() << "sanitizers keep what is freed";
+#endif
+  constexpr uint64_t kBytes = 64 << 20;
+  const uint64_t before = BeginPeak();
+  std::vector<char> ballast(kBytes, 1);
+  EXPECT_GE(PeakResidentBytes(), before + kBytes / 2);
+  FreeVector(&ballast);
+  EXPECT_LT(BeginPeak(), before + kBytes / 2);
 }
 
 // Memory that each thread takes beside what is charged comes off the budget.

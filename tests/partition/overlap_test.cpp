@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "tests/memory_peak.h"
 #include "tests/partition/test_scenes.h"
 #include <gtest/gtest.h>
 
@@ -121,7 +122,7 @@ TEST(Overlap, PairsOfManyInOnePlaceAreNotHeldAtOnce) {
   for (uint32_t i = 0; i < kCount; ++i) {
     patches.push_back(Rectangle(i, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
   }
-  const uint64_t before = PeakResidentBytes();
+  const uint64_t before = BeginPeak();
   EXPECT_EQ(Separate(patches).dropped, kCount - 1);
   EXPECT_EQ(patches.size(), 1U);
   EXPECT_LT(PeakResidentBytes() - before, 16U << 20);

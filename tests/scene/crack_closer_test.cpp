@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "tests/memory_peak.h"
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -75,7 +76,7 @@ TEST(CloseCracks, ThePlaneOfManyInOnePlaceIsNotedOnce) {
     outlines.push_back(RandomSquare(i));
   }
   auto polygons = Of(outlines);
-  const uint64_t before = PeakResidentBytes();
+  const uint64_t before = BeginPeak();
   Close(polygons);
   EXPECT_LT(PeakResidentBytes(), before + (8U << 20));
 }

@@ -1,5 +1,6 @@
 #include "scene/mtl_reader.h"
 
+#include "tests/memory_peak.h"
 #include "tests/scene/temp_scene.h"
 
 namespace enfilade {
@@ -78,7 +79,7 @@ TEST_F(MtlReading, OneMaterialAtATimeIsHeld) {
     text += "newmtl m" + std::to_string(i) + "\nKd 0.5 0.5 0.5\nKe 1\n";
   }
   const auto path = temp_.Write("many.mtl", text);
-  const uint64_t before = PeakResidentBytes();
+  const uint64_t before = BeginPeak();
   size_t count = 0;
   ReadMtl(path, [&](const MtlMaterial& /*m*/, double /*share*/) { ++count; });
   EXPECT_EQ(count, kCount);

@@ -319,20 +319,29 @@ TEST(Store, BlockThatIsReplacedMeanwhileIsTheOldOrTheNewOne) {
   const Bytes longer = TestContent(2, 5000);
   store->Put(kKey, shorter);
   std::atomic<bool> done = false;
+  std::atomic<size_t> short_reads = 0;
+  std::atomic<size_t> long_reads = 0;
   const auto read = [&] {
     while (!done) {
       Bytes found;
       EXPECT_NO_THROW(found = store->GetOrThrow(kKey));
       EXPECT_TRUE(found == shorter || found == longer);
+      ++(found == longer ? long_reads : short_reads);
     }
   };
   std::vector<std::thread> readers;
   for (int i = 0; i < 3; ++i) {
     readers.emplace_back(read);
   }
-  for (int i = 0; i < 20'000; ++i) {
+  // Until each content was read many times, but not for ever.
+  constexpr size_t kReads = 100;
+  const auto is_enough = [&] {
+    return short_reads >= kReads && long_reads >= kReads;
+  };
+  for (int i = 0; i < 20'000 || (!is_enough() && i < 1'000'000); ++i) {
     store->Put(kKey, i % 2 == 0 ? longer : shorter);
   }
+  EXPECT_TRUE(is_enough()) << short_reads << " and " << long_reads;
   done = true;
   for (auto& reader : readers) {
     reader.join();
