@@ -1,5 +1,6 @@
 #include "base/error.h"
 
+#include "tests/store/file_size_limit.h"
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
 #include "tools/export/csv.h"
@@ -96,6 +97,40 @@ TEST_F(ExportMeshTest, GltfNamesItsBinaryByAUri) {
   const auto gltf = nlohmann::json::parse(Content("my 50%.gltf"));
   EXPECT_EQ(gltf["buffers"][0]["uri"], "my%2050%25.bin");
   EXPECT_GT(Content("my 50%.bin").size(), 0U);
+}
+
+// The text of 1,000 elements fits under the limit, their vertices do not.
+TEST_F(ExportMeshTest, GltfWhoseBinaryFailsLeavesNeither) {
+  cells_[0].resize(1000, cells_[0][0]);
+  for (const bool replaces : {false, true}) {
+    if (replaces) {
+      WriteGltf(LeavesOf(source_), Census(), {}, Path("a.gltf"));
+    }
+    const std::string text = replaces ? Content("a.gltf") : "";
+    const std::string binary = replaces ? Content("a.bin") : "";
+    std::string error;
+    try {
+      const FileSizeLimit limit(32 << 10);
+      WriteGltf(LeavesOf(source_), Census(), {}, Path("a.gltf"));
+    } catch (const DiskError& e) {
+      error = e.what();
+    }
+    EXPECT_NE(error.find("a.bin"), std::string::npos) << error;
+    EXPECT_EQ(FilesInFolder(), replaces ? 2U : 0U);
+    if (replaces) {
+      EXPECT_LT(text.size(), 32U << 10);
+      EXPECT_GT(binary.size(), 32U << 10);
+      EXPECT_EQ(Content("a.gltf"), text);
+      EXPECT_EQ(Content("a.bin"), binary);
+    }
+  }
+}
+
+// Of the two names, that of the text is taken here.
+TEST_F(ExportMeshTest, GltfWhoseTextFailsLeavesNeither) {
+  std::filesystem::create_directory(Path("a.gltf"));
+  EXPECT_THROW(WriteGltf(Leaves(), Census(), {}, Path("a.gltf")), DiskError);
+  EXPECT_EQ(FilesInFolder(), 1U) << "the folder of that name";
 }
 
 TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {
