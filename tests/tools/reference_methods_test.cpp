@@ -2,6 +2,7 @@
 // other and with the wavelet solver, balance of power, refusals, resumes.
 
 #include "solver/solution/solution.h"
+#include "solver/state/solve_state.h"
 #include "store/sqlite_store.h"
 
 #include <cmath>
@@ -135,6 +136,7 @@ TEST_F(ReferenceMethods, FurnaceComesOutFlat) {
         largest = std::max(largest, std::abs(leaf.radiosity / 2 - 1));
       }
     });
+    ASSERT_GT(area, 0) << method;
     if (method == "matrix") {
       EXPECT_LE(largest, 1e-4);
     } else {
@@ -285,6 +287,43 @@ TEST_F(ReferenceMethods, ResumedSolveEndsWhereAnUndisturbedOneEnds) {
   EXPECT_EQ(Report("a").at("estimated_error"),
             Report("b").at("estimated_error"));
   EXPECT_EQ(Report("a").at("method"), "matrix");
+}
+
+// The state is made what a solve leaves that had panels for no finer edge and
+// whose last round was not accurate enough, or ended before it was complete.
+TEST_F(ReferenceMethods, AResumeConvergesNoSolveThatEndedForWantOfPanels) {
+  // Finenesses, of which the last has more panels than there may be: two
+  // squares of 4^7.
+  constexpr size_t kMorePanels = 8;
+  WriteScene({"parallel"});
+  SolveBy("matrix", "0.3");
+  for (const bool is_complete : {true, false}) {
+    {
+      const auto store = OpenStore(folder_ / "matrix.enf", StoreAccess::kWrite);
+      SolveState state;
+      ASSERT_TRUE(LoadSolveState(*store, &state));
+      EXPECT_TRUE(state.converged || !is_complete);
+      state.converged = false;
+      RoundRecord last = state.rounds.back();
+      last.complete = is_complete;
+      last.estimated_error = is_complete ? 0.02 : 0.001;
+      state.rounds.resize(kMorePanels, last);
+      state.rounds.back() = last;
+      SaveSolveState(state, *store);
+      store->Commit();
+    }
+    for (const char* error : {"0.01", "0.005"}) {
+      const ProgramResult resumed = RunProgram({"resume",
+                                                folder_ / "matrix.enf",
+                                                "--error",
+                                                error,
+                                                "--report",
+                                                folder_ / "matrix.json"});
+      EXPECT_EQ(resumed.exit_code, 1) << resumed.err;
+      EXPECT_FALSE(Report("matrix").at("converged").get<bool>());
+      EXPECT_TRUE(Report("matrix").at("exhausted").get<bool>());
+    }
+  }
 }
 
 TEST_F(ReferenceMethods, ThreadsDoNotChangeTheBits) {
