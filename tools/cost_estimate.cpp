@@ -127,7 +127,9 @@ std::string EstimateText(const CostEstimate& estimate,
           : "";
   return fmt::format(
       "estimate  about {} links, {} elements, store {}, {} for error {} by {}\n"
-      "          (within a factor of {} either way; time of {})\n"
+      "          (within a factor of {} either way, of more where bare lamps "
+      "hang in\n"
+      "          small white fixtures; time of {})\n"
       "least     --memory {}M{}\n",
       RoundedText(estimate.links),
       RoundedText(estimate.elements),

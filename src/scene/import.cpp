@@ -165,7 +165,7 @@ void CheckSize(const std::filesystem::path& scene,
                const Box3& bounds,
                bool is_told) {
   constexpr double kLargestM = 2000;
-  constexpr double kSmallestM = 0.1;
+  constexpr double kSmallestM = 0.5;
   constexpr double kSmallestToldM = 1e-3;
   constexpr double kLargestToldM = 1e5;
   const Vec3 extent = bounds.Extent();

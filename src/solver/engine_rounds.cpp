@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "solver/engine.h"
 #include "solver/error_control.h"
 #include "solver/residual/patch_errors.h"

@@ -141,7 +141,7 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
                            " 0 0\nv " + length + " 0 " + length +
                            "\nf 1 2 3\n");
   };
-  for (const char* length : {"4000", "0.004"}) {
+  for (const char* length : {"4000", "0.4", "0.004"}) {
     try {
       ImportFile(room(length));
       FAIL() << length;

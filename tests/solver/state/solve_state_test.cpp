@@ -27,9 +27,9 @@ auto FieldsOf(const PairCursor& cursor) {
 }
 
 auto FieldsOf(const SolveTimes& times) {
-  const auto& [refine, gather, push_pull, store, read, belady, compulsory] =
+  const auto& [refine, gather, push_pull, store, check, read, belady, least] =
       times;
-  return std::tie(refine, gather, push_pull, store, read, belady, compulsory);
+  return std::tie(refine, gather, push_pull, store, check, read, belady, least);
 }
 
 auto FieldsOf(const RoundRecord& round) {
@@ -109,7 +109,7 @@ SolveState RichState() {
   state.sweeps_in_round = 10;
   state.sweeps = uint64_t{1} << 43;
   state.rays = uint64_t{1} << 44;
-  state.times = {11.0 / 3, 13.0 / 3, 14.0 / 3, 16.0 / 3, 17, 18, 19};
+  state.times = {11.0 / 3, 13.0 / 3, 14.0 / 3, 16.0 / 3, 17.0 / 3, 18, 19, 20};
   for (int i = 0; i < 2; ++i) {
     const double x = (20.0 + i) / 3;
     state.rounds.push_back({x,
