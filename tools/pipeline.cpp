@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kSecondsBetweenRecords = 1.0;
 
 // One run of the stages. Keeps the run record up to date in the store, so that
-// every commit carries the time and the bytes that led to it.
+// commits carry the time and the bytes that led to them, up to a second or so.
 class PipelineRun {
  public:
   PipelineRun(BlockStorage& store,

@@ -25,8 +25,7 @@ struct Walls {
 // Reads the candidates for splitting. In a gbXML model these are the surfaces
 // and the openings that the model names; in a model with Spaces, only surfaces
 // between different Spaces. In a soup these are the faces of at least 0.05 m2
-// that are not luminaires (emitting and small). The up axis is the one to which
-// the largest area of the faces is perpendicular.
+// that are not luminaires (emitting and small). The up axis is the scene's.
 Walls GatherWalls(const BlockStorage& store,
                   const SceneInfo& info,
                   MemoryBudget& budget,

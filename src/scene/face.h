@@ -7,6 +7,7 @@
 #include "base/photometry.h"
 #include "base/vec.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -54,7 +55,9 @@ struct Face {
 };
 
 // The area of the plane surface that the face is, or is a piece of, m2.
-double SurfaceArea(const Face& face);
+inline double SurfaceArea(const Face& face) {
+  return std::max(face.surface_m2, Length(AreaVector(face.vertices)));
+}
 
 using FaceVisitor = std::function<void(const Face&)>;
 

@@ -46,7 +46,7 @@ struct CleaningOptions {
   // Whether the faces emit or have black backs. Then only neighbours of the
   // same orientation are joined, and of two back-to-back faces both stay.
   bool oriented = false;
-  std::function<void(const CleanFace& face)> emit;
+  std::function<void(const CleanFace& face)> emit;  // receives each face
 };
 
 // Collects polygons and delivers convex planar faces. The same polygons in the

@@ -2,8 +2,9 @@
 // that spill to the store (spill_vector.h).
 //
 // Read: v, f (any number of vertices, negative indices, texture and normal
-// indices ignored), o, g, usemtl, mtllib; of materials Kd (reflectance), Ke
-// (exitance), d and Tr (opacity below 0.5: clear). Everything else is skipped.
+// indices ignored), o, g, usemtl, mtllib, #instance (instance_line.h); of
+// materials Kd (reflectance), Ke (exitance), d and Tr (opacity below 0.5:
+// clear), sides (1: the back is black). Everything else is skipped.
 // Polygons before any usemtl are grey, with a reflectance of 0.5.
 
 #pragma once

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "base/stop.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -164,10 +163,6 @@ SceneInfo DecodeInfo(const std::string& text) {
 }
 
 }  // namespace
-
-double SurfaceArea(const Face& face) {
-  return std::max(face.surface_m2, Length(AreaVector(face.vertices)));
-}
 
 SceneWriter::SceneWriter(BlockStorage& store) : store_(&store) {}
 

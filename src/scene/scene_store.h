@@ -31,7 +31,7 @@ struct GbxmlCounts {
 // All of a scene but its faces.
 struct SceneInfo {
   std::string source_path;   // as import got it: the program makes it absolute
-  uint64_t source_hash = 0;  // XXH3 of all input files' bytes and the options
+  uint64_t source_hash = 0;  // HashSceneFiles
   bool photometric = false;
   std::vector<Material> materials;   // indexed by MaterialId
   std::vector<Space> spaces;         // indexed by SpaceId; empty unless gbXML

@@ -111,10 +111,6 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
   ValidateHierarchical(method, basis);
 }
 
-}  // namespace
-
-namespace {
-
 // Whether the stored solution meets the request or cannot be improved. If so,
 // saves the request in the store.
 bool HasNothingToDo(const SolveOptions& options, BlockStorage& store) {

@@ -271,7 +271,7 @@ std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
 std::shared_ptr<const SourceWeights> CellPager::Weights(CellId cell) {
   const ItemKey key{ItemKind::kWeights, cell.value};
   if (Find(key) == nullptr && !HasSourceWeights(*store_, cell)) {
-    RenewWeights(cell);  // only emitted light was sent so far
+    RenewWeights(cell);  // the cell has not had its turn
   }
   const auto geometry = Geometry(cell);
   return UseStored<SourceWeights>(
