@@ -10,11 +10,21 @@
 
 namespace enfilade {
 
-// Gives back what was freed and lets the peak begin anew: afterwards,
-// PeakResidentBytes() is that of what follows. Returns what is resident now.
+// Lets the peak begin anew: afterwards, PeakResidentBytes() is that of what
+// follows. Returns false where the kernel does not let a process do so; the
+// peak is then that of the whole process, of which each test has one under
+// ctest.
+inline bool ResetPeak() {
+  std::ofstream reset("/proc/self/clear_refs");
+  reset << 5 << std::flush;  // proc(5): resets VmHWM
+  return static_cast<bool>(reset);
+}
+
+// Gives back what was freed and lets the peak begin anew. Returns what is
+// resident now.
 inline uint64_t BeginPeak() {
   ReleaseFreedMemory();
-  std::ofstream("/proc/self/clear_refs") << 5;  // proc(5): resets VmHWM
+  ResetPeak();
   return PeakResidentBytes();
 }
 

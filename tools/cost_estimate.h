@@ -14,8 +14,9 @@
 namespace enfilade {
 
 // The measured links per patch at an error of 0.1 lie between 40 and 380, so an
-// estimate derived from links may be off by this factor either way. Time also
-// depends on the machine and may be off by twice this factor.
+// estimate derived from links may be off by this factor either way, by more
+// where bare lamps hang in small white fixtures. Time also depends on the
+// machine and may be off by twice this factor.
 inline constexpr double kEstimateFactor = 4;
 
 struct CostEstimate {

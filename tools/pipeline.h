@@ -39,7 +39,7 @@ void PreparePipeline(BlockStorage& store,
                      Progress& progress);
 
 // Throws InputError if the scene's files have changed since the store was made
-// from them. If the files cannot be found but the scene is already in the
+// from them. If some of them cannot be found but the scene is already in the
 // store, returns false instead.
 bool CheckSceneUnchanged(const BlockStorage& store,
                          const SolveSettings& settings);

@@ -45,13 +45,25 @@ std::optional<std::string_view> TakeField(
   return field;
 }
 
-// The columns of a line; a comma between quotes belongs to its field.
+// The columns of a line. A comma within quotes belongs to its field; quotes
+// count in fields that begin with one: others are marks of inches.
 size_t CountColumns(std::string_view line) {
   size_t columns = 1;
-  bool is_quoted = false;
+  bool is_new = true;  // nothing but blanks in the field so far
+  bool has_quotes = false;
+  bool is_open = false;
   for (const char c : line) {
-    is_quoted ^= c == '"';
-    columns += c == ',' && !is_quoted ? 1 : 0;
+    if (c == ',' && !is_open) {
+      ++columns;
+      is_new = true;
+      has_quotes = false;
+    } else if (c == '"' && (is_new || has_quotes)) {
+      has_quotes = true;
+      is_open = !is_open;
+      is_new = false;
+    } else {
+      is_new = is_new && (c == ' ' || c == '\t');
+    }
   }
   return columns;
 }

@@ -44,8 +44,8 @@ struct OverlapCounts {
 //   larger one that rays end at it. Of two sides with one outline, one that
 //   reflects is kept before a black one, and a front before a back; of two
 //   fronts, or two backs, the one that is smaller elsewhere is seen.
-// - The inside of a solid that is thinner than kCoincidentM lies behind the
-//   solid's other outside, and goes.
+// - An inside that lies in one plane with an outside of its own solid, of a
+//   sheet thinner than kCoincidentM, goes.
 // - Otherwise the smaller surface (overlap_sizes.h), as a whole, is seen. One
 //   that emits counts as smaller than one that does not, and the inside of a
 //   solid as smaller than all others. It is put kApartM in front of the other,

@@ -120,7 +120,8 @@ class Lamps {
   BoxTree tree_;
 };
 
-// Two solids with one box are taken for one.
+// Two solids with one box are taken for one. That does no harm, because only
+// insides, which are dark, go by it (overlap.h).
 uint32_t NumberOf(const ClosedSolid& solid) {
   const std::array<double, 6> box = {solid.bounds.low.x,
                                      solid.bounds.low.y,
@@ -250,7 +251,7 @@ TouchCounts WritePatches(const SceneInfo& info,
   const Lamps lamps(info, store, budget);
   FaceCutter cutter(info, tree, cell_of_leaf, lamps, sink);
   std::vector<FaceFacts> faces;  // by FaceId
-  GrowingCharge faces_charge(budget, "the areas of the faces");
+  GrowingCharge faces_charge(budget, "what is known of the faces");
   ForEachFace(store, [&](FaceId id, const Face& face) {
     cutter.Add(id, face);
     constexpr uint64_t kGrowth = 3;  // the old numbers while the vector grows

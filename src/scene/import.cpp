@@ -182,7 +182,8 @@ void CheckSize(const std::filesystem::path& scene,
   if (!is_told && (size > kLargestM || size < kSmallestM)) {
     throw InputError(fmt::format(
         "{}: the scene is {:.4g} units long, which is no building's size in "
-        "metres; say what the unit is with --unit mm, cm, m, km, in or ft",
+        "metres; say what the unit is with --unit mm, cm, m (if it is), km, in "
+        "or ft",
         scene.string(),
         size));
   }

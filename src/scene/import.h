@@ -47,7 +47,9 @@ uint64_t BytesToImport(const std::filesystem::path& scene);
 
 struct SceneHash {
   uint64_t value = 0;
-  bool is_whole = true;  // false: a file that the scene names does not exist
+  // False if the scene, the overrides or a file that the scene names does not
+  // exist.
+  bool is_whole = true;
 };
 
 // The value that SceneInfo::source_hash would have, to notice a changed scene.

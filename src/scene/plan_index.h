@@ -42,9 +42,9 @@ struct WallLine {
 
 class PlanIndex {
  public:
-  // `up` is 1 for y, 2 for z. Level faces have an area of at least 0.05 m2
-  // (a tile of a ceiling) and
-  // a unit normal whose up component is at least `least_level` in magnitude.
+  // `up` is 1 for y, 2 for z. Level faces have an area of at least 0.05 m2 (a
+  // tile of a ceiling) and a unit normal whose up component is at least
+  // `least_level` in magnitude.
   PlanIndex(size_t up, double least_level, MemoryBudget& budget)
       : up_(up), least_level_(least_level), budget_(&budget) {}
 

@@ -111,7 +111,9 @@ void Engine::WriteLinks(const Receiver& r,
         state_.cursor.chunk = writer->Chunks();
         CheckPoint();
       } else if (writer->Pending().links.empty()) {
-        CheckPoint();  // cells that hide each other make no links for long
+        // Cells that hide each other make no links for long.
+        between->Release();
+        CheckPoint();
       }
     }
   }

@@ -6,8 +6,8 @@
 //   covers of a receiver           its geometry, tree, blockers
 //   refinement of a pair           geometry and tree of both, the receiver's
 //                                  clusters, what the source sends at most,
-//                                  the blockers of both and of the largest
-//                                  of the cells between them
+//                                  the blockers of both and of the few
+//                                  largest of the cells between them
 //   balance within a cell          its geometry, tree, working arrays
 //   any of them                    what the receiver sees
 //

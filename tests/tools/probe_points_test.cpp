@@ -12,12 +12,12 @@
 namespace enfilade {
 namespace {
 
-// A room of reflectance 1/2 and exitance 1, whose radiosity is 2 everywhere;
-// the stored irradiance is 7, to tell it from what gathering gives.
 // The deviation of the light of the room below, gathered with the rays that are
 // the default, W/m2.
 constexpr double kGatherNoise = 0.004;
 
+// A room of reflectance 1/2 and exitance 1, whose radiosity is 2 everywhere;
+// the stored irradiance is 7, to tell it from what gathering gives.
 class ProbeTest : public ::testing::Test {
  protected:
   ProbeTest() {
@@ -199,8 +199,12 @@ TEST_F(ProbeTest, EveryLineHasAsManyColumns) {
             std::string::npos);
   EXPECT_NE(Refusal("1,1,0,0,0,1\n1,1,0,0,0,1,A\n").find("points.csv:2: "),
             std::string::npos);
-  EXPECT_NE(Run(header + "1,1,0,0,0,1,\"A, B\"\n").find("\"A, B\",7,8,9\n"),
-            std::string::npos);
+  for (const char* name : {"\"A, B\"", "\"A \"\"B, C\"\"\"", "a 24\" panel"}) {
+    EXPECT_NE(Run(header + "1,1,0,0,0,1," + name + "\n")
+                  .find(std::string(name) + ",7,8,9\n"),
+              std::string::npos)
+        << name;
+  }
 }
 
 // Columns are read by their place: columns under these headers would be read as

@@ -46,6 +46,7 @@ void ExportCommand::RequireFitting() const {
       throw UsageError(fmt::format("{} {}", option->get_name(), why));
     }
   };
+  RequireFormat(output);
   if (!IsPicture(output)) {
     for (const CLI::Option* option : of_pictures) {
       refuse(option, "is for pictures (.png, .exr); leave it out");

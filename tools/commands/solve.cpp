@@ -214,8 +214,10 @@ void ResumeCommand::Run() {
   if (LoadStage(*storage) < Stage::kImported) {
     RequireSceneFile(settings.scene);
   } else if (!CheckSceneUnchanged(*storage, settings)) {
-    spdlog::info("'{}' is no longer there; the store holds all that is needed",
-                 settings.scene.string());
+    spdlog::warn(
+        "'{}' or a file that it uses is no longer there, so that nobody knows "
+        "whether they have changed; the store holds all that is needed",
+        settings.scene.string());
   }
   if (error) {
     if (settings.method.name == "hierarchical") {

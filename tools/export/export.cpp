@@ -5,9 +5,11 @@
 #include "solver/solution/solution.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <chrono>
 #include <string>
+#include <string_view>
 
 #include "tools/building_store.h"
 #include "tools/export/camera_choice.h"
@@ -138,6 +140,20 @@ void ExportOptions::Validate() const {
   }
 }
 
+void RequireFormat(const std::filesystem::path& out) {
+  constexpr std::array<std::string_view, 7> kFormats = {
+      ".ply", ".glb", ".gltf", ".vtu", ".csv", ".png", ".exr"};
+  const std::string extension = Extension(out);
+  if (std::find(kFormats.begin(), kFormats.end(), extension) ==
+      kFormats.end()) {
+    throw UsageError(fmt::format(
+        "'{}' ends in '{}', which no format has; use .ply, .glb, .gltf, .vtu, "
+        ".csv, .png or .exr",
+        out.string(),
+        extension));
+  }
+}
+
 bool IsPicture(const std::filesystem::path& out) {
   const std::string extension = Extension(out);
   return extension == ".png" || extension == ".exr";
@@ -157,19 +173,10 @@ ExportSummary Export(const BlockStorage& store,
   options.Validate();
   const std::string extension = Extension(out);
   const bool picture = IsPicture(out);
-  const bool mesh = extension == ".ply" || extension == ".glb" ||
-                    extension == ".gltf" || extension == ".vtu" ||
-                    extension == ".csv";
-  if (!picture && !mesh) {
-    throw UsageError(fmt::format(
-        "'{}' ends in '{}', which no format has; use .ply, .glb, .gltf, .vtu, "
-        ".csv, .png or .exr",
-        out.string(),
-        extension));
-  }
+  RequireFormat(out);
   RequireFitting(options.mesh, extension, picture);
   const auto start = std::chrono::steady_clock::now();
-  const bool streams = mesh && extension != ".csv";
+  const bool streams = !picture && extension != ".csv";
   StoredBuilding building(
       store, budget, streams ? Sharing::kAlone : Sharing::kTurns);
   constexpr uint64_t kBufferBytes = 640 << 10;

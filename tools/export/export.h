@@ -58,6 +58,9 @@ struct ExportOptions {
   void Validate() const;
 };
 
+// Throws UsageError if the name is that of no format.
+void RequireFormat(const std::filesystem::path& out);
+
 // Whether the name is that of a picture.
 bool IsPicture(const std::filesystem::path& out);
 

@@ -45,7 +45,7 @@ class LinkSink {
   // Adds the link if its ray gets through.
   void AddPending(const PendingLink& link, PointPair ray);
 
-  // The weighted error of a transfer, W/m.
+  // The error of a transfer (PairContext::TrueError), W/m.
   void AddError(float error);
 
   // The error of a transfer whose rays are all blocked, if half of all rays got

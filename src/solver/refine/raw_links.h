@@ -32,7 +32,7 @@ struct RawLink {
 struct RawLinks {
   std::vector<RawLink> links;
   std::vector<KernelShape> shapes;
-  // The sum of the squares of weighted errors that count, (W/m)^2.
+  // The sum of the squares of true errors that count, (W/m)^2.
   double squared_error = 0;
   uint64_t rays = 0;
   bool overflowed = false;  // too many links: they are of no use
