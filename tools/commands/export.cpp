@@ -61,13 +61,13 @@ void ExportCommand::RequireFitting() const {
 }
 
 void ExportCommand::Run() {
-  RequireFitting();
   BeginRun(common, {store});
   for (const std::filesystem::path& file : OutputsOf(output)) {
     RequireApart(file, {store});
     RequireWritable(file);
     CheckReport(common.report, {file});
   }
+  RequireFitting();
   if (!eye.empty()) {
     options.camera.eye = PointOf(eye);
   }
