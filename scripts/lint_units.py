@@ -29,7 +29,7 @@ def sources_of(unit):
 def main():
     commands = pathlib.Path(sys.argv[1]) / "compile_commands.json"
     if not commands.exists():
-        sys.exit(f"lint: there is no {commands}: run `cmake --preset ci` first")
+        sys.exit(f"lint: there is no {commands}: run `cmake --preset lint` first")
     entries = json.loads(commands.read_text(encoding="utf-8"))
     units = {pathlib.Path(entry["file"]) for entry in entries}
     sources = {unit: sources_of(unit) for unit in units}
@@ -38,7 +38,7 @@ def main():
              for source in (ROOT / folder).rglob("*.cpp")}
     for source in sorted(seen ^ there):
         sys.exit(f"lint: {source} is only one of in {commands} and in the tree: "
-                 "run `cmake --preset ci` again")
+                 "run `cmake --preset lint` again")
     size = {unit: sum(source.stat().st_size for source in group)
             for unit, group in sources.items()}
     for unit in sorted(units, key=lambda unit: (-size[unit], unit)):

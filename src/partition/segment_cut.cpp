@@ -14,6 +14,14 @@
 namespace enfilade {
 namespace {
 
+// A part with this length over its width, or more, is a strip if it is narrower
+// than kStripM.
+constexpr double kStripRatio = 8;
+constexpr double kStripM = 0.1;
+// A line makes a strip in vain if its run is shorter than this share of the
+// strip.
+constexpr double kUsedShare = 0.95;
+
 double DiameterOf(const Polygon& polygon) {
   double diameter = 0;
   for (size_t i = 0; i < polygon.size(); ++i) {
@@ -27,6 +35,15 @@ double DiameterOf(const Polygon& polygon) {
 bool IsNarrow(const Polygon& polygon) {
   return polygon.size() < 3 ||
          PolygonArea(polygon) < kNarrowPartM * DiameterOf(polygon);
+}
+
+// Whether the part is a strip of which something that is `run` long needs only
+// a piece.
+bool IsStripInVain(const Polygon& part, double run) {
+  const double length = DiameterOf(part);
+  const double width = PolygonArea(part) / length;
+  return width < kStripM && kStripRatio * width < length &&
+         run < kUsedShare * length;
 }
 
 // The plane through a line that lies in a plane with this normal. The front is
@@ -116,11 +133,49 @@ size_t Through(const std::vector<Spared>& spared,
       }));
 }
 
-// The run of a part to cut along, and the two sides of its line.
+// A cut of a part, and the two sides of its line.
 struct Cut {
-  size_t run = 0;
+  std::optional<size_t> run;  // along which the part is cut
   SplitPolygons sides;
 };
+
+// The sides of a line through a part; nullopt if it does not cut the part, or
+// leaves something narrow.
+std::optional<SplitPolygons> SidesOf(const Part& part, const Plane& line) {
+  if (Classify(part.polygon, line, kRoundingM) != PlaneSide::kCut) {
+    return std::nullopt;
+  }
+  SplitPolygons sides = Split(part.polygon, line, kRoundingM);
+  if (IsNarrow(sides.front) || IsNarrow(sides.back)) {
+    return std::nullopt;
+  }
+  return sides;
+}
+
+// Whether a cut along something that is `run` long makes a strip in vain.
+bool MakesStripInVain(const SplitPolygons& sides, double run) {
+  return IsStripInVain(sides.front, run) || IsStripInVain(sides.back, run);
+}
+
+// A cut of the part across the segment, at one of its ends; nullopt if the part
+// does not go on there or would become a strip.
+std::optional<Cut> CutAcross(const Part& part,
+                             const Segment& segment,
+                             Vec3 normal) {
+  const Vec3 along = segment.b - segment.a;
+  const Vec3 across = Cross(normal, along);
+  for (const Point3 end : {segment.a, segment.b}) {
+    const Plane line = PlaneThrough(end, end + across, normal);
+    if (Through(part.spared, line, 0) > 0) {
+      continue;
+    }
+    auto sides = SidesOf(part, line);
+    if (sides && !MakesStripInVain(*sides, 0)) {
+      return Cut{std::nullopt, std::move(*sides)};
+    }
+  }
+  return std::nullopt;
+}
 
 // The next cut of a part; nullopt if no segment cuts it.
 std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
@@ -131,24 +186,32 @@ std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
         return part.runs[i].length > part.runs[k].length;
       });
   std::optional<Cut> best;
-  size_t fewest = SIZE_MAX;
+  std::pair least{SIZE_MAX, true};  // feet that are gone through, a vain strip
   for (const size_t i : longest_first) {
     ThrowIfStopRequested();
     const Segment& segment = part.runs[i].segment;
     const Plane line = PlaneThrough(segment.a, segment.b, normal);
     const size_t through = Through(part.spared, line, segment.foot);
-    if (through >= fewest ||
-        Classify(part.polygon, line, kRoundingM) != PlaneSide::kCut) {
+    if (std::pair(through, false) >= least) {
       continue;
     }
-    SplitPolygons sides = Split(part.polygon, line, kRoundingM);
-    if (IsNarrow(sides.front) || IsNarrow(sides.back)) {
+    auto sides = SidesOf(part, line);
+    if (!sides) {
       continue;
     }
-    best = {i, std::move(sides)};
-    fewest = through;
-    if (fewest == 0) {
+    const std::pair costs{through,
+                          MakesStripInVain(*sides, part.runs[i].length)};
+    if (!best || costs < least) {
+      best = {i, std::move(*sides)};
+      least = costs;
+    }
+    if (least == std::pair(size_t{0}, false)) {
       break;
+    }
+  }
+  if (best && least.second) {
+    if (auto across = CutAcross(part, part.runs[*best->run].segment, normal)) {
+      return across;
     }
   }
   return best;
@@ -177,7 +240,10 @@ std::vector<Polygon> CutAlongSegments(const Polygon& polygon,
       done.push_back(std::move(part.polygon));
       continue;
     }
-    part.runs.erase(part.runs.begin() + static_cast<std::ptrdiff_t>(cut->run));
+    if (cut->run) {
+      part.runs.erase(part.runs.begin() +
+                      static_cast<std::ptrdiff_t>(*cut->run));
+    }
     open.push_back(MakePart(std::move(cut->sides.back), part, normal));
     open.push_back(MakePart(std::move(cut->sides.front), part, normal));
   }

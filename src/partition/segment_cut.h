@@ -41,9 +41,10 @@ struct CutLines {
 // Cuts a polygon with this normal until no segment runs through the inside of a
 // part, or until there are `most_parts` parts. Each part is cut by itself (a
 // binary space partition of the plane), along the line of the segment that runs
-// through the fewest spared feet and, among those, has the longest run. The
-// parts are convex, face the same way as the polygon, and cover it without
-// overlap.
+// through the fewest spared feet and, among those, has the longest run. A line
+// that would make a narrow strip which is longer than its run comes last; if no
+// other is left, the part is first cut across at an end of the run. The parts
+// are convex, face the same way as the polygon, and cover it without overlap.
 std::vector<Polygon> CutAlongSegments(const Polygon& polygon,
                                       Vec3 normal,
                                       const CutLines& lines,

@@ -16,7 +16,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kMostBytes = 4ULL << 30;
+constexpr uint64_t kMostXmlBytes = 4ULL << 30;
 // Bytes of the document, its tree and the model, per byte of the file:
 // measured, see the test of the memory of import. Short tags make more nodes of
 // the tree: one or two for two '<', and an attribute for each '='.
@@ -315,7 +315,7 @@ uint64_t BytesToReadGbxml(const std::filesystem::path& path) {
   uint64_t bytes = 0;
   uint64_t tags = 0;
   uint64_t attributes = 0;
-  VisitFile(path, kMostBytes, [&](std::span<const char> text) {
+  VisitFile(path, kMostXmlBytes, [&](std::span<const char> text) {
     bytes += text.size();
     tags += static_cast<uint64_t>(std::count(text.begin(), text.end(), '<'));
     attributes +=
@@ -356,12 +356,12 @@ std::ptrdiff_t LineOfEnd(const std::string& text,
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                           MemoryBudget& budget) {
   MemoryCharge charge(budget, BytesToReadGbxml(path), "reading the gbXML file");
-  std::string text = ReadWholeFile(path, kMostBytes);
+  std::string text = ReadWholeFile(path, kMostXmlBytes);
   pugi::xml_document document;
   const pugi::xml_parse_result result =
       document.load_buffer_inplace(text.data(), text.size());
   if (!result) {
-    text = ReadWholeFile(path, kMostBytes);  // parsing has changed the text
+    text = ReadWholeFile(path, kMostXmlBytes);  // parsing has changed the text
     throw InputError(fmt::format("{}:{}: not valid XML: {}",
                                  path.string(),
                                  LineOfEnd(text, result),

@@ -114,6 +114,52 @@ TEST(SegmentCut, LinesGoAroundWhatIsToBeSpared) {
   EXPECT_EQ(whole_parts({inside}), 1);
 }
 
+// The length of a part over its width.
+double ProportionOf(const Polygon& p) {
+  const double length = Length(BoundsOf(p).Extent());
+  return length * length / PolygonArea(p);
+}
+
+// A board that stands on a floor is cut out without a strip as narrow as the
+// board across the whole of the floor.
+TEST(SegmentCut, ABoardIsCutOutWithoutStrips) {
+  const double width = 0.7;
+  const double thickness = 0.03;
+  const auto parts = CutAlongSegments(
+      kFloor, kUp, {RimOf(1.5, 1, width, thickness), {}}, kMany);
+  EXPECT_EQ(parts.size(), 5U);
+  EXPECT_NEAR(AreaOf(parts), 12, 1e-12);
+  size_t boards = 0;
+  for (const Polygon& p : parts) {
+    const bool is_board = PolygonArea(p) < 1.01 * width * thickness;
+    boards += is_board ? 1U : 0U;
+    EXPECT_TRUE(is_board || ProportionOf(p) < 8) << ProportionOf(p);
+  }
+  EXPECT_EQ(boards, 1U);
+}
+
+// The ends of a thin board run for less than least_run, and are no lines to cut
+// along. The floor is cut across where its long sides end.
+TEST(SegmentCut, ABoardTooThinForItsEndsIsCutOutAcross) {
+  const auto parts =
+      CutAlongSegments(kFloor, kUp, {RimOf(1.5, 1, 0.7, 0.02), {}}, kMany);
+  EXPECT_EQ(parts.size(), 5U);
+  EXPECT_NEAR(AreaOf(parts), 12, 1e-12);
+  for (const Polygon& p : parts) {
+    EXPECT_TRUE(PolygonArea(p) < 0.0141 || ProportionOf(p) < 8)
+        << ProportionOf(p);
+  }
+}
+
+// What runs along a strip as a whole, such as a skirting board, is cut off.
+TEST(SegmentCut, AStripThatIsAllUsedIsCutOff) {
+  const std::vector<Segment> skirting = {{{0, 0.02, 0}, {4, 0.02, 0}}};
+  const auto parts = CutAlongSegments(kFloor, kUp, {skirting, {}}, kMany);
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_NEAR(
+      std::min(PolygonArea(parts[0]), PolygonArea(parts[1])), 4 * 0.02, 1e-12);
+}
+
 // The rule: the parts make up the polygon, and no segment runs through the
 // inside of a part unless the cut would leave a part that is too narrow.
 TEST(SegmentCut, NoSegmentRunsThroughAPart) {

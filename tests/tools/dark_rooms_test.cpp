@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kError = 0.1;
+constexpr double kAsked = 0.1;
 
 // Four chairs, solved with these options added.
 class ChairsIn {
@@ -28,7 +28,7 @@ class ChairsIn {
                                           "-o",
                                           folder_ / "chairs.enf",
                                           "--error",
-                                          std::to_string(kError),
+                                          std::to_string(kAsked),
                                           "--report",
                                           folder_ / "solve.json"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -65,7 +65,7 @@ TEST(DarkRooms, TakeNoMoreLinksThanBrightOnes) {
   const ChairsIn bright_room({});
   const ChairsIn dark_room({"--overrides", dark});
   EXPECT_LE(dark_room.Links(), bright_room.Links());
-  EXPECT_LE(dark_room.VerifiedError(), kError);
+  EXPECT_LE(dark_room.VerifiedError(), kAsked);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace enfilade {
 namespace {
 
 // What one point of a solution stands for.
-struct Sample {
+struct SolvedPoint {
   Point3 at;
   Vec3 normal;
   double area = 0;       // m2
@@ -46,8 +46,8 @@ std::vector<std::vector<double>> QuadratureOf(size_t corners) {
 }
 
 void AppendSamples(const LeafElement& leaf,
-                   Sample sample,
-                   std::vector<Sample>* samples) {
+                   SolvedPoint sample,
+                   std::vector<SolvedPoint>* samples) {
   const Vec3 area = AreaVector(leaf.corners);
   const auto points = QuadratureOf(leaf.corners.size());
   sample.normal = Normalize(area);
@@ -64,15 +64,15 @@ void AppendSamples(const LeafElement& leaf,
   }
 }
 
-std::vector<Sample> SamplesOf(const std::string& store_path) {
+std::vector<SolvedPoint> SamplesOf(const std::string& store_path) {
   const auto store = OpenStore(store_path, StoreAccess::kRead);
   MemoryBudget budget(1ULL << 30);
   const Solution solution(*store, budget);
-  std::vector<Sample> samples;
+  std::vector<SolvedPoint> samples;
   for (size_t i = 0; i < solution.CellCount(); ++i) {
     const CellPatches cell = LoadCellPatches(*store, CellId(i));
     solution.ForEachLeaf(CellId(i), [&](const LeafElement& leaf) {
-      Sample sample;
+      SolvedPoint sample;
       sample.patch = {CellId(i), leaf.patch};
       sample.emits = cell.patches[leaf.patch.Index()].emits;
       AppendSamples(leaf, sample, &samples);
@@ -82,9 +82,9 @@ std::vector<Sample> SamplesOf(const std::string& store_path) {
 }
 
 // The scene in the folder's a.obj, solved.
-std::vector<Sample> SolveIn(const TemporaryFolder& folder,
-                            const std::string& basis,
-                            const std::string& error) {
+std::vector<SolvedPoint> SolveIn(const TemporaryFolder& folder,
+                                 const std::string& basis,
+                                 const std::string& error) {
   const ProgramResult solved = RunProgram({"solve",
                                            folder / "a.obj",
                                            "-o",
@@ -95,13 +95,13 @@ std::vector<Sample> SolveIn(const TemporaryFolder& folder,
                                            error});
   EXPECT_EQ(solved.exit_code, 0) << solved.err;
   return solved.exit_code == 0 ? SamplesOf(folder / "a.enf")
-                               : std::vector<Sample>();
+                               : std::vector<SolvedPoint>();
 }
 
 // A generated scene, solved.
-std::vector<Sample> Solve(const std::vector<std::string>& scene,
-                          const std::string& basis,
-                          const std::string& error) {
+std::vector<SolvedPoint> Solve(const std::vector<std::string>& scene,
+                               const std::string& basis,
+                               const std::string& error) {
   const TemporaryFolder folder;
   std::vector<std::string> words = {"scene"};
   words.insert(words.end(), scene.begin(), scene.end());
@@ -114,7 +114,7 @@ std::vector<Sample> Solve(const std::vector<std::string>& scene,
 // -------------------------------------------------------------- two squares
 
 // The upper side of the unit square at z = 0, of reflectance 1/2.
-bool IsOnReceiver(const Sample& s) {
+bool IsOnReceiver(const SolvedPoint& s) {
   return std::abs(s.at.z) < 1e-6 && s.normal.z > 0.5;
 }
 
@@ -125,13 +125,13 @@ struct Comparison {
 };
 
 // The receiver against B0 = 1/2 F(y -> emitter), exact at every point.
-Comparison CompareReceiver(const std::vector<Sample>& samples,
+Comparison CompareReceiver(const std::vector<SolvedPoint>& samples,
                            const std::array<Vec3f, 4>& emitter) {
   double square = 0;
   double sum = 0;
   double exact = 0;
   double area = 0;
-  for (const Sample& s : samples) {
+  for (const SolvedPoint& s : samples) {
     if (IsOnReceiver(s)) {
       const double b0 =
           0.5 * static_cast<double>(PointToPolygon(
@@ -243,11 +243,12 @@ struct FurnaceError {
 };
 
 // E = 1 and rho everywhere, so B = 1 / (1 - rho) on every emitting side.
-FurnaceError MeasureFurnace(const std::vector<Sample>& samples, double rho) {
+FurnaceError MeasureFurnace(const std::vector<SolvedPoint>& samples,
+                            double rho) {
   FurnaceError f;
   double area = 0;
   std::map<std::pair<CellId, PatchId>, std::pair<double, double>> patches;
-  for (const Sample& s : samples) {
+  for (const SolvedPoint& s : samples) {
     if (s.emits) {
       const double off = (1 - rho) * s.radiosity - 1;
       f.rms += s.area * off * off;

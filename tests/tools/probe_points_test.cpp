@@ -219,7 +219,7 @@ TEST_F(ProbeTest, HeadersThatDoNotFitAreRefused) {
 
 // Batches are large because every batch may read the whole building again.
 TEST_F(ProbeTest, ABatchOfRaysTakesHalfOfTheBudgetAtLeast) {
-  constexpr uint64_t kBudgetBytes = 8ULL << 20;
+  constexpr uint64_t kHeldBytes = 8ULL << 20;
   constexpr size_t kPathBytes = 768;
   options_.gather_rays = 1024;
   std::string csv;
@@ -234,9 +234,9 @@ TEST_F(ProbeTest, ABatchOfRaysTakesHalfOfTheBudgetAtLeast) {
   };
   std::istringstream in(csv);
   std::ostringstream out;
-  MemoryBudget budget(kBudgetBytes);
+  MemoryBudget budget(kHeldBytes);
   ProbePoints(view, in, "points.csv", out, options_, budget);
-  constexpr size_t kBatchPaths = kBudgetBytes / 2 / kPathBytes;
+  constexpr size_t kBatchPaths = kHeldBytes / 2 / kPathBytes;
   const size_t batches = (20 * 1024 + kBatchPaths - 1) / kBatchPaths;
   EXPECT_LE(traces, 2 + batches);  // two find what points lie on
   EXPECT_EQ(out.str(), Run(csv));

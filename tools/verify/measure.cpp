@@ -36,7 +36,7 @@ constexpr double kPilotGrowth = 4;      // of the paths: needs a further pilot
 constexpr double kMostOfTime = 0.25;    // the part that a round may take
 // Paths are guided to places that are more than this many times brighter than
 // the mean.
-constexpr double kBright = 8;
+constexpr double kBrightBin = 8;
 constexpr uint64_t kPartBytes =  // while spots are made of them
     3 * sizeof(BrightPart) + sizeof(SidePoint) + sizeof(double);
 
@@ -125,7 +125,7 @@ class Measurement {
       mean += std::sqrt(bin.level) * (bin.end - bin.begin) / points_.Area();
     }
     const auto bright = [&](const LightBin& bin) {
-      return std::sqrt(bin.level) > kBright * mean;
+      return std::sqrt(bin.level) > kBrightBin * mean;
     };
     const auto count =
         static_cast<size_t>(std::count_if(bins.begin(), bins.end(), bright));

@@ -32,9 +32,9 @@ bool FaceEachOther(const ReceiverElement& r, const SourceElement& s) {
 }
 
 // The share of the light that gets through, by the rays between nodes.
-float SeenShare(const Judgement& judgement,
-                const SourceElement& s,
-                const LinkRays& rays) {
+float SeenFraction(const Judgement& judgement,
+                   const SourceElement& s,
+                   const LinkRays& rays) {
   float all = 0;
   float visible = 0;
   for (size_t bit = 0; bit < judgement.kernel.size(); ++bit) {
@@ -164,7 +164,7 @@ ElementRefiner::Visibility ElementRefiner::Look(const ReceiverElement& r,
   } else {
     rays->TraceAll();
     look.bits = rays->Seen();
-    look.fraction = SeenShare(*sight.judgement, s, *rays);
+    look.fraction = SeenFraction(*sight.judgement, s, *rays);
   }
   look.is_seen = look.fraction > 0 || rays->SeesPeak();
   return look;

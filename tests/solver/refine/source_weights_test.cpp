@@ -21,7 +21,7 @@ using test::GeometryOf;
 using test::kFloatRounding;
 using test::RandomPatches;
 
-constexpr CellId kCell(7U);
+constexpr CellId kSourceCell(7U);
 constexpr double kRoomM = 4;
 constexpr double kPatchM = 0.5;
 
@@ -39,7 +39,7 @@ CellGeometry RandomCell(int patches) {
       RandomPatches(3, static_cast<size_t>(patches), kRoomM, kPatchM));
 }
 
-constexpr uint32_t kWalls = 6;
+constexpr uint32_t kSides = 6;
 
 // A room of six walls, of which a patch of a group is no part, and two bulbs.
 CellGeometry RoomWithBulbs() {
@@ -50,7 +50,7 @@ CellGeometry RoomWithBulbs() {
 }
 
 RefineSide SideOf(const CellGeometry& cell, const CellTree& tree) {
-  return {.id = kCell,
+  return {.id = kSourceCell,
           .patches = cell.patches,
           .tree = &tree,
           .clusters = cell.clusters.get(),
@@ -106,7 +106,7 @@ TEST(SourceWeights, OfClustersLeaveOutTheGroups) {
   ASSERT_EQ(cell.groups.Roots().size(), 2U);
   const CellTree tree = TreeOf(cell);
   const SourceWeights weights = WeighSource(SideOf(cell, tree));
-  EXPECT_EQ(weights.peaks[0], kWalls);
+  EXPECT_EQ(weights.peaks[0], kSides);
   ExpectLargestOfEachCluster(cell, weights);
 }
 
@@ -158,10 +158,10 @@ TEST(SourceWeights, ComeBackFromTheStore) {
   const CellTree tree = TreeOf(cell);
   const SourceWeights weights = WeighSource(SideOf(cell, tree));
   const auto store = CreateStoreInMemory();
-  EXPECT_FALSE(HasSourceWeights(*store, kCell));
-  SaveSourceWeights(*store, kCell, weights);
-  ASSERT_TRUE(HasSourceWeights(*store, kCell));
-  const SourceWeights read = LoadSourceWeights(*store, kCell, cell);
+  EXPECT_FALSE(HasSourceWeights(*store, kSourceCell));
+  SaveSourceWeights(*store, kSourceCell, weights);
+  ASSERT_TRUE(HasSourceWeights(*store, kSourceCell));
+  const SourceWeights read = LoadSourceWeights(*store, kSourceCell, cell);
   EXPECT_EQ(read.peaks, weights.peaks);
   EXPECT_EQ(read.fluxes, weights.fluxes);
   ASSERT_FALSE(weights.groups.empty());
@@ -170,16 +170,16 @@ TEST(SourceWeights, ComeBackFromTheStore) {
     EXPECT_EQ(read.groups[g].radiosity, weights.groups[g].radiosity);
     EXPECT_EQ(read.groups[g].spread, weights.groups[g].spread);
   }
-  EraseSourceWeights(*store, kCell);
-  EXPECT_FALSE(HasSourceWeights(*store, kCell));
+  EraseSourceWeights(*store, kSourceCell);
+  EXPECT_FALSE(HasSourceWeights(*store, kSourceCell));
 }
 
 TEST(SourceWeights, OfAnotherCellAreRefused) {
   const CellGeometry cell = RandomCell(40);
   const CellTree tree = TreeOf(cell);
   const auto store = CreateStoreInMemory();
-  SaveSourceWeights(*store, kCell, WeighSource(SideOf(cell, tree)));
-  EXPECT_THROW(LoadSourceWeights(*store, kCell, RandomCell(90)),
+  SaveSourceWeights(*store, kSourceCell, WeighSource(SideOf(cell, tree)));
+  EXPECT_THROW(LoadSourceWeights(*store, kSourceCell, RandomCell(90)),
                DamagedStoreError);
 }
 
