@@ -97,37 +97,6 @@ inline bool IsFinite(Point3 p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// The area vector of a planar polygon, summed over a triangle fan. Its length
-// is the area in m2, its direction the right-hand normal. Zero for fewer than
-// three vertices.
-inline Vec3 AreaVector(std::span<const Point3> polygon) {
-  Vec3 sum;
-  for (size_t i = 1; i + 1 < polygon.size(); ++i) {
-    sum = sum + Cross(polygon[i] - polygon[0], polygon[i + 1] - polygon[0]);
-  }
-  return sum * 0.5;
-}
-
-// The mean of a polygon's vertices. Requires at least one vertex.
-inline Point3 VertexMean(std::span<const Point3> polygon) {
-  Vec3 sum;
-  for (const Point3& p : polygon) {
-    sum = sum + (p - polygon.front());
-  }
-  return polygon.front() + sum / static_cast<double>(polygon.size());
-}
-
-// The solid angle of a triangle seen from the origin, in steradian, by van
-// Oosterom and Strackee (1983): positive if the origin is behind the triangle.
-inline double SolidAngle(Vec3 a, Vec3 b, Vec3 c) {
-  const double la = Length(a);
-  const double lb = Length(b);
-  const double lc = Length(c);
-  return 2 * std::atan2(Dot(a, Cross(b, c)),
-                        la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la +
-                            Dot(c, a) * lb);
-}
-
 // An axis-parallel box; empty (low > high) by default.
 struct Box3 {
   Point3 low{std::numeric_limits<double>::infinity(),

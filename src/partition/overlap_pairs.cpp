@@ -53,9 +53,8 @@ std::optional<OverlapPair> PairOn(const Polygon& own,
 Polygon OverlapOf(const Polygon& polygon, const Polygon& other, Vec3 normal) {
   Polygon rest = polygon;
   for (size_t i = 0; i < other.size() && !rest.empty(); ++i) {
-    const Point3 a = other[i];
-    const Vec3 in = Normalize(Cross(normal, other[(i + 1) % other.size()] - a));
-    const Plane side{in, Dot(in, a - Point3{}) + kNarrowM};
+    Plane side = EdgePlane(other[i], other[(i + 1) % other.size()], normal);
+    side.offset += kNarrowM;
     rest = ClipToFront(rest, side, kRoundingM);
   }
   return rest.size() >= 3 && PolygonArea(rest) > kSmallM2 ? rest : Polygon{};

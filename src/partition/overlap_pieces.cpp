@@ -51,13 +51,6 @@ uint8_t MostLayer(const std::vector<OverlapPiece>& pieces) {
   return most;
 }
 
-double AreaOf(const std::vector<Polygon>& polygons) {
-  return std::accumulate(
-      polygons.begin(), polygons.end(), 0.0, [](double sum, const Polygon& p) {
-        return sum + PolygonArea(p);
-      });
-}
-
 double AreaOf(const std::vector<OverlapPiece>& pieces) {
   return std::accumulate(
       pieces.begin(), pieces.end(), 0.0, [](double sum, const OverlapPiece& p) {
@@ -115,7 +108,7 @@ void AppendPieces(Polygon polygon,
   const uint8_t layer = LayerOver(polygon, others, normal);
   const std::vector<Polygon> out =
       WithoutThose({polygon}, PolygonsOf(others), normal);
-  if (AreaOf(out) <= kSmallShare * PolygonArea(polygon)) {
+  if (TotalArea(out) <= kSmallShare * PolygonArea(polygon)) {
     pieces->push_back({std::move(polygon), layer});
     return;
   }
@@ -259,7 +252,7 @@ void OverlapPieces::SettleBy(std::span<const OverlapPair> pairs) {
       AppendPieces(std::move(left), others, normal, &after);
     }
   }
-  const double gone = AreaOf(before) - AreaOf(after);
+  const double gone = TotalArea(before) - AreaOf(after);
   if (gone > kSmallM2) {
     ++counts_.dropped;
     counts_.area_m2 += gone;

@@ -1,13 +1,12 @@
 #include "partition/polygon.h"
 
+#include "base/directions.h"
 #include "base/memory.h"
 #include "base/stop.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 namespace enfilade {
@@ -16,29 +15,8 @@ namespace {
 // A vertex this close to the line through its neighbours is not a corner.
 constexpr double kStraightM = 1e-9;
 
-// Two axes that span the plane of a unit normal; (u, v, normal) is
-// right-handed.
-struct PlaneAxes {
-  Vec3 u, v;
-};
-
-PlaneAxes AxesOf(const Vec3& normal) {
-  const Vec3 helper = std::abs(normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 u = Normalize(Cross(helper, normal));
-  return {u, Cross(normal, u)};
-}
-
-Vec3 SnappedToAxis(Vec3 normal) {
-  constexpr double kSnap = 1e-9;
-  const std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  for (const Vec3& axis : axes) {
-    const double c = Dot(axis, normal);
-    if (std::abs(c) > 0.9 && Length(normal - axis * c) < kSnap) {
-      return axis * (c > 0 ? 1.0 : -1.0);
-    }
-  }
-  return normal;
-}
+// A normal this close to an axis is that axis, but for rounding.
+constexpr double kAxisTolerance = 1e-9;
 
 double SnappedDistance(Point3 p, const Plane& plane, double tolerance_m) {
   const double d = plane.Distance(p);
@@ -101,9 +79,15 @@ uint64_t CornerBytes(const std::vector<Polygon>& polygons) {
 }  // namespace
 
 Plane PlaneOf(const Polygon& polygon) {
-  const Vec3 normal = SnappedToAxis(Normalize(AreaVector(polygon)));
+  const Vec3 normal =
+      SnappedToAxis(Normalize(AreaVector(polygon)), kAxisTolerance);
   const Point3 mean = VertexMean(polygon);
   return {normal, Dot(normal, Vec3{mean.x, mean.y, mean.z})};
+}
+
+Plane EdgePlane(Point3 from, Point3 to, Vec3 normal) {
+  const Vec3 inward = Normalize(Cross(normal, to - from));
+  return {inward, Dot(inward, from - Point3{})};
 }
 
 std::vector<Polygon> PlanarParts(const Polygon& polygon) {
@@ -116,28 +100,13 @@ std::vector<Polygon> PlanarParts(const Polygon& polygon) {
     return {polygon};
   }
   std::vector<Polygon> parts;
-  for (size_t i = 1; i + 1 < polygon.size(); ++i) {
-    Polygon triangle{polygon[0], polygon[i], polygon[i + 1]};
+  ForEachTriangle(polygon, [&parts](Point3 a, Point3 b, Point3 c) {
+    Polygon triangle{a, b, c};
     if (PolygonArea(triangle) > kLeastAreaM2) {
       parts.push_back(std::move(triangle));
     }
-  }
+  });
   return parts;
-}
-
-double PolygonArea(const Polygon& polygon) {
-  return Length(AreaVector(polygon));
-}
-
-AxisRange RangeAlong(const Polygon& polygon, const Vec3& axis) {
-  AxisRange range = {std::numeric_limits<double>::infinity(),
-                     -std::numeric_limits<double>::infinity()};
-  for (const Point3& p : polygon) {
-    const double h = Dot(axis, Vec3{p.x, p.y, p.z});
-    range.low = std::min(range.low, h);
-    range.high = std::max(range.high, h);
-  }
-  return range;
 }
 
 PlaneSide Classify(const Polygon& polygon,
@@ -203,7 +172,7 @@ Polygon ClipToFront(const Polygon& polygon,
 }
 
 Polygon RectangleAround(const Box3& box, const Plane& plane) {
-  const PlaneAxes axes = AxesOf(plane.normal);
+  const NormalAxes axes = AxesAbout(plane.normal);
   const Point3 center =
       box.Center() - plane.normal * plane.Distance(box.Center());
   const double r = Length(box.Extent()) + 1.0;
@@ -256,7 +225,7 @@ Polygon WithoutStraightCorners(const Polygon& polygon) {
 }
 
 Polygon ConvexHull(const std::vector<Point3>& points, const Vec3& normal) {
-  const PlaneAxes axes = AxesOf(normal);
+  const NormalAxes axes = AxesAbout(normal);
 
   struct Point2 {
     double x, y;

@@ -1,12 +1,11 @@
-// Convex planar polygons and planes: the basic geometry of the partition.
-//
-// Notation: a plane is { x : n . x = offset }, |n| = 1; its front is where
-// n . x > offset. Polygons are convex, planar, and counter-clockwise seen from
-// their front. Lengths and tolerances are in metres.
+// Convex planar polygons: the basic geometry of the partition. They are
+// counter-clockwise seen from their front. Lengths and tolerances are in
+// metres.
 
 #pragma once
 
-#include "base/packed.h"
+#include "base/planar_polygon.h"
+#include "base/plane.h"
 #include "base/vec.h"
 
 #include <cstdint>
@@ -34,39 +33,18 @@ inline constexpr double kPlanarM = 2e-6;
 // Pieces of less area are rounding errors.
 inline constexpr double kLeastAreaM2 = 1e-10;
 
-struct Plane {
-  Vec3 normal;
-  double offset = 0;
-
-  [[nodiscard]] double Distance(Point3 p) const {
-    return Dot(normal, Vec3{p.x, p.y, p.z}) - offset;
-  }
-
-  [[nodiscard]] Plane Flipped() const { return {-normal, -offset}; }
-};
-
-template <>
-inline constexpr bool kIsPacked<Plane> = kIsPacked<Vec3> &&
-                                         sizeof(Plane) ==
-                                             sizeof(Vec3) + sizeof(double);
-
 // The plane of a polygon of nonzero area, through the mean of its vertices; the
 // plane's front is the polygon's front. A normal that is an axis up to rounding
 // becomes exactly that axis.
 Plane PlaneOf(const Polygon& polygon);
 
+// The plane through an edge of a polygon with this unit normal, upright on it.
+// The polygon is in front.
+Plane EdgePlane(Point3 from, Point3 to, Vec3 normal);
+
 // The polygon itself if its vertices lie in one plane up to kPlanarM, otherwise
 // triangles.
 std::vector<Polygon> PlanarParts(const Polygon& polygon);
-
-double PolygonArea(const Polygon& polygon);
-
-// The range that something covers along an axis, measured from the origin.
-struct AxisRange {
-  double low = 0, high = 0;
-};
-
-AxisRange RangeAlong(const Polygon& polygon, const Vec3& axis);
 
 // Where a polygon lies with respect to a plane: kOn if all its vertices are
 // within the tolerance, otherwise kFront, kBack or kCut.

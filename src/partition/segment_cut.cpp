@@ -46,13 +46,6 @@ bool IsStripInVain(const Polygon& part, double run) {
          run < kUsedShare * length;
 }
 
-// The plane through a line that lies in a plane with this normal. The front is
-// on the left of the line.
-Plane PlaneThrough(Point3 a, Point3 b, Vec3 normal) {
-  const Vec3 left = Normalize(Cross(normal, b - a));
-  return {left, Dot(left, a - Point3{})};
-}
-
 // How far a segment runs through the inside of a polygon, m.
 double RunOf(const Segment& segment, const Polygon& polygon, Vec3 normal) {
   double begin = 0;
@@ -63,7 +56,7 @@ double RunOf(const Segment& segment, const Polygon& polygon, Vec3 normal) {
     if (Length(next - corner) <= kRoundingM) {
       continue;
     }
-    const Plane side = PlaneThrough(corner, next, normal);
+    const Plane side = EdgePlane(corner, next, normal);
     const double at_a = side.Distance(segment.a) - kNarrowPartM;
     const double at_b = side.Distance(segment.b) - kNarrowPartM;
     if (at_a < 0 && at_b < 0) {
@@ -95,7 +88,7 @@ bool IsInside(Point3 p, const Polygon& polygon, Vec3 normal) {
     const Point3 corner = polygon[i];
     const Point3 next = polygon[(i + 1) % polygon.size()];
     if (Length(next - corner) > kRoundingM &&
-        PlaneThrough(corner, next, normal).Distance(p) < 0) {
+        EdgePlane(corner, next, normal).Distance(p) < 0) {
       return false;
     }
   }
@@ -165,7 +158,7 @@ std::optional<Cut> CutAcross(const Part& part,
   const Vec3 along = segment.b - segment.a;
   const Vec3 across = Cross(normal, along);
   for (const Point3 end : {segment.a, segment.b}) {
-    const Plane line = PlaneThrough(end, end + across, normal);
+    const Plane line = EdgePlane(end, end + across, normal);
     if (Through(part.spared, line, 0) > 0) {
       continue;
     }
@@ -190,7 +183,7 @@ std::optional<Cut> BestCut(const Part& part, Vec3 normal) {
   for (const size_t i : longest_first) {
     ThrowIfStopRequested();
     const Segment& segment = part.runs[i].segment;
-    const Plane line = PlaneThrough(segment.a, segment.b, normal);
+    const Plane line = EdgePlane(segment.a, segment.b, normal);
     const size_t through = Through(part.spared, line, segment.foot);
     if (std::pair(through, false) >= least) {
       continue;

@@ -1,28 +1,17 @@
 #include "partition/space_shells.h"
 
-#include "base/photometry.h"
+#include "base/planar_polygon.h"
 #include "base/stop.h"
+#include "base/winding_number.h"
 
 namespace enfilade {
 namespace {
 
-// A triangle of a shell, counter-clockwise seen from inside the Space.
-struct ShellTriangle {
-  Point3 a, b, c;
-};
-
+// The triangles face into the Space.
 struct Shell {
   Box3 bounds;
-  std::vector<ShellTriangle> triangles;
+  std::vector<Triangle3> triangles;
 };
-
-double WindingNumber(const Shell& shell, Point3 p) {
-  double sum = 0;
-  for (const ShellTriangle& t : shell.triangles) {
-    sum -= SolidAngle(t.a - p, t.b - p, t.c - p);
-  }
-  return sum / (4 * kPi);
-}
 
 class ShellCollector {
  public:
@@ -36,21 +25,20 @@ class ShellCollector {
     if (front == back) {
       return;
     }
-    for (size_t i = 1; i + 1 < polygon.size(); ++i) {
-      const ShellTriangle t{polygon[0], polygon[i], polygon[i + 1]};
+    ForEachTriangle(polygon, [&](Point3 a, Point3 b, Point3 c) {
       if (front) {
-        AddTriangle(*front, t);
+        AddTriangle(*front, {a, b, c});
       }
       if (back) {
-        AddTriangle(*back, {t.a, t.c, t.b});
+        AddTriangle(*back, {a, c, b});
       }
-    }
+    });
   }
 
   [[nodiscard]] const std::vector<Shell>& Shells() const { return shells_; }
 
  private:
-  void AddTriangle(SpaceId space, const ShellTriangle& t) {
+  void AddTriangle(SpaceId space, const Triangle3& t) {
     constexpr uint64_t kGrowth = 3;  // old and new array while a vector grows
     bytes_ += kGrowth * sizeof t;
     charge_.GrowTo(bytes_);
@@ -73,7 +61,7 @@ std::optional<SpaceId> SpaceOf(const std::vector<Shell>& shells, Point3 p) {
     if (!shells[i].bounds.Contains(p)) {
       continue;
     }
-    const double winding = WindingNumber(shells[i], p);
+    const double winding = -WindingNumber(shells[i].triangles, p);
     if (winding > best) {
       best = winding;
       space = SpaceId(i);

@@ -17,7 +17,7 @@ bool MaySplit(const Face& face, const SceneInfo& info) {
     return face.front_space != face.back_space;
   }
   return info.gbxml.has_value() ||
-         Length(AreaVector(face.vertices)) >= kLeastSplitterM2;
+         PolygonArea(face.vertices) >= kLeastSplitterM2;
 }
 
 // Reads the walls one after another, as often as needed.

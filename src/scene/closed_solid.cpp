@@ -1,12 +1,13 @@
 #include "scene/closed_solid.h"
 
 #include "base/disjoint_sets.h"
+#include "base/planar_polygon.h"
 #include "base/stop.h"
+#include "base/winding_number.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <utility>
 
 namespace enfilade {
@@ -104,10 +105,11 @@ class SolidFinder {
         solid.bounds.Include(vertices_[v]);
       }
     }
+    const std::vector<Triangle3> surface = SurfaceOf(members);
     std::vector<ClosedSolid> found;
     for (const size_t i : members) {
       ThrowIfStopRequested();
-      const auto front_is_inside = FrontIsInside(members, i);
+      const auto front_is_inside = FrontIsInside(surface, i);
       if (!front_is_inside) {
         return;
       }
@@ -165,13 +167,27 @@ class SolidFinder {
     return neighbours;
   }
 
+  // The polygons as triangles that agree.
+  [[nodiscard]] std::vector<Triangle3> SurfaceOf(
+      const std::vector<size_t>& members) const {
+    std::vector<Triangle3> surface;
+    for (const size_t i : members) {
+      ForEachTriangle(PointsOf(vertices_, polygons_[i]),
+                      [&](Point3 a, Point3 b, Point3 c) {
+                        surface.push_back(turned_[i] ? Triangle3{a, c, b}
+                                                     : Triangle3{a, b, c});
+                      });
+    }
+    return surface;
+  }
+
   // Whether the inside is at the front of polygon i; nullopt unless the inside
   // is on exactly one side.
   [[nodiscard]] std::optional<bool> FrontIsInside(
-      const std::vector<size_t>& members, size_t i) const {
+      std::span<const Triangle3> surface, size_t i) const {
     const auto [middle, normal] = MiddleOf(polygons_[i]);
-    const double front = WindingNumber(members, middle + normal * beside_);
-    const double back = WindingNumber(members, middle - normal * beside_);
+    const double front = WindingNumber(surface, middle + normal * beside_);
+    const double back = WindingNumber(surface, middle - normal * beside_);
     const auto is = [](double winding, double whole) {
       return std::abs(std::abs(winding) - whole) < kRounding;
     };
@@ -184,11 +200,7 @@ class SolidFinder {
   // A point in the polygon, the centroid of its largest corner triangle, and
   // the polygon's normal.
   [[nodiscard]] std::pair<Point3, Vec3> MiddleOf(const VertexLoop& loop) const {
-    std::vector<Point3> points;
-    points.reserve(loop.size());
-    for (const uint32_t v : loop) {
-      points.push_back(vertices_[v]);
-    }
+    const std::vector<Point3> points = PointsOf(vertices_, loop);
     const Vec3 normal = Normalize(AreaVector(points));
     double largest = 0;
     Point3 middle = points[0];
@@ -203,22 +215,6 @@ class SolidFinder {
       }
     }
     return {middle, normal};
-  }
-
-  [[nodiscard]] double WindingNumber(const std::vector<size_t>& members,
-                                     Point3 p) const {
-    double solid_angle = 0;
-    for (const size_t i : members) {
-      const VertexLoop& loop = polygons_[i];
-      double of_polygon = 0;
-      for (size_t k = 1; k + 1 < loop.size(); ++k) {
-        of_polygon += SolidAngle(vertices_[loop[0]] - p,
-                                 vertices_[loop[k]] - p,
-                                 vertices_[loop[k + 1]] - p);
-      }
-      solid_angle += turned_[i] ? -of_polygon : of_polygon;
-    }
-    return solid_angle / (4 * std::numbers::pi);
   }
 
   std::span<const Point3> vertices_;

@@ -6,7 +6,7 @@
 
 #include "base/vec.h"
 #include "scene/face.h"
-#include "scene/region_join.h"
+#include "scene/vertex_loop.h"
 
 #include <cstdint>
 #include <optional>
@@ -29,9 +29,8 @@ struct PolygonSolids {
 //
 // Polygons that share edges count as a closed surface under three conditions:
 // exactly two of them meet at every edge; they can be turned to agree; and
-// `beside` metres off the middle of every polygon the winding number (van
-// Oosterom and Strackee 1983, eq. 8) is then 1 or -1 on one side and 0 on the
-// other.
+// `beside` metres off the middle of every polygon the winding number is
+// then 1 or -1 on one side and 0 on the other.
 PolygonSolids FindClosedSolids(std::span<const Point3> vertices,
                                std::span<const VertexLoop> polygons,
                                double beside);

@@ -1,5 +1,6 @@
 #include "scene/crack_closer.h"
 
+#include "base/planar_polygon.h"
 #include "base/stop.h"
 #include "scene/box_tree.h"
 #include "scene/flat_polygon.h"
@@ -50,7 +51,7 @@ struct Place {
 // lies in as many of the planes as possible; earlier planes take precedence.
 Point3 Solve(Point3 start,
              const std::vector<uint32_t>& planes,
-             const std::vector<ScenePlane>& all,
+             const std::vector<Plane>& all,
              double most_move) {
   Point3 p = start;
   std::array<Vec3, 3> basis;
@@ -59,7 +60,7 @@ Point3 Solve(Point3 start,
     if (rank == basis.size()) {
       break;
     }
-    const ScenePlane& plane = all[index];
+    const Plane& plane = all[index];
     Vec3 free = plane.normal;
     for (size_t i = 0; i < rank; ++i) {
       free = free - basis[i] * Dot(free, basis[i]);
@@ -89,7 +90,7 @@ class CrackCloser {
     std::vector<std::vector<Point3>> outlines;
     std::vector<PolygonWithOpenings*> with_area;
     for (PolygonWithOpenings& polygon : polygons) {
-      if (Length(AreaVector(polygon.outline)) > tolerance * tolerance) {
+      if (PolygonArea(polygon.outline) > tolerance * tolerance) {
         outlines.push_back(polygon.outline);
         with_area.push_back(&polygon);
       }
@@ -164,7 +165,7 @@ class CrackCloser {
       if (parts_[i].is_opening) {
         continue;
       }
-      const ScenePlane& plane = planes_[parts_[i].plane];
+      const Plane& plane = planes_[parts_[i].plane];
       const FlatPolygon flat(PointsOf(parts_[i]), plane);
       tree.ForOverlaps(Grown(boxes[i], tolerance_), [&](uint32_t other) {
         if (other != i) {
@@ -318,7 +319,7 @@ class CrackCloser {
 
   double tolerance_;
   Welder welder_;
-  std::vector<ScenePlane> planes_;
+  std::vector<Plane> planes_;
   std::vector<Part> parts_;
   std::vector<Place> places_;
   // Charges the planes and the vertices of touching surfaces.

@@ -5,6 +5,7 @@
 
 #include "base/ids.h"
 #include "base/photometry.h"
+#include "base/planar_polygon.h"
 #include "base/vec.h"
 
 #include <algorithm>
@@ -56,7 +57,7 @@ struct Face {
 
 // The area of the plane surface that the face is, or is a piece of, m2.
 inline double SurfaceArea(const Face& face) {
-  return std::max(face.surface_m2, Length(AreaVector(face.vertices)));
+  return std::max(face.surface_m2, PolygonArea(face.vertices));
 }
 
 using FaceVisitor = std::function<void(const Face&)>;

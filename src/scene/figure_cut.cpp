@@ -82,8 +82,7 @@ std::optional<Polygon3> AsConvex(std::span<const Edge3> edges, Vec3 normal) {
   return IsConvex(flat, 0) ? std::optional(std::move(points)) : std::nullopt;
 }
 
-Polygon3 WithoutStraightCorners(std::span<const Point3> loop,
-                                double tolerance) {
+Polygon3 Straightened(std::span<const Point3> loop, double tolerance) {
   Polygon3 kept;
   const size_t n = loop.size();
   for (size_t i = 0; i < n; ++i) {
@@ -99,16 +98,6 @@ Polygon3 WithoutStraightCorners(std::span<const Point3> loop,
     }
   }
   return kept;
-}
-
-void AppendSides(std::span<const Point3> polygon,
-                 bool reversed,
-                 std::vector<Edge3>& edges) {
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Point3 a = polygon[i];
-    const Point3 b = polygon[(i + 1) % polygon.size()];
-    edges.push_back(reversed ? Edge3{b, a} : Edge3{a, b});
-  }
 }
 
 }  // namespace enfilade

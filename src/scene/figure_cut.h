@@ -36,11 +36,6 @@ std::optional<Polygon3> AsConvex(std::span<const Edge3> edges, Vec3 normal);
 
 // Drops each vertex that lies, within the tolerance, on the segment between the
 // last vertex kept and the next vertex.
-Polygon3 WithoutStraightCorners(std::span<const Point3> loop, double tolerance);
-
-// Appends the sides of a closed polygon.
-void AppendSides(std::span<const Point3> polygon,
-                 bool reversed,
-                 std::vector<Edge3>& edges);
+Polygon3 Straightened(std::span<const Point3> loop, double tolerance);
 
 }  // namespace enfilade

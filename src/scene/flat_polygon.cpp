@@ -42,8 +42,7 @@ OnSegment NearestOnSegment(Point3 p, Point3 a, Point3 b) {
   return {at, Length(p - (a + along * at))};
 }
 
-FlatPolygon::FlatPolygon(const std::vector<Point3>& outline,
-                         const ScenePlane& plane)
+FlatPolygon::FlatPolygon(const std::vector<Point3>& outline, const Plane& plane)
     : frame_(
           MakePlaneFrame(outline[0], plane.normal, outline[1] - outline[0])) {
   for (const Point3 p : outline) {

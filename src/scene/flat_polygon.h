@@ -2,8 +2,8 @@
 
 #pragma once
 
+#include "base/plane.h"
 #include "base/vec.h"
-#include "scene/plane_snap.h"
 #include "scene/polygon_cut.h"
 
 #include <vector>
@@ -21,7 +21,7 @@ OnSegment NearestOnSegment(Point3 p, Point3 a, Point3 b);
 class FlatPolygon {
  public:
   // Corners that are a little off the plane are projected into the plane.
-  FlatPolygon(const std::vector<Point3>& outline, const ScenePlane& plane);
+  FlatPolygon(const std::vector<Point3>& outline, const Plane& plane);
 
   // Whether a point of the plane is inside the polygon or within the tolerance,
   // in metres, of it.

@@ -1,5 +1,6 @@
 #include "scene/gbxml_reader.h"
 
+#include "base/planar_polygon.h"
 #include "scene/figure_cut.h"
 #include "scene/gbxml_model.h"
 #include "scene/gbxml_repair.h"
@@ -55,7 +56,7 @@ bool HasClosedShell(const GbxmlSpace& space) {
   double area = 0;
   for (const std::vector<Point3>& polygon : space.shell) {
     sum = sum + AreaVector(polygon);
-    area += Length(AreaVector(polygon));
+    area += PolygonArea(polygon);
   }
   return area > 0 && Length(sum) < kTolerance * area;
 }
@@ -136,7 +137,7 @@ class GbxmlImport {
   void Import(const GbxmlSurface& surface) {
     const Vec3 normal = AreaVector(surface.polygon);
     std::vector<Edge3> edges;
-    AppendSides(surface.polygon, false, edges);
+    AppendEdges(surface.polygon, false, edges);
     const std::vector<Edge3> outline = edges;
     const std::optional<MaterialId> material =
         MaterialOf(surface.type, surface.name, IsAir(surface.type));
@@ -146,7 +147,7 @@ class GbxmlImport {
     }
     for (const GbxmlOpening& opening : surface.openings) {
       const bool reversed = Dot(AreaVector(opening.polygon), normal) < 0;
-      AppendSides(opening.polygon, !reversed, edges);
+      AppendEdges(opening.polygon, !reversed, edges);
       ImportOpening(opening, surface, outline, reversed);
     }
     AddFaces(*material,
@@ -160,7 +161,7 @@ class GbxmlImport {
                      const GbxmlSurface& surface,
                      std::vector<Edge3> edges,
                      bool reversed) {
-    AppendSides(opening.polygon, reversed, edges);
+    AppendEdges(opening.polygon, reversed, edges);
     const std::vector<Polygon3> pieces =
         CutFigure(edges, AreaVector(surface.polygon), kCutToleranceMetres, 2);
     outside_ += pieces.empty() ? 1U : 0U;
@@ -177,7 +178,7 @@ class GbxmlImport {
                                           Vec3 normal) {
     std::optional<Polygon3> convex = AsConvex(outline, normal);
     if (convex) {
-      Polygon3 corners = WithoutStraightCorners(*convex, kCutToleranceMetres);
+      Polygon3 corners = Straightened(*convex, kCutToleranceMetres);
       if (corners.size() >= 3) {
         return {std::move(corners)};
       }
@@ -187,10 +188,7 @@ class GbxmlImport {
 
   void AddFaces(MaterialId material, const std::vector<Polygon3>& pieces) {
     face_.material = material;
-    face_.surface_m2 = 0;
-    for (const Polygon3& piece : pieces) {
-      face_.surface_m2 += Length(AreaVector(piece));
-    }
+    face_.surface_m2 = TotalArea(pieces);
     for (const Polygon3& piece : pieces) {
       face_.vertices = piece;
       Face face = face_;

@@ -1,7 +1,7 @@
 #include "scene/gbxml_repair.h"
 
-#include <algorithm>
-#include <span>
+#include "base/planar_polygon.h"
+
 #include <utility>
 
 namespace enfilade {
@@ -10,15 +10,6 @@ namespace {
 // Surfaces that come this near to each other are meant to touch.
 constexpr double kCrackMetres = 3e-3;
 constexpr double kLeastThicknessMetres = 1e-3;  // thinner polygons have no area
-
-double Thickness(std::span<const Point3> polygon) {
-  double longest = 0;
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    longest = std::max(longest,
-                       Length(polygon[(i + 1) % polygon.size()] - polygon[i]));
-  }
-  return longest > 0 ? 2 * Length(AreaVector(polygon)) / longest : 0;
-}
 
 CrackSummary CloseModelCracks(MemoryBudget& budget, GbxmlModel& model) {
   std::vector<PolygonWithOpenings> polygons(model.surfaces.size());

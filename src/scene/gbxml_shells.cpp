@@ -1,5 +1,6 @@
 #include "scene/gbxml_shells.h"
 
+#include "base/planar_polygon.h"
 #include "scene/figure_cut.h"
 
 #include <algorithm>
@@ -93,7 +94,7 @@ int GbxmlShells::FirstInFront(const GbxmlSurface& surface) const {
   const Vec3 area = AreaVector(surface.polygon);
   const Vec3 normal = Normalize(area);
   std::vector<Edge3> outline;
-  AppendSides(surface.polygon, false, outline);
+  AppendEdges(surface.polygon, false, outline);
   const std::vector<Polygon3> pieces =
       CutFigure(outline, area, kCutToleranceMetres);
   for (const double offset : kOffsetsMetres) {

@@ -1,9 +1,11 @@
 #include "scene/mesh_cleaner.h"
 
 #include "base/check.h"
+#include "base/planar_polygon.h"
 #include "base/stop.h"
 #include "scene/closed_solid.h"
 #include "scene/region_join.h"
+#include "scene/vertex_loop.h"
 #include "scene/weld.h"
 
 #include <algorithm>
@@ -25,28 +27,7 @@ constexpr double kBesideWelds = 4;
 constexpr uint64_t kBytesPerPolygon = 600;
 constexpr uint64_t kBytesPerCorner = 220;
 
-// Roughly the height of a polygon over its longest side: twice its area divided
-// by the length of that side.
-double Thickness(std::span<const Point3> vertices, const VertexLoop& loop) {
-  double longest = 0;
-  Vec3 twice_area;
-  for (size_t i = 0; i < loop.size(); ++i) {
-    const Point3 a = vertices[loop[i]];
-    const Point3 b = vertices[loop[(i + 1) % loop.size()]];
-    longest = std::max(longest, Length(b - a));
-    twice_area =
-        twice_area + Cross(a - vertices[loop[0]], b - vertices[loop[0]]);
-  }
-  return longest > 0 ? Length(twice_area) / longest : 0;
-}
-
-bool IsPlanar(std::span<const Point3> vertices,
-              const VertexLoop& loop,
-              double tolerance) {
-  std::vector<Point3> points;
-  for (const uint32_t v : loop) {
-    points.push_back(vertices[v]);
-  }
+bool IsPlanar(std::span<const Point3> points, double tolerance) {
   const Vec3 normal = Normalize(AreaVector(points));
   double low = 0;
   double high = 0;
@@ -237,10 +218,7 @@ class Batch {
   // Delivers the pieces of a region.
   void EmitAll(const std::vector<std::vector<Point3>>& pieces,
                const std::optional<ClosedSolid>& solid) {
-    double area = 0;
-    for (const std::vector<Point3>& piece : pieces) {
-      area += Length(AreaVector(piece));
-    }
+    const double area = TotalArea(pieces);
     counts_.faces += pieces.size();
     for (const std::vector<Point3>& piece : pieces) {
       options_.emit({piece, solid, area});
@@ -249,7 +227,7 @@ class Batch {
 
   [[nodiscard]] bool IsThin(const VertexLoop& loop) const {
     return loop.size() < 3 ||
-           Thickness(welder_.Vertices(), loop) < tolerance_.weld;
+           Thickness(PointsOf(welder_.Vertices(), loop)) < tolerance_.weld;
   }
 
   // Whether all vertices lie on the line along the longest side.
@@ -288,16 +266,12 @@ class Batch {
   }
 
   void Keep(VertexLoop loop) {
-    if (loop.size() == 3 ||
-        IsPlanar(welder_.Vertices(), loop, tolerance_.plane)) {
+    const std::vector<Point3> points = PointsOf(welder_.Vertices(), loop);
+    if (loop.size() == 3 || IsPlanar(points, tolerance_.plane)) {
       polygons_.push_back(std::move(loop));
       return;
     }
     ++counts_.warped;
-    std::vector<Point3> points;
-    for (const uint32_t v : loop) {
-      points.push_back(welder_.Vertices()[v]);
-    }
     LoopCutter cutter(welder_.Vertices(), loop, AreaVector(points));
     for (VertexLoop& triangle : cutter.Triangles()) {
       if (!IsThin(triangle)) {

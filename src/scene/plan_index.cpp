@@ -1,5 +1,6 @@
 #include "scene/plan_index.h"
 
+#include "base/planar_polygon.h"
 #include "base/random.h"
 
 #include <algorithm>

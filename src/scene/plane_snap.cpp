@@ -1,5 +1,6 @@
 #include "scene/plane_snap.h"
 
+#include "base/planar_polygon.h"
 #include "base/stop.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace {
 constexpr double kNearlyParallel = 0.9;
 
 double GreatestDistance(const std::vector<Point3>& polygon,
-                        const ScenePlane& plane) {
+                        const Plane& plane) {
   double greatest = 0;
   for (const Point3 p : polygon) {
     greatest = std::max(greatest, std::abs(plane.Distance(p)));
@@ -24,15 +25,9 @@ double GreatestDistance(const std::vector<Point3>& polygon,
 }
 
 // The plane with that normal, midway between the outermost vertices.
-ScenePlane MiddlePlane(const std::vector<Point3>& polygon, Vec3 normal) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const Point3 p : polygon) {
-    const double at = Dot(normal, p - Point3{});
-    low = std::min(low, at);
-    high = std::max(high, at);
-  }
-  return {normal, 0.5 * (low + high)};
+Plane MiddlePlane(const std::vector<Point3>& polygon, Vec3 normal) {
+  const AxisRange range = RangeAlong(polygon, normal);
+  return {normal, 0.5 * (range.low + range.high)};
 }
 
 class PlaneSnapper {
@@ -48,7 +43,7 @@ class PlaneSnapper {
     return static_cast<uint32_t>(planes_.size() - 1);
   }
 
-  std::vector<ScenePlane> Take() { return std::move(planes_); }
+  std::vector<Plane> Take() { return std::move(planes_); }
 
  private:
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
@@ -58,7 +53,7 @@ class PlaneSnapper {
     uint32_t best = kNone;
     double least = tolerance_;
     for (uint32_t i = 0; i < planes_.size(); ++i) {
-      const ScenePlane& plane = planes_[i];
+      const Plane& plane = planes_[i];
       if (std::abs(plane.Distance(polygon[0])) > tolerance_ ||
           std::abs(Dot(plane.normal, normal)) < kNearlyParallel) {
         continue;
@@ -72,20 +67,20 @@ class PlaneSnapper {
     return best;
   }
 
-  ScenePlane NewPlane(const std::vector<Point3>& polygon, Vec3 normal) {
+  Plane NewPlane(const std::vector<Point3>& polygon, Vec3 normal) {
     for (const Vec3 direction : directions_) {
       if (std::abs(Dot(direction, normal)) < kNearlyParallel) {
         continue;
       }
       const Vec3 turned = Dot(direction, normal) > 0 ? direction : -direction;
-      const ScenePlane plane = MiddlePlane(polygon, turned);
+      const Plane plane = MiddlePlane(polygon, turned);
       if (GreatestDistance(polygon, plane) <= 0.5 * tolerance_) {
         return plane;
       }
     }
     const Vec3 level = {normal.x, normal.y, 0};
     if (Length(level) > kNearlyParallel) {
-      const ScenePlane upright = MiddlePlane(polygon, Normalize(level));
+      const Plane upright = MiddlePlane(polygon, Normalize(level));
       if (GreatestDistance(polygon, upright) <= 0.5 * tolerance_) {
         directions_.push_back(upright.normal);
         directions_.push_back({-upright.normal.y, upright.normal.x, 0});
@@ -97,7 +92,7 @@ class PlaneSnapper {
   }
 
   double tolerance_;
-  std::vector<ScenePlane> planes_;
+  std::vector<Plane> planes_;
   std::vector<Vec3> directions_{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
 };
 
@@ -109,7 +104,7 @@ SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
   std::vector<uint32_t> order(polygons.size());
   std::iota(order.begin(), order.end(), 0U);
   for (const uint32_t i : order) {
-    area[i] = Length(AreaVector(polygons[i]));
+    area[i] = PolygonArea(polygons[i]);
   }
   std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
     return area[a] > area[b];

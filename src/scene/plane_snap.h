@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include "base/plane.h"
 #include "base/vec.h"
 
 #include <cstdint>
@@ -12,18 +13,8 @@
 
 namespace enfilade {
 
-// { x : normal . x = offset }, the normal of length 1.
-struct ScenePlane {
-  Vec3 normal;
-  double offset = 0;
-
-  [[nodiscard]] double Distance(Point3 p) const {
-    return Dot(normal, p - Point3{}) - offset;
-  }
-};
-
 struct SnappedPlanes {
-  std::vector<ScenePlane> planes;  // those of large polygons first
+  std::vector<Plane> planes;       // those of large polygons first
   std::vector<uint32_t> plane_of;  // by polygon: index into planes
 };
 

@@ -1,5 +1,6 @@
 #include "scene/polygon_cut.h"
 
+#include "base/plane.h"
 #include "base/stop.h"
 
 #include <algorithm>
@@ -9,20 +10,9 @@
 namespace enfilade {
 namespace {
 
+// An axis of a frame this close to a world axis becomes that axis.
 constexpr double kAxisTolerance = 1e-7;
 constexpr int kMostSlabSplits = 24;
-
-// A vector within kAxisTolerance of a world axis becomes that axis.
-Vec3 SnapToAxis(Vec3 unit) {
-  const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  for (const Vec3 axis : axes) {
-    const double along = Dot(unit, axis);
-    if (Length(unit - axis * along) < kAxisTolerance) {
-      return along > 0 ? axis : -axis;
-    }
-  }
-  return unit;
-}
 
 // An edge of the sweep, from bottom to top. `winding` is what crossing the edge
 // from left to right adds to the winding number.
@@ -293,16 +283,17 @@ std::pair<size_t, double> Cost(const std::vector<Polygon2>& pieces,
 
 PlaneFrame MakePlaneFrame(Point3 point, Vec3 normal, Vec3 direction) {
   PlaneFrame frame;
-  frame.normal = SnapToAxis(Normalize(normal));
+  frame.normal = SnappedToAxis(Normalize(normal), kAxisTolerance);
   Vec3 u = direction - frame.normal * Dot(direction, frame.normal);
   if (Length(u) == 0) {
     u = std::abs(frame.normal.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     u = u - frame.normal * Dot(u, frame.normal);
   }
-  u = SnapToAxis(Normalize(u));
-  u = SnapToAxis(Normalize(u - frame.normal * Dot(u, frame.normal)));
+  u = SnappedToAxis(Normalize(u), kAxisTolerance);
+  u = SnappedToAxis(Normalize(u - frame.normal * Dot(u, frame.normal)),
+                    kAxisTolerance);
   frame.u = u;
-  frame.v = SnapToAxis(Cross(frame.normal, u));
+  frame.v = SnappedToAxis(Cross(frame.normal, u), kAxisTolerance);
   const double height = Dot(point - Point3{}, frame.normal);
   frame.origin = Point3{} + frame.normal * height;
   return frame;
@@ -371,16 +362,6 @@ bool IsConvex(std::span<const Point2> polygon, double tolerance) {
   }
   constexpr double kMostTurn = 7.0;  // one full turn, with room for rounding
   return turned > 0 && turned < kMostTurn;
-}
-
-void AppendEdges(std::span<const Point2> polygon,
-                 bool reversed,
-                 std::vector<Edge2>& edges) {
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Point2 a = polygon[i];
-    const Point2 b = polygon[(i + 1) % polygon.size()];
-    edges.push_back(reversed ? Edge2{b, a} : Edge2{a, b});
-  }
 }
 
 }  // namespace enfilade

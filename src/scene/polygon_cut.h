@@ -66,9 +66,16 @@ size_t PatchCost(std::span<const Point2> piece, double tolerance);
 // Whether the polygon is counter-clockwise, convex, and not self-overlapping.
 bool IsConvex(std::span<const Point2> polygon, double tolerance);
 
-// Appends the edges of a closed polygon.
-void AppendEdges(std::span<const Point2> polygon,
+// Appends the edges of a closed polygon, in the plane or in space.
+template <typename Points, typename Edge>
+void AppendEdges(const Points& polygon,
                  bool reversed,
-                 std::vector<Edge2>& edges);
+                 std::vector<Edge>& edges) {
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const auto a = polygon[i];
+    const auto b = polygon[(i + 1) % polygon.size()];
+    edges.push_back(reversed ? Edge{b, a} : Edge{a, b});
+  }
+}
 
 }  // namespace enfilade

@@ -1,5 +1,6 @@
 #include "scene/region_join.h"
 
+#include "base/planar_polygon.h"
 #include "scene/figure_cut.h"
 
 #include <algorithm>
@@ -18,15 +19,6 @@ namespace {
 // Neighbours whose normals differ by more are never joined, however near their
 // vertices are to one plane.
 constexpr double kLeastNormalDot = 0.99996;  // half a degree
-
-Vec3 AreaVectorOf(std::span<const Point3> vertices, const VertexLoop& loop) {
-  Vec3 sum;
-  for (size_t i = 1; i + 1 < loop.size(); ++i) {
-    sum = sum + Cross(vertices[loop[i]] - vertices[loop[0]],
-                      vertices[loop[i + 1]] - vertices[loop[0]]);
-  }
-  return sum * 0.5;
-}
 
 // One side of one polygon, filed under its undirected edge.
 struct PolygonSide {
@@ -68,7 +60,7 @@ class RegionFinder {
         tolerance_(tolerance),
         oriented_(oriented) {
     for (const VertexLoop& loop : polygons_) {
-      areas_.push_back(AreaVectorOf(vertices_, loop));
+      areas_.push_back(AreaVector(PointsOf(vertices_, loop)));
     }
     FindNeighbours();
   }
@@ -273,32 +265,12 @@ class Outline {
                                  double tolerance,
                                  std::vector<Edge3>& edges) {
     std::reverse(loop.begin(), loop.end());
-    loop = WithoutStraightCorners(loop, tolerance);
-    for (size_t i = 0; i < loop.size(); ++i) {
-      edges.push_back({loop[i], loop[(i + 1) % loop.size()]});
-    }
+    AppendEdges(Straightened(loop, tolerance), false, edges);
   }
 
   Mesh mesh_;
   std::vector<const VertexLoop*> refused_;
 };
-
-std::vector<Point3> PointsOf(std::span<const Point3> vertices,
-                             const VertexLoop& loop) {
-  std::vector<Point3> points;
-  for (const uint32_t v : loop) {
-    points.push_back(vertices[v]);
-  }
-  return points;
-}
-
-double TotalArea(const std::vector<std::vector<Point3>>& pieces) {
-  double area = 0;
-  for (const auto& piece : pieces) {
-    area += Length(AreaVector(piece));
-  }
-  return area;
-}
 
 // The convex pieces of a figure; empty if the figure has too few sides.
 std::vector<std::vector<Point3>> CutOne(std::vector<Edge3> edges,
@@ -313,12 +285,14 @@ std::vector<std::vector<Point3>> CutOne(std::vector<Edge3> edges,
 
 std::vector<Edge3> LoopEdges(const std::vector<Point3>& points,
                              double tolerance) {
-  const auto loop = WithoutStraightCorners(points, tolerance);
   std::vector<Edge3> edges;
-  for (size_t i = 0; i < loop.size(); ++i) {
-    edges.push_back({loop[i], loop[(i + 1) % loop.size()]});
-  }
+  AppendEdges(Straightened(points, tolerance), false, edges);
   return edges;
+}
+
+std::vector<std::vector<Point3>> CutLoop(const std::vector<Point3>& points,
+                                         double tolerance) {
+  return CutOne(LoopEdges(points, tolerance), AreaVector(points), tolerance);
 }
 
 size_t TotalCost(const std::vector<std::vector<Point3>>& pieces,
@@ -351,10 +325,7 @@ RegionPieces CutRegionOf(std::span<const Point3> vertices,
   RegionPieces result;
   std::vector<std::vector<Point3>> apart;
   for (const VertexLoop& loop : polygons) {
-    const auto pieces =
-        CutOne(LoopEdges(PointsOf(vertices, loop), tolerance.weld),
-               AreaVectorOf(vertices, loop),
-               tolerance.weld);
+    const auto pieces = CutLoop(PointsOf(vertices, loop), tolerance.weld);
     apart.insert(apart.end(), pieces.begin(), pieces.end());
   }
   result.pieces = std::move(apart);
@@ -365,14 +336,11 @@ RegionPieces CutRegionOf(std::span<const Point3> vertices,
   std::vector<std::vector<Point3>> joined;
   Vec3 area;
   for (const VertexLoop& loop : polygons) {
-    area = area + AreaVectorOf(vertices, loop);
+    area = area + AreaVector(PointsOf(vertices, loop));
   }
   joined = CutOne(outline.Edges(tolerance.weld), area, tolerance.weld);
   for (const VertexLoop* loop : outline.Refused()) {
-    const auto pieces =
-        CutOne(LoopEdges(PointsOf(vertices, *loop), tolerance.weld),
-               AreaVectorOf(vertices, *loop),
-               tolerance.weld);
+    const auto pieces = CutLoop(PointsOf(vertices, *loop), tolerance.weld);
     joined.insert(joined.end(), pieces.begin(), pieces.end());
   }
   result.refused = outline.Refused().size();

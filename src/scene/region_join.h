@@ -4,14 +4,13 @@
 #pragma once
 
 #include "base/vec.h"
+#include "scene/vertex_loop.h"
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace enfilade {
-
-using VertexLoop = std::vector<uint32_t>;  // a polygon by vertex numbers
 
 struct RegionTolerance {
   double weld = 1e-5;   // vertices closer than this are the same, m

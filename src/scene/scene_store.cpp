@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/planar_polygon.h"
 #include "base/stop.h"
 
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "scene/space_shell.h"
 
-#include "base/photometry.h"
+#include "base/directions.h"
+#include "base/planar_polygon.h"
 #include "base/random.h"
 #include "base/stop.h"
 
@@ -24,13 +25,6 @@ bool Encloses(const Polygon2& outline, Point2 p) {
     }
   }
   return inside;
-}
-
-Vec3 RandomDirection(Random& random) {
-  const double z = 2 * random.Next() - 1;
-  const double phi = 2 * kPi * random.Next();
-  const double r = std::sqrt(1 - z * z);
-  return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
 // The projection of p onto the line a b, as a fraction of the way from a to b.

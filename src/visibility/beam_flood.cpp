@@ -60,28 +60,28 @@ std::vector<Point3> CornersOf(const Box3& box) {
 // The plane through the edge (from, along) that touches the source and has the
 // whole source behind it, while `inward` points beyond it; nullopt if there is
 // none.
-std::optional<DoorPlane> Support(Point3 from,
-                                 Vec3 along,
-                                 Vec3 inward,
-                                 const std::vector<Point3>& source) {
-  const auto through = [&](Point3 s) -> std::optional<DoorPlane> {
+std::optional<Plane> Support(Point3 from,
+                             Vec3 along,
+                             Vec3 inward,
+                             const std::vector<Point3>& source) {
+  const auto through = [&](Point3 s) -> std::optional<Plane> {
     Vec3 normal = Cross(along, s - from);
     const double length = Length(normal);
     if (length < kLeastEdgeMetres) {
       return std::nullopt;
     }
     normal = normal / (Dot(normal, inward) < 0 ? -length : length);
-    return DoorPlane{normal, Dot(normal, from - Point3{})};
+    return Plane{normal, Dot(normal, from - Point3{})};
   };
-  std::optional<DoorPlane> plane;
+  std::optional<Plane> plane;
   for (const Point3 s : source) {
-    if (!plane || plane->Beyond(s) > kBehindMetres) {
+    if (!plane || plane->Distance(s) > kBehindMetres) {
       plane = through(s);
     }
   }
   const bool holds = plane && Dot(plane->normal, inward) > kLeastSlope &&
                      std::all_of(source.begin(), source.end(), [&](Point3 s) {
-                       return plane->Beyond(s) <= kBehindMetres;
+                       return plane->Distance(s) <= kBehindMetres;
                      });
   return holds ? plane : std::nullopt;
 }
@@ -91,7 +91,7 @@ std::optional<DoorPlane> Support(Point3 from,
 void AppendSupports(const std::vector<Point3>& region,
                     Vec3 normal,
                     const std::vector<Point3>& source,
-                    std::vector<DoorPlane>* planes) {
+                    std::vector<Plane>* planes) {
   const size_t n = region.size();
   for (size_t i = 0; i < n; ++i) {
     const Point3 a = region[i];
@@ -110,13 +110,13 @@ void AppendSupports(const std::vector<Point3>& region,
 }
 
 // Shrinks the box along each axis by as much as the plane alone allows.
-void Tighten(const DoorPlane& plane, Box3* box) {
+void Tighten(const Plane& plane, Box3* box) {
   const Vec3 n = plane.normal;
   const Point3 far = {n.x > 0 ? box->high.x : box->low.x,
                       n.y > 0 ? box->high.y : box->low.y,
                       n.z > 0 ? box->high.z : box->low.z};
   // The depth of the box's farthest corner beyond the plane.
-  const double depth = plane.Beyond(far) + kStabToleranceMetres;
+  const double depth = plane.Distance(far) + kStabToleranceMetres;
   const auto cut = [depth](
                        double slope, double from, double* low, double* high) {
     if (slope > kLeastSlope) {
@@ -262,13 +262,13 @@ bool BeamFlood::IsFirst(const Doorway& door) const {
 }
 
 bool BeamFlood::CanPass(const Node& passed,
-                        std::span<const DoorPlane> planes,
+                        std::span<const Plane> planes,
                         const Doorway& next) {
   return next.portal != passed.door->portal &&
          std::all_of(planes.begin(),
                      planes.end(),
-                     [&](const DoorPlane& plane) {
-                       return plane.Beyond(next.center) >=
+                     [&](const Plane& plane) {
+                       return plane.Distance(next.center) >=
                               -next.radius - kStabToleranceMetres;
                      }) &&
          (next.is_sliver || ReachesBefore(passed.region, next.plane)) &&
@@ -312,8 +312,8 @@ void BeamFlood::LookThrough(uint32_t number) {
 bool BeamFlood::FindPart(const Doorway& next) {
   part_.clear();
   next.polygon.CopyTo(part_);
-  for (const DoorPlane& plane : planes_) {
-    if (plane.Beyond(next.center) > next.radius) {
+  for (const Plane& plane : planes_) {
+    if (plane.Distance(next.center) > next.radius) {
       continue;  // the whole doorway lies beyond
     }
     ClipBeyondInto(part_, plane, clipped_);
@@ -330,7 +330,7 @@ bool BeamFlood::FindPart(const Doorway& next) {
 Box3 BeamFlood::PartOf(const Box3& bounds) const {
   Box3 part = bounds;
   for (int pass = 0; pass < kPassesOfPart; ++pass) {
-    for (const DoorPlane& plane : planes_) {
+    for (const Plane& plane : planes_) {
       Tighten(plane, &part);
     }
     if (part.low.x > part.high.x || part.low.y > part.high.y ||

@@ -106,7 +106,7 @@ class BeamFlood {
   // Whether a line through the passed doorway, held by the given planes of that
   // doorway, may pass the next one. Makes only cheap tests.
   static bool CanPass(const Node& passed,
-                      std::span<const DoorPlane> planes,
+                      std::span<const Plane> planes,
                       const Doorway& next);
   // Sets planes_ and ahead_ to those of the beam through a node and its
   // dominators.
@@ -123,7 +123,7 @@ class BeamFlood {
   std::vector<Point3> source_;  // corners of a hull of the first doorways
   Box3 source_bounds_;          // of the first doorways
   // The lines of the beam reach only what lies beyond all these planes.
-  std::vector<DoorPlane> planes_;
+  std::vector<Plane> planes_;
   // The doorways that the lines may pass next.
   std::vector<const Doorway*> ahead_;
   std::vector<Point3> part_, clipped_;

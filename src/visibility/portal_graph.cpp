@@ -1,5 +1,7 @@
 #include "visibility/portal_graph.h"
 
+#include "base/planar_polygon.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -118,18 +120,18 @@ void PortalGraph::Fill(const PortalSource& portals) {
 }
 
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
-                               const DoorPlane& plane) {
+                               const Plane& plane) {
   std::vector<Point3> kept;
   ClipBeyondInto(polygon, plane, kept);
   return kept;
 }
 
 void ClipBeyondInto(const std::vector<Point3>& polygon,
-                    const DoorPlane& plane,
+                    const Plane& plane,
                     std::vector<Point3>& kept) {
   kept.clear();
   const auto beyond = [&](Point3 p) {
-    return plane.Beyond(p) + kStabToleranceMetres;
+    return plane.Distance(p) + kStabToleranceMetres;
   };
   if (polygon.empty()) {
     return;
@@ -149,15 +151,15 @@ void ClipBeyondInto(const std::vector<Point3>& polygon,
   }
 }
 
-bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane) {
+bool ReachesBefore(const std::vector<Point3>& polygon, const Plane& plane) {
   return std::any_of(polygon.begin(), polygon.end(), [&](Point3 p) {
-    return plane.Beyond(p) < -kLeastAheadMetres;
+    return plane.Distance(p) < -kLeastAheadMetres;
   });
 }
 
-bool ReachesBeyond(const Outline& polygon, const DoorPlane& plane) {
+bool ReachesBeyond(const Outline& polygon, const Plane& plane) {
   for (size_t i = 0; i < polygon.Size(); ++i) {
-    if (plane.Beyond(polygon[i]) > kLeastAheadMetres) {
+    if (plane.Distance(polygon[i]) > kLeastAheadMetres) {
       return true;
     }
   }

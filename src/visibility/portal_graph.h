@@ -1,11 +1,12 @@
 // The portals as a graph of doorways, each of which a line passes in one
-// direction, and the plane geometry that stabbing needs. Internal to
-// src/visibility.
+// direction, and the plane geometry that stabbing needs. Lines pass a plane
+// along its normal: beyond it is in front of it. Internal to src/visibility.
 
 #pragma once
 
 #include "base/ids.h"
 #include "base/memory.h"
+#include "base/plane.h"
 #include "base/vec.h"
 #include "partition/partition_store.h"
 #include "visibility/cone.h"
@@ -24,17 +25,6 @@ constexpr double kStabToleranceMetres = 1e-4;
 // Edges of doorways shorter than this have no reliable direction and are
 // ignored.
 inline constexpr double kLeastEdgeMetres = 1e-7;
-
-// A plane; the points x with normal . x >= offset lie beyond it.
-struct DoorPlane {
-  Vec3 normal;  // of length 1
-  double offset = 0;
-
-  // The distance of p beyond the plane in metres; negative before the plane.
-  [[nodiscard]] double Beyond(Point3 p) const {
-    return Dot(normal, p - Point3{}) - offset;
-  }
-};
 
 // The vertices of a portal, in their order or in reverse. Borrows the vertices.
 class Outline {
@@ -81,7 +71,7 @@ struct Doorway {
   Outline polygon;
   Point3 center;  // of a ball around the polygon
   double radius = 0;
-  DoorPlane plane;
+  Plane plane;
 };
 
 class PortalGraph {
@@ -119,18 +109,18 @@ class PortalGraph {
 // The part of a convex polygon beyond the plane, too large by the tolerance;
 // empty if there is none.
 std::vector<Point3> ClipBeyond(const std::vector<Point3>& polygon,
-                               const DoorPlane& plane);
+                               const Plane& plane);
 
 // Like ClipBeyond, but writes into `kept`, whose memory is reused.
 void ClipBeyondInto(const std::vector<Point3>& polygon,
-                    const DoorPlane& plane,
+                    const Plane& plane,
                     std::vector<Point3>& kept);
 
 // Whether some point of the polygon lies before the plane, and not in it.
-bool ReachesBefore(const std::vector<Point3>& polygon, const DoorPlane& plane);
+bool ReachesBefore(const std::vector<Point3>& polygon, const Plane& plane);
 
 // Whether some point of the polygon lies beyond the plane, and not in it.
-bool ReachesBeyond(const Outline& polygon, const DoorPlane& plane);
+bool ReachesBeyond(const Outline& polygon, const Plane& plane);
 
 // Appends the rows of the polygon's edges, which every line through the polygon
 // satisfies. The polygon is enlarged by the tolerance first. Coordinates are

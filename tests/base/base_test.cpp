@@ -366,14 +366,6 @@ TEST(MemoryBudget, ChargeEndsWithItsLastOwner) {
   EXPECT_EQ(budget.UsedBytes(), 0U);
 }
 
-TEST(SolidAngle, OfAnOctantIsAnEighthOfASphere) {
-  const Vec3 x = {2, 0, 0};
-  const Vec3 y = {0, 3, 0};
-  const Vec3 z = {0, 0, 5};
-  EXPECT_NEAR(SolidAngle(x, y, z), kPi / 2, 1e-15);
-  EXPECT_NEAR(SolidAngle(x, z, y), -kPi / 2, 1e-15);
-}
-
 Box3 RandomBox(Random* random) {
   const auto point = [&] {
     const double x = random->Next();

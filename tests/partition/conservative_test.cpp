@@ -54,7 +54,7 @@ SceneBuilder SoupOfTriangles(uint64_t seed) {
                           Between(random, 0, 6),
                           Between(random, 0, 3)});
     }
-    if (Length(AreaVector(triangle)) > 1e-3) {
+    if (PolygonArea(triangle) > 1e-3) {
       scene.Add(triangle);
     }
   }

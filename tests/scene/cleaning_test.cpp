@@ -1,4 +1,5 @@
 #include "base/photometry.h"
+#include "base/planar_polygon.h"
 #include "scene/mesh_cleaner.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ struct Cleaned {
   [[nodiscard]] double Area() const {
     double area = 0;
     for (const auto& face : faces) {
-      area += Length(AreaVector(face));
+      area += PolygonArea(face);
     }
     return area;
   }

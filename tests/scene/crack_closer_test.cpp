@@ -1,6 +1,7 @@
 #include "scene/crack_closer.h"
 
 #include "base/memory.h"
+#include "base/planar_polygon.h"
 #include "base/random.h"
 #include "scene/box_tree.h"
 #include "scene/plane_snap.h"

@@ -1,5 +1,7 @@
 #include "base/memory.h"
 #include "base/photometry.h"
+#include "base/planar_polygon.h"
+#include "base/winding_number.h"
 #include "scene/gbxml_model.h"
 
 #include <algorithm>
@@ -95,18 +97,17 @@ class GbxmlImport : public ::testing::Test {
 // The winding number round p of the space's boundary, wound as the faces and
 // openings claim: 1 inside and 0 outside if every claim is right.
 double Winding(const Imported& scene, SpaceId space, Point3 p) {
-  double winding = 0;
-  const auto add = [&](const std::vector<Point3>& v, double sign) {
-    for (size_t i = 1; i + 1 < v.size(); ++i) {
-      winding +=
-          sign * SolidAngle(v[0] - p, v[i] - p, v[i + 1] - p) / (4 * kPi);
-    }
+  std::vector<Triangle3> surface;
+  const auto add = [&](const std::vector<Point3>& v, bool outwards) {
+    ForEachTriangle(v, [&](Point3 a, Point3 b, Point3 c) {
+      surface.push_back(outwards ? Triangle3{a, b, c} : Triangle3{a, c, b});
+    });
   };
   const auto add_sides = [&](const auto& f) {
     if (f.front_space == space && f.back_space != space) {
-      add(f.vertices, -1);
+      add(f.vertices, false);
     } else if (f.back_space == space && f.front_space != space) {
-      add(f.vertices, 1);
+      add(f.vertices, true);
     }
   };
   for (const Face& face : scene.faces) {
@@ -115,7 +116,7 @@ double Winding(const Imported& scene, SpaceId space, Point3 p) {
   for (const Opening& opening : scene.info.openings) {
     add_sides(opening);
   }
-  return winding;
+  return WindingNumber(surface, p);
 }
 
 // Casts rays from just off every face into the Spaces that the face claims;
@@ -143,13 +144,13 @@ size_t WrongSides(const Imported& scene, size_t& checked) {
 TEST_F(GbxmlImport, DoorIsAHoleAndAnOpeningBetweenItsSpaces) {
   const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})));
   ASSERT_EQ(scene.info.openings.size(), 1U);
-  EXPECT_NEAR(Length(AreaVector(scene.info.openings[0].vertices)), 2, 1e-12);
+  EXPECT_NEAR(PolygonArea(scene.info.openings[0].vertices), 2, 1e-12);
   EXPECT_EQ(scene.info.gbxml->interior_doors, 1U);
   EXPECT_EQ(scene.info.gbxml->closed_spaces, 2U);
   double wall = 0;
   for (const Face& face : scene.faces) {
     const Material& m = scene.info.materials[face.material.Index()];
-    wall += m.name == "InteriorWall" ? Length(AreaVector(face.vertices)) : 0;
+    wall += m.name == "InteriorWall" ? PolygonArea(face.vertices) : 0;
   }
   EXPECT_NEAR(wall, 6 - 2, 1e-12);
 }
@@ -191,7 +192,7 @@ TEST_F(GbxmlImport, AirIsWhollyOpen) {
   const Imported scene = Import(TwoRooms(Surface("Air", {"a", "b"}, kWall)));
   ASSERT_EQ(scene.info.openings.size(), 1U);
   EXPECT_EQ(scene.info.gbxml->open_boundaries, 1U);
-  EXPECT_NEAR(Length(AreaVector(scene.info.openings[0].vertices)), 6, 1e-12);
+  EXPECT_NEAR(PolygonArea(scene.info.openings[0].vertices), 6, 1e-12);
 }
 
 TEST_F(GbxmlImport, OpeningOutsideOfItsSurfaceIsToldOf) {

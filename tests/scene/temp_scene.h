@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "base/planar_polygon.h"
 #include "scene/import.h"
 #include "store/sqlite_store.h"
 
@@ -42,7 +43,7 @@ struct Imported {
   [[nodiscard]] double Area() const {
     double area = 0;
     for (const Face& face : faces) {
-      area += Length(AreaVector(face.vertices));
+      area += PolygonArea(face.vertices);
     }
     return area;
   }

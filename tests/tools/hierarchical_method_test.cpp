@@ -1,6 +1,7 @@
 // The hierarchical reference method through the program: that each of its
 // choices converges, what the choices change, and what is refused.
 
+#include "base/planar_polygon.h"
 #include "solver/solution/solution.h"
 #include "solver/transfer/form_factor.h"
 #include "store/sqlite_store.h"

@@ -1,6 +1,7 @@
 // Light whose answer is known: the whole way from the scene to the stored
 // solution against the closed forms of scenes/.
 
+#include "base/planar_polygon.h"
 #include "solver/solution/solution.h"
 #include "solver/transfer/form_factor.h"
 #include "store/sqlite_store.h"

@@ -1,6 +1,7 @@
 // The reference methods through the program: closed forms, agreement with each
 // other and with the wavelet solver, balance of power, refusals, resumes.
 
+#include "base/planar_polygon.h"
 #include "solver/solution/solution.h"
 #include "solver/state/solve_state.h"
 #include "store/sqlite_store.h"

@@ -1,5 +1,7 @@
 #include "tests/tools/scene_obj_text.h"
 
+#include "base/planar_polygon.h"
+
 #include <array>
 #include <cmath>
 #include <cstdint>

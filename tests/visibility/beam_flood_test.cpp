@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/planar_polygon.h"
 #include "visibility/set_agreement.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "tools/export/elements.h"
 
 #include "base/check.h"
+#include "base/planar_polygon.h"
 
 namespace enfilade {
 namespace {
@@ -74,8 +75,8 @@ MeshSource LeavesOf(const ElementSource& source) {
     uint64_t next = 0;
     source.for_each_leaf(cell, [&](const LeafElement& leaf) {
       CheckCorners(leaf);
-      const double area_m2 = Length(AreaVector(leaf.corners)) /
-                             static_cast<double>(leaf.corners.size());
+      const double area_m2 =
+          PolygonArea(leaf.corners) / static_cast<double>(leaf.corners.size());
       MeshFace face{cell, leaf.patch};
       face.count = static_cast<uint8_t>(leaf.corners.size());
       for (size_t i = 0; i < face.count; ++i) {

@@ -1,6 +1,8 @@
 // The display mesh of a solved scene has no steps, the same mean, and the same
 // bits under any cap and number of threads.
 
+#include "base/planar_polygon.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -151,7 +153,7 @@ TEST_P(DisplayOfChairs, HasNoStepsAtElementBorders) {
       if (patches.patches[leaf.patch.Index()].emits) {
         return;
       }
-      const double area = Length(AreaVector(leaf.corners));
+      const double area = PolygonArea(leaf.corners);
       area_m2 += area;
       for (const Rgb& b : leaf.radiosity) {
         for (size_t k = 0; k < kRgbChannels; ++k) {

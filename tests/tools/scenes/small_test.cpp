@@ -1,6 +1,7 @@
 // The seven scenes of the 1997 study and the furnace.
 
 #include "base/error.h"
+#include "base/planar_polygon.h"
 
 #include <algorithm>
 #include <cmath>
@@ -217,9 +218,7 @@ TEST(Lights, CountOfPolygonsIs328PlusLights) {
     EXPECT_EQ(Emitters(scene), m);
     double area = 0;
     for (const ReadPolygon& p : scene.polygons) {
-      area += scene.exitance.contains(p.material)
-                  ? Length(AreaVector(p.vertices))
-                  : 0;
+      area += scene.exitance.contains(p.material) ? PolygonArea(p.vertices) : 0;
     }
     EXPECT_NEAR(area, 0.0625 * 9, 1e-6) << "the lights share one area";
   }
