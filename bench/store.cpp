@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -125,9 +126,9 @@ Writing WriteRounds(const Blocks& blocks,
   std::vector<uint64_t> sizes(blocks.Count());
   uint64_t pending = 0;
   const auto timed_commit = [&] {
-    const Stopwatch watch;
+    const auto begin = std::chrono::steady_clock::now();
     commit();
-    writing.commit_seconds.push_back(watch.Seconds());
+    writing.commit_seconds.push_back(SecondsSince(begin));
     pending = 0;
   };
   for (uint64_t round = 0; round < options.rounds; ++round) {
@@ -153,7 +154,7 @@ Writing WriteLayout(LayoutKind kind,
                     uint64_t commit_bytes,
                     const std::filesystem::path& folder) {
   const DiskTraffic before = TrafficSoFar();
-  const Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   auto layout = CreateLayout(kind, folder);
   uint64_t most_bytes = 0;
   Writing writing = WriteRounds(
@@ -168,7 +169,7 @@ Writing WriteLayout(LayoutKind kind,
         most_bytes = std::max(most_bytes, SizeOf(folder).bytes);
       });
   layout.reset();
-  writing.seconds = watch.Seconds();
+  writing.seconds = SecondsSince(begin);
   writing.written_bytes = TrafficSoFar().written_bytes - before.written_bytes;
   writing.most_bytes = most_bytes;
   writing.end_bytes = SizeOf(folder).bytes;
@@ -182,7 +183,7 @@ Writing WritePlainFile(const Blocks& blocks,
                        uint64_t commit_bytes,
                        const std::filesystem::path& folder) {
   const DiskTraffic before = TrafficSoFar();
-  const Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   RawFile file(folder / "plain", O_RDWR | O_CREAT | O_EXCL);
   uint64_t end = 0;
   Writing writing = WriteRounds(
@@ -194,7 +195,7 @@ Writing WritePlainFile(const Blocks& blocks,
         end += content.size();
       },
       [&] { file.Sync(); });
-  writing.seconds = watch.Seconds();
+  writing.seconds = SecondsSince(begin);
   writing.written_bytes = TrafficSoFar().written_bytes - before.written_bytes;
   writing.most_bytes = end;
   writing.end_bytes = end;
@@ -216,13 +217,13 @@ Reading ReadTwice(const Blocks& blocks,
   const auto pass = [&] {
     DropCaches(folder);
     const auto read = open();
-    const Stopwatch watch;
+    const auto begin = std::chrono::steady_clock::now();
     uint64_t bytes = 0;
     for (const uint32_t key : keys) {
       bytes += read(key);
     }
     all_bytes += bytes;
-    return Rate(bytes, watch.Seconds());
+    return Rate(bytes, SecondsSince(begin));
   };
   Reading reading;
   reading.sequential = pass();

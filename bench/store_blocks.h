@@ -4,7 +4,6 @@
 
 #include "base/bytes.h"
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -70,18 +69,5 @@ struct DiskTraffic {
 };
 
 DiskTraffic TrafficSoFar();
-
-class Stopwatch {
- public:
-  [[nodiscard]] double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() -
-                                         start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ =
-      std::chrono::steady_clock::now();
-};
 
 }  // namespace enfilade::bench

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 
 #include <algorithm>
 #include <array>
@@ -175,10 +176,10 @@ bool IsLastCommit(LayoutKind kind,
                   Expected& expected,
                   std::vector<double>& open_seconds) {
   try {
-    const Stopwatch watch;
+    const auto begin = std::chrono::steady_clock::now();
     const auto layout = OpenLayout(kind, folder);
     const uint64_t seen = TransactionOf(*layout, blocks);
-    open_seconds.push_back(watch.Seconds());
+    open_seconds.push_back(SecondsSince(begin));
     // The writer may have been killed after a commit and before telling of it.
     const uint64_t told = std::max(writer.told, expected.Transaction());
     expected.AdvanceTo(seen);

@@ -78,10 +78,7 @@ void LearnFromItself(const BlockStorage& store,
 CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
                           uint64_t threads) {
-  double patches = 0;
-  for (const CellInfo& cell : LoadCells(store)) {
-    patches += cell.patches;
-  }
+  const auto patches = static_cast<double>(PatchCount(LoadCells(store)));
   const bool haar = options.basis == "haar";
   CostEstimate estimate;
   estimate.links = kLinksPerPatch * patches *

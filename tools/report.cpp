@@ -53,10 +53,7 @@ void AddSceneKeys(const BlockStorage& store, Stage stage, Json& report) {
   uint64_t portals = 0;
   const Partition partition =
       partitioned ? LoadWithoutPortals(store, &portals) : Partition{};
-  uint64_t patches = 0;
-  for (const CellInfo& cell : partition.cells) {
-    patches += cell.patches;
-  }
+  const uint64_t patches = PatchCount(partition.cells);
   report["scene"] = scene.source_path;
   report["polygons"] = scene.input_polygons;
   report["faces"] = scene.faces;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace enfilade {
 
@@ -36,6 +37,17 @@ using CellId = Id<struct CellTag>;        // a region of the partition
 using PortalId = Id<struct PortalTag>;    // an opening between two cells
 using PatchId = Id<struct PatchTag>;      // a patch within its cell
 using ElementId = Id<struct ElementTag>;  // an element within its cell
+
+// The ids 0 to count - 1.
+template <typename SomeId>
+std::vector<SomeId> FirstIds(size_t count) {
+  std::vector<SomeId> ids;
+  ids.reserve(count);
+  for (size_t i = 0; i < count; ++i) {
+    ids.emplace_back(i);
+  }
+  return ids;
+}
 
 }  // namespace enfilade
 

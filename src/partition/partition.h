@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,15 @@ struct CellInfo {
   // The Space that the cell was made of (gbXML), if any.
   std::optional<SpaceId> space;
 };
+
+// Of all cells together.
+inline uint64_t PatchCount(std::span<const CellInfo> cells) {
+  uint64_t patches = 0;
+  for (const CellInfo& cell : cells) {
+    patches += cell.patches;
+  }
+  return patches;
+}
 
 struct Partition {
   std::vector<CellInfo> cells;  // indexed by CellId

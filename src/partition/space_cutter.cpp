@@ -113,11 +113,8 @@ void SpaceCutter::MakePortals(const OpenBorders& borders,
 }
 
 void SpaceCutter::SaveOpenings(const OpenBorders& borders) const {
-  std::vector<CellId> itself;  // each leaf is a cell of its own
-  itself.reserve(built_.leaves.size());
-  for (uint32_t i = 0; i < built_.leaves.size(); ++i) {
-    itself.emplace_back(i);
-  }
+  // Each leaf is a cell of its own.
+  const auto itself = FirstIds<CellId>(built_.leaves.size());
   const PortalSource openings =
       [&](const std::function<void(const Portal&)>& visit) {
         ForEachPortal(built_.tree, borders, itself, visit);

@@ -3,6 +3,7 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/lower_case.h"
 #include "scene/default_luminaires.h"
 #include "scene/gbxml_model.h"
 #include "scene/gbxml_reader.h"
@@ -15,7 +16,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -30,10 +30,7 @@ enum class SceneFormat { kObj, kGbxml };
 
 // The format by the name's extension, a trailing .gz aside.
 std::optional<SceneFormat> FormatByName(const std::filesystem::path& scene) {
-  std::string name = scene.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  std::string name = LowerCase(scene.filename().string());
   if (name.ends_with(".gz")) {
     name.resize(name.size() - 3);
   }

@@ -192,9 +192,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
     summary.estimated_error = state.rounds.back().estimated_error;
     summary.most_error_by_rays = state.rounds.back().most_by_rays;
   }
-  for (const CellInfo& cell : LoadCells(store)) {
-    summary.patches += cell.patches;
-  }
+  summary.patches = PatchCount(LoadCells(store));
   if (summary.links > 0) {
     summary.link_bytes_per_link =
         static_cast<double>(store.StoredBytes(BlockKind::kLinks)) /

@@ -34,11 +34,7 @@ RegionGraph RegionGraphOf(size_t cells,
             },
             budget};
   }
-  std::vector<CellId> itself;
-  for (size_t i = 0; i < cells; ++i) {
-    itself.emplace_back(i);
-  }
-  return {cells, std::move(itself), portals, budget};
+  return {cells, FirstIds<CellId>(cells), portals, budget};
 }
 
 // The most memory that exploring a cell takes.

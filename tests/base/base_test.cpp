@@ -430,6 +430,12 @@ TEST(Ids, OfDifferentThingsDoNotMix) {
   EXPECT_EQ(CellId(size_t{5}).Index(), 5U);
 }
 
+TEST(Ids, FirstOnesCountFromZero) {
+  const std::vector<CellId> ids = {CellId(0U), CellId(1U), CellId(2U)};
+  EXPECT_EQ(FirstIds<CellId>(3), ids);
+  EXPECT_TRUE(FirstIds<CellId>(0).empty());
+}
+
 // The hash of the parts is that of the whole, so that digests of existing
 // stores stay valid.
 TEST(StreamingHash, OfPartsIsThatOfTheWhole) {

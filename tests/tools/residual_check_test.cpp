@@ -105,7 +105,7 @@ SolvedScene LampOverSquare() {
 }
 
 // Numbers that are drawn independently of each other.
-class Sample {
+class Draws {
  public:
   void Add(double x) {
     ++count_;
@@ -294,8 +294,8 @@ TEST(ResidualProbes, StandForTheWholeArea) {
       *scene.store, LoadCells(*scene.store), solution, 0.1, budget);
   constexpr uint32_t kRounds = 64;
   constexpr uint32_t kProbes = 256;
-  Sample area;
-  Sample lit;
+  Draws area;
+  Draws lit;
   for (uint64_t key = 1; key <= kRounds; ++key) {
     double of_all = 0;
     double of_lit = 0;

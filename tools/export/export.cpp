@@ -1,12 +1,12 @@
 #include "tools/export/export.h"
 
 #include "base/error.h"
+#include "base/lower_case.h"
 #include "base/stopwatch.h"
 #include "solver/solution/solution.h"
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <chrono>
 #include <string>
 #include <string_view>
@@ -23,12 +23,7 @@ namespace enfilade {
 namespace {
 
 std::string Extension(const std::filesystem::path& out) {
-  std::string extension = out.extension().string();
-  std::transform(
-      extension.begin(), extension.end(), extension.begin(), [](char c) {
-        return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      });
-  return extension;
+  return LowerCase(out.extension().string());
 }
 
 // A progress function that reports the part of the whole from `begin` to `end`.

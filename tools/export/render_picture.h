@@ -6,14 +6,13 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "tools/building_view.h"
 #include "tools/export/camera.h"
+#include "tools/file_pointer.h"
 
 namespace enfilade {
 
@@ -35,12 +34,8 @@ class Spool {
   void Read(uint64_t first, std::span<std::byte> records) const;
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
   size_t record_bytes_;
-  std::unique_ptr<std::FILE, Closer> file_;
+  FilePointer file_;
 };
 
 // A rendered picture, kept on disk.

@@ -35,8 +35,8 @@ class RoomFurnisher {
         space_(room, floor_z) {}
 
   void AddShelf() {
-    const double width = Between(0.8, 1.3);
-    const double depth = Between(0.28, 0.40);
+    const double width = Between(random_, 0.8, 1.3);
+    const double depth = Between(random_, 0.28, 0.40);
     const std::optional<Place> place = FindPlace(width, depth, true);
     if (!place) {
       return;
@@ -47,8 +47,8 @@ class RoomFurnisher {
 
   // A desk with a chair in front of it.
   void AddWorkplace() {
-    const double width = Between(1.2, 1.8);
-    const double desk_depth = Between(0.65, 0.85);
+    const double width = Between(random_, 1.2, 1.8);
+    const double desk_depth = Between(random_, 0.65, 0.85);
     const double depth = desk_depth + 0.75;
     const std::optional<Place> place =
         FindPlace(width, depth, random_.Next() < 0.5);
@@ -59,9 +59,9 @@ class RoomFurnisher {
     BuildDesk(At(*place), width, -depth / 2, -depth / 2 + desk_depth);
     Begin("chair", PickFrom(materials_.fabrics));
     const Point3 seat =
-        At(*place).At({Between(-0.2, 0.2), depth / 2 - 0.34, 0});
+        At(*place).At({Between(random_, -0.2, 0.2), depth / 2 - 0.34, 0});
     AddChair(out_,
-             Placement(seat, Turn(*place) + kPi + Between(-0.4, 0.4)),
+             Placement(seat, Turn(*place) + kPi + Between(random_, -0.4, 0.4)),
              ChairBuild::kStanding);
   }
 
@@ -72,16 +72,13 @@ class RoomFurnisher {
       return;
     }
     Begin("chair", PickFrom(materials_.fabrics));
-    AddChair(out_,
-             Placement({place->x, place->y, floor_z_}, Between(-kPi, kPi)),
-             ChairBuild::kStanding);
+    AddChair(
+        out_,
+        Placement({place->x, place->y, floor_z_}, Between(random_, -kPi, kPi)),
+        ChairBuild::kStanding);
   }
 
  private:
-  double Between(double low, double high) {
-    return RoundToMillimetre(low + (high - low) * random_.Next());
-  }
-
   MaterialId PickFrom(const std::vector<MaterialId>& materials) {
     return materials[random_.NextBelow(
         static_cast<uint32_t>(materials.size()))];
@@ -110,8 +107,8 @@ class RoomFurnisher {
       const bool sideways = place.quarter_turns % 2 != 0;
       const double half_x = (sideways ? depth : width) / 2;
       const double half_y = (sideways ? width : depth) / 2;
-      place.x = Between(free.u0 + half_x, free.u1 - half_x);
-      place.y = Between(free.v0 + half_y, free.v1 - half_y);
+      place.x = Between(random_, free.u0 + half_x, free.u1 - half_x);
+      place.y = Between(random_, free.v0 + half_y, free.v1 - half_y);
       if (at_wall) {
         MoveToWall(place, half_x, half_y);
       }
@@ -149,7 +146,7 @@ class RoomFurnisher {
   // another part are left out.
   void BuildShelf(const Placement& at, double width, double depth) {
     constexpr double kBoard = 0.02;
-    const double height = Between(1.2, 2.2);
+    const double height = Between(random_, 1.2, 2.2);
     const double x = width / 2;
     const double y = depth / 2;
     for (const double x0 : {-x, x - kBoard}) {

@@ -29,10 +29,6 @@ Random RandomFor(const FloorplanOptions& options,
   return Random(MixKey(MixKey(key, a), b));
 }
 
-double Between(Random& random, double low, double high) {
-  return RoundToMillimetre(low + (high - low) * random.Next());
-}
-
 double FloorZ(uint32_t storey) {
   return RoundToMillimetre(storey * kStoreyHeight);
 }
@@ -311,6 +307,10 @@ class WingPlanner {
 
 double RoundToMillimetre(double value) {
   return std::round(value * 1000) / 1000;
+}
+
+double Between(Random& random, double low, double high) {
+  return RoundToMillimetre(low + (high - low) * random.Next());
 }
 
 Rect PlanSpace::Box() const {

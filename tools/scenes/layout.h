@@ -8,6 +8,7 @@
 
 #pragma once
 
+#include "base/random.h"
 #include "base/vec.h"
 
 #include <array>
@@ -125,5 +126,8 @@ StairRun RunOfStairs(const Rect& stair_box);
 
 // `value`, in metres, rounded to the nearest millimetre.
 double RoundToMillimetre(double value);
+
+// Uniform in the range, rounded to a millimetre.
+double Between(Random& random, double low, double high);
 
 }  // namespace enfilade

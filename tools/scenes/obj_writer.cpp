@@ -43,21 +43,21 @@ ObjWriter::ObjWriter(const std::filesystem::path& obj_path)
                  mtl_path_.filename().string());
 }
 
-ObjWriter::File ObjWriter::Open(const std::filesystem::path& path) {
-  File file(std::fopen(path.c_str(), "wb"));
+FilePointer ObjWriter::Open(const std::filesystem::path& path) {
+  FilePointer file(std::fopen(path.c_str(), "wb"));
   if (file == nullptr) {
     ThrowDiskError(path, "cannot be created");
   }
   return file;
 }
 
-void ObjWriter::Close(File file, const std::filesystem::path& path) {
+void ObjWriter::Close(FilePointer file, const std::filesystem::path& path) {
   if (std::fclose(file.release()) != 0) {
     ThrowDiskError(path, "cannot be written");
   }
 }
 
-void ObjWriter::FlushTo(const File& file,
+void ObjWriter::FlushTo(const FilePointer& file,
                         const std::filesystem::path& path,
                         fmt::memory_buffer& text) {
   if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) {

@@ -15,16 +15,15 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <initializer_list>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tools/file_pointer.h"
 #include "tools/pending_file.h"
 #include <fmt/format.h>
 
@@ -89,20 +88,14 @@ class ObjWriter {
   [[nodiscard]] uint64_t Materials() const { return material_names_.size(); }
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
-  using File = std::unique_ptr<std::FILE, CloseFile>;
-
   struct RecentVertex {
     Point3 point;
     uint64_t index = 0;  // 1-based as in OBJ; 0: none
   };
 
-  static File Open(const std::filesystem::path& path);
-  static void Close(File file, const std::filesystem::path& path);
-  void FlushTo(const File& file,
+  static FilePointer Open(const std::filesystem::path& path);
+  static void Close(FilePointer file, const std::filesystem::path& path);
+  void FlushTo(const FilePointer& file,
                const std::filesystem::path& path,
                fmt::memory_buffer& text);
   void FlushIfLong();
@@ -112,8 +105,8 @@ class ObjWriter {
   std::filesystem::path mtl_path_;
   PendingFile obj_file_;
   PendingFile mtl_file_;
-  File obj_;
-  File mtl_;
+  FilePointer obj_;
+  FilePointer mtl_;
   fmt::memory_buffer obj_text_;
   fmt::memory_buffer mtl_text_;
   std::vector<std::string> material_names_;

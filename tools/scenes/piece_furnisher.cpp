@@ -49,8 +49,8 @@ class PiecePlacer {
           at_wall ? 90 * random_.NextBelow(4) : random_.NextBelow(360);
       const HalfPlan half = HalfPlanOf(piece, place.degrees);
       const Rect& free = space_.Free();
-      place.x = Between(free.u0 + half.x, free.u1 - half.x);
-      place.y = Between(free.v0 + half.y, free.v1 - half.y);
+      place.x = Between(random_, free.u0 + half.x, free.u1 - half.x);
+      place.y = Between(random_, free.v0 + half.y, free.v1 - half.y);
       if (at_wall) {
         MoveToWall(place, half);
       }
@@ -65,10 +65,6 @@ class PiecePlacer {
   }
 
  private:
-  double Between(double low, double high) {
-    return RoundToMillimetre(low + (high - low) * random_.Next());
-  }
-
   // After 0, 1, 2, 3 quarter turns the rear (-y) looks south, east, north and
   // west.
   void MoveToWall(PiecePlace& place, HalfPlan half) const {

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/lower_case.h"
 #include "scene/material_table.h"
 #include "scene/obj_reader.h"
 #include "scene/polygon_sink.h"
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <set>
@@ -92,10 +92,7 @@ Point3 Upright(Point3 p, bool z_is_up) {
 }
 
 bool IsObj(const std::filesystem::path& path) {
-  std::string name = path.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  const std::string name = LowerCase(path.filename().string());
   return name.ends_with(".obj") || name.ends_with(".obj.gz");
 }
 

@@ -78,10 +78,7 @@ ReferenceScene::ReferenceScene(const BlockStorage& store,
     : seed_(seed), device_(budget, LoadSceneInfo(store).bounds.Center()) {
   const SceneInfo scene = LoadSceneInfo(store);
   const std::vector<CellInfo> cells = LoadCells(store);
-  size_t count = 0;
-  for (const CellInfo& cell : cells) {
-    count += cell.patches;
-  }
+  const size_t count = PatchCount(cells);
   if (count > kMostPanels) {
     throw DoesNotFitError(fmt::format(
         "the scene has {} patches; the reference methods hold it whole and "
