@@ -1,14 +1,13 @@
 #include "tools/building_view.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace enfilade {
 
 PatchPoint UniformPointOn(const Patch& patch, double s, double t) {
   PatchPoint point;
-  const bool fold = patch.shape == PatchShape::kTriangle && s + t > 1;
-  point.a = fold ? 1 - s : s;
-  point.b = fold ? 1 - t : t;
+  std::tie(point.a, point.b) = FoldedOnto(patch.shape, s, t);
   return point;
 }
 

@@ -40,11 +40,6 @@ struct BuildingView {
       for_each_mean;
 };
 
-// The point of a patch with patch coordinates (a, b).
-inline Point3 PointOn(const Patch& patch, double a, double b) {
-  return patch.origin + patch.u * a + patch.v * b;
-}
-
 // The patch coordinates of a point uniform over the patch's area, from two
 // numbers uniform in [0, 1).
 PatchPoint UniformPointOn(const Patch& patch, double s, double t);

@@ -10,12 +10,17 @@
 #include "base/vec.h"
 #include "scene/face.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace enfilade {
 
 enum class PatchShape : uint8_t { kParallelogram = 0, kTriangle = 1 };
+
+constexpr size_t CornerCount(PatchShape shape) {
+  return shape == PatchShape::kTriangle ? 3 : 4;
+}
 
 // A surface that lay in another one is put this far in front of it, m, and at
 // most kMostLayers times as far in a stack of surfaces. All surfaces of a stack

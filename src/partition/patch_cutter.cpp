@@ -1,5 +1,7 @@
 #include "partition/patch_cutter.h"
 
+#include "partition/patch_points.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -169,10 +171,9 @@ std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {
 }
 
 Polygon PolygonOf(const Patch& p) {
-  if (p.shape == PatchShape::kTriangle) {
-    return {p.origin, p.origin + p.u, p.origin + p.v};
-  }
-  return {p.origin, p.origin + p.u, p.origin + p.u + p.v, p.origin + p.v};
+  const CornerList<Point3> corners = CornersOf(p);
+  const std::span<const Point3> view = corners.View();
+  return {view.begin(), view.end()};
 }
 
 void AppendAsPatches(Patch patch,

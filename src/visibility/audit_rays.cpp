@@ -1,10 +1,12 @@
 #include "visibility/audit_rays.h"
 
+#include "base/directions.h"
 #include "base/random.h"
+#include "partition/patch_points.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <tuple>
 #include <utility>
 
 namespace enfilade {
@@ -18,12 +20,9 @@ constexpr double kShiftMetres = 1e-4;
 constexpr uint64_t kKey = 0x61756469742d3031;  // seeds the audit's rays
 
 // Maps a point of [0,1]^2 into the patch, away from the patch's edges.
-Point3 PointOn(const Patch& p, double s, double t) {
+Point3 PointOffEdges(const Patch& p, double s, double t) {
+  std::tie(s, t) = FoldedOnto(p.shape, s, t);
   if (p.shape == PatchShape::kTriangle) {
-    if (s + t > 1) {
-      s = 1 - s;
-      t = 1 - t;
-    }
     // Moves the point towards the centroid, away from all three edges.
     const double height =
         2 * PatchArea(p) /
@@ -38,18 +37,14 @@ Point3 PointOn(const Patch& p, double s, double t) {
     s = margin_s + (1 - 2 * margin_s) * s;
     t = margin_t + (1 - 2 * margin_t) * t;
   }
-  return p.origin + p.u * s + p.v * t;
+  return PointOn(p, s, t);
 }
 
 // A unit vector whose angle to the unit normal n has this cosine; `turn` in
 // [0,1] turns the vector around n.
 Vec3 DirectionAbout(Vec3 n, double cosine, double turn) {
-  const Vec3 helper = std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 s = Normalize(Cross(helper, n));
-  const Vec3 t = Cross(n, s);
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  const double phi = 2 * std::numbers::pi * turn;
-  return n * cosine + s * (sine * std::cos(phi)) + t * (sine * std::sin(phi));
+  return AxesAbout(n).Direction(cosine, sine, 2 * kPi * turn);
 }
 
 }  // namespace
@@ -105,7 +100,7 @@ TraceRay AuditRays::Draw(uint64_t number) const {
   const double u = random.Next();
   const double cosine = number % 2 == 0 ? std::sqrt(u) : u;
   const Vec3 d = DirectionAbout(n, cosine, random.Next());
-  return {PointOn(p, s, t) + n * kRayOffsetMetres, d};
+  return {PointOffEdges(p, s, t) + n * kRayOffsetMetres, d};
 }
 
 std::array<TraceRay, kRaysBeside> RaysBeside(const TraceRay& ray) {

@@ -1,6 +1,7 @@
 #include "visibility/occlusion.h"
 
 #include "base/check.h"
+#include "partition/patch_points.h"
 #include "visibility/embree.h"
 
 #include <algorithm>
@@ -250,13 +251,14 @@ std::shared_ptr<const CellBlockers> OcclusionDevice::Build(
     if (p.is_twin) {
       continue;
     }
-    const LocalPoint a = Local(p.origin, impl_->origin);
-    const LocalPoint b = Local(p.origin + p.u, impl_->origin);
-    const LocalPoint d = Local(p.origin + p.v, impl_->origin);
+    const CornerList<Point3> corners = CornersOf(p);
+    const auto at = [&](size_t k) {
+      return Local(corners.points.at(k), impl_->origin);
+    };
     if (p.shape == PatchShape::kTriangle) {
-      triangles.push_back({a, b, d});
+      triangles.push_back({at(0), at(1), at(2)});
     } else {
-      quads.push_back({a, b, Local(p.origin + p.u + p.v, impl_->origin), d});
+      quads.push_back({at(0), at(1), at(2), at(3)});
     }
   }
   auto blockers = std::make_shared<CellBlockers>();

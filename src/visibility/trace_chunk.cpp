@@ -4,6 +4,7 @@
 #include "base/morton.h"
 #include "base/stop.h"
 #include "partition/patch.h"
+#include "partition/patch_points.h"
 #include "visibility/ray_tracer.h"
 
 #include <algorithm>
@@ -24,14 +25,6 @@ struct PendingPatch {
   TracePrimitive id;
 };
 
-std::array<Point3, 4> Corners(const Patch& p) {
-  return {
-      p.origin,
-      p.origin + p.u,
-      p.shape == PatchShape::kTriangle ? p.origin + p.v : p.origin + p.u + p.v,
-      p.origin + p.v};
-}
-
 double OnGrid(double x) {
   return std::round(x / kGridMetres) * kGridMetres;
 }
@@ -45,7 +38,8 @@ LocalPoint LocalOnGrid(Point3 p, Point3 origin) {
 Box3 BoundsOf(std::span<const PendingPatch> patches) {
   Box3 box;
   for (const PendingPatch& p : patches) {
-    box.Include(enfilade::BoundsOf(Corners(p.patch)));
+    const CornerList<Point3> corners = CornersOf(p.patch);
+    box.Include(enfilade::BoundsOf(corners.View()));
   }
   return box;
 }
@@ -55,13 +49,14 @@ TraceChunk MakeChunk(std::span<const PendingPatch> patches, const Box3& box) {
   const Point3 c = box.Center();
   chunk.origin = {std::round(c.x), std::round(c.y), std::round(c.z)};
   for (const PendingPatch& p : patches) {
-    const auto corners = Corners(p.patch);
-    LocalQuad quad;
-    std::transform(corners.begin(), corners.end(), quad.begin(), [&](Point3 q) {
+    const CornerList<Point3> corners = CornersOf(p.patch);
+    const std::span<const Point3> view = corners.View();
+    LocalQuad quad{};
+    std::transform(view.begin(), view.end(), quad.begin(), [&](Point3 q) {
       return LocalOnGrid(q, chunk.origin);
     });
     if (p.patch.shape == PatchShape::kTriangle) {
-      chunk.triangles.push_back({quad[0], quad[1], quad[3]});
+      chunk.triangles.push_back({quad[0], quad[1], quad[2]});
       chunk.triangle_ids.push_back(p.id);
     } else {
       chunk.quads.push_back(quad);
@@ -150,7 +145,8 @@ std::vector<CellId> CellsInSpace(const BlockStorage& store) {
     Box3 box;
     ThrowIfStopRequested();
     for (const Patch& p : LoadCellPatches(store, id).patches) {
-      box.Include(enfilade::BoundsOf(Corners(p)));
+      const CornerList<Point3> corners = CornersOf(p);
+      box.Include(enfilade::BoundsOf(corners.View()));
     }
     if (!box.IsEmpty()) {
       centers.emplace_back(id, box.Center());

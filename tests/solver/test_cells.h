@@ -2,10 +2,10 @@
 
 #pragma once
 
+#include "base/directions.h"
 #include "base/random.h"
 #include "solver/elements/geometry.h"
 
-#include <cmath>
 #include <vector>
 
 namespace enfilade::test {
@@ -14,13 +14,6 @@ namespace enfilade::test {
 inline constexpr double kFloatRounding = 1e-5;
 
 inline constexpr Box3 kRoom{{0, 0, 0}, {4, 5, 3}};
-
-inline Vec3 RandomDirection(Random& random) {
-  const double z = 2 * random.Next() - 1;
-  const double phi = 2 * kPi * random.Next();
-  const double r = std::sqrt(1 - z * z);
-  return {r * std::cos(phi), r * std::sin(phi), z};
-}
 
 // A parallelogram or triangle in a random orientation, with an origin in a cube
 // of edge `room` and edges of at most `size`.
@@ -65,13 +58,10 @@ inline std::vector<PatchGeometry> GeometryOf(const std::vector<Patch>& patches,
 inline Vec3f RandomPointOn(const PatchGeometry& patch,
                            ElementFrame frame,
                            Random& random) {
-  auto s = static_cast<float>(random.Next());
-  auto t = static_cast<float>(random.Next());
-  if (patch.shape == PatchShape::kTriangle && s + t > 1) {
-    s = 1 - s;
-    t = 1 - t;
-  }
-  return PointOn(patch, frame, s, t);
+  const auto s = static_cast<float>(random.Next());
+  const auto t = static_cast<float>(random.Next());
+  const auto [a, b] = FoldedOnto(patch.shape, s, t);
+  return PointOn(patch, frame, a, b);
 }
 
 }  // namespace enfilade::test

@@ -35,11 +35,7 @@ struct PatchSum {
 std::vector<PatchSum> SumsOf(const BuildingView& building,
                              CellId cell,
                              size_t patches) {
-  std::vector<PatchId> ids;
-  ids.reserve(patches);
-  for (size_t p = 0; p < patches; ++p) {
-    ids.emplace_back(p);
-  }
+  const auto ids = FirstIds<PatchId>(patches);
   std::vector<PatchSum> sums(patches);
   building.for_each_mean(cell, ids, [&](const LeafMean& leaf) {
     sums.at(leaf.patch.Index()).Add(leaf);
@@ -59,19 +55,12 @@ std::string Quoted(const std::string& text) {
 }
 
 std::string CornerColumns(const Patch& patch) {
-  const Point3 o = patch.origin;
-  const bool triangle = patch.shape == PatchShape::kTriangle;
-  std::vector<Point3> corners = {o, o + patch.u, o + patch.u + patch.v};
-  if (triangle) {
-    corners[2] = o + patch.v;
-  } else {
-    corners.push_back(o + patch.v);
-  }
+  const CornerList<Point3> corners = CornersOf(patch);
   std::string text;
-  for (const Point3 p : corners) {
+  for (const Point3 p : corners.View()) {
     text += fmt::format("{:.9g},{:.9g},{:.9g},", p.x, p.y, p.z);
   }
-  return text + (triangle ? ",,," : "");
+  return text + (corners.count == 3 ? ",,," : "");
 }
 
 std::string Columns(const Rgb& rgb) {

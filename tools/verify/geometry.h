@@ -1,7 +1,8 @@
-// The geometry of sampling light: directions, points on emitters, the kernel.
+// The geometry of sampling light: directions and points on emitters.
 
 #pragma once
 
+#include "base/directions.h"
 #include "base/ids.h"
 #include "base/vec.h"
 
@@ -19,16 +20,13 @@ struct Receiver {
   std::optional<CellId> cell{};
 };
 
-// Two unit vectors that complete a unit vector to a right-handed frame (Duff
-// et al., "Building an Orthonormal Basis, Revisited", 2017).
-void MakeFrame(Vec3 n, Vec3* s, Vec3* t);
+// Axes about a unit vector (Duff et al., "Building an Orthonormal Basis,
+// Revisited", 2017).
+NormalAxes MakeFrame(Vec3 n);
 
 // A direction with a density proportional to the cosine with the normal, from
 // two numbers in [0, 1).
 Vec3 CosineDirection(Vec3 normal, double u, double v);
-
-// cos_x cos_y / (pi r^2); 0 if either faces away.
-double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y);
 
 // A point uniform over the emitter's area, from two numbers in [0, 1).
 Receiver PointOnEmitter(const Emitter& emitter, double s, double t);

@@ -15,20 +15,6 @@ constexpr uint64_t kBytesPerEmitter = 300;
 // 0.9, a square 0.64.
 constexpr double kLampArea = 0.75;
 
-Point3 Centroid(const Emitter& e) {
-  const double t = e.shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
-  return e.origin + (e.u + e.v) * t;
-}
-
-void IncludeCorners(const Emitter& e, Box3& box) {
-  box.Include(e.origin);
-  box.Include(e.origin + e.u);
-  box.Include(e.origin + e.v);
-  if (e.shape == PatchShape::kParallelogram) {
-    box.Include(e.origin + e.u + e.v);
-  }
-}
-
 // Orders emitters by which are kept first: the brightest, ties by id.
 struct Brighter {
   const SceneInfo* scene;
@@ -157,7 +143,8 @@ EmitterTree::Node EmitterTree::Build(size_t node, size_t first, size_t last) {
   nodes_[node] = Merge(left, right);
   Box3 box;
   for (size_t i = first; i < last; ++i) {
-    IncludeCorners(emitters_[i], box);
+    const CornerList<Point3> corners = CornersOf(emitters_[i]);
+    box.Include(BoundsOf(corners.View()));
   }
   nodes_[node].center = box.Center();
   nodes_[node].radius =

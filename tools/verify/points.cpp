@@ -65,7 +65,7 @@ PatchPoint PlaceOnPatch(PatchShape shape, double fraction) {
     fraction -= digit;
     q.Enter(shape, digit);
   }
-  const double middle = shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
+  const double middle = CentroidCoordinate(shape);
   PatchPoint p;
   p.a = q.a + q.scale * middle;
   p.b = q.b + q.scale * middle;
@@ -74,7 +74,7 @@ PatchPoint PlaceOnPatch(PatchShape shape, double fraction) {
 
 LineStretch StretchOnPatch(PatchShape shape, const ElementFrame& part) {
   const auto scale = static_cast<double>(part.scale);
-  const double middle = shape == PatchShape::kTriangle ? 1.0 / 3 : 0.5;
+  const double middle = CentroidCoordinate(shape);
   const double a = static_cast<double>(part.a) + scale * middle;
   const double b = static_cast<double>(part.b) + scale * middle;
   Quarter q;

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "partition/patch_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -117,8 +118,7 @@ ShapeBasis::ShapeBasis(PatchShape shape, BasisKind kind) : shape_(shape) {
   if (kind.flat) {
     cells_ = EqualCells(shape, order);
     for (const ChildFrame& cell : cells_) {
-      const bool triangle = shape == PatchShape::kTriangle;
-      const double middle = triangle ? 1.0 / 3 : 0.5;
+      const double middle = CentroidCoordinate(shape);
       nodes_.push_back(Mapped(cell, {middle, middle}));
       weights_.push_back(cell.scale * cell.scale);
     }

@@ -1,6 +1,7 @@
 #include "solver/elements/geometry.h"
 
 #include <algorithm>
+#include <array>
 
 namespace enfilade {
 
@@ -58,6 +59,18 @@ Corners CornersOf(const PatchGeometry& patch, ElementFrame frame) {
     c.count = 4;
   }
   return c;
+}
+
+UnitPoint UnitCorner(PatchShape shape, size_t k) {
+  constexpr std::array<UnitPoint, 4> kSquare = {
+      {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  constexpr std::array<UnitPoint, 3> kTriangle = {{{0, 0}, {1, 0}, {0, 1}}};
+  return shape == PatchShape::kTriangle ? kTriangle.at(k) : kSquare.at(k);
+}
+
+PatchAxes AxesOf(const PatchGeometry& patch) {
+  const Vec3f x = patch.u * (1 / Length(patch.u));
+  return {x, Cross(patch.normal, x), patch.normal};
 }
 
 size_t ChildAt(PatchShape shape, UnitPoint* p) {

@@ -12,14 +12,13 @@
 #include "base/photometry.h"
 #include "base/vec.h"
 #include "partition/patch.h"
+#include "partition/patch_points.h"
 #include "scene/face.h"
 #include "solver/elements/basis.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -28,6 +27,8 @@ inline constexpr float kInversePi = static_cast<float>(1 / kPi);
 
 struct Vec3f {
   float x = 0, y = 0, z = 0;
+
+  float operator[](size_t i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
 
 inline Vec3f operator+(Vec3f a, Vec3f b) {
@@ -161,19 +162,23 @@ inline float RadiusOf(const PatchGeometry& patch, ElementFrame frame) {
   return patch.radius * std::abs(frame.scale);
 }
 
+using Corners = CornerList<Vec3f>;
+
 // The corners of an element, counter-clockwise seen from its front.
-struct Corners {
-  std::array<Vec3f, 4> points;
-  size_t count = 0;
+Corners CornersOf(const PatchGeometry& patch, ElementFrame frame);
 
-  [[nodiscard]] std::span<const Vec3f> View() const& {
-    return std::span(points).first(count);
-  }
+// Corner k of the unit shape, counter-clockwise seen from the front.
+UnitPoint UnitCorner(PatchShape shape, size_t k);
 
-  // A view of a temporary would dangle.
-  void View() const&& = delete;
+inline UnitPoint UnitCentroid(PatchShape shape) {
+  return {CentroidCoordinate(shape), CentroidCoordinate(shape)};
+}
+
+// Right-handed orthonormal axes of a patch, x along its u and z its normal.
+struct PatchAxes {
+  Vec3f x, y, z;
 };
 
-Corners CornersOf(const PatchGeometry& patch, ElementFrame frame);
+PatchAxes AxesOf(const PatchGeometry& patch);
 
 }  // namespace enfilade

@@ -29,20 +29,16 @@ Order RandomOrder(Random* random) {
   return order;
 }
 
-// A random point of a cell of the grid; on a triangle the half of the square
-// beyond its long side is folded back.
+// A random point of a cell of the grid.
 Vec3f PointInCell(const TransferEnd& end, uint32_t cell, Random* random) {
   const auto jittered = [&](uint32_t k) {
     return (static_cast<float>(k) + static_cast<float>(random->Next())) /
            static_cast<float>(kGrid);
   };
-  float s = jittered(cell % kGrid);
-  float t = jittered(cell / kGrid);
-  if (end.patch->shape == PatchShape::kTriangle && s + t > 1) {
-    s = 1 - s;
-    t = 1 - t;
-  }
-  return PointOn(*end.patch, end.frame, s, t);
+  const float s = jittered(cell % kGrid);
+  const float t = jittered(cell / kGrid);
+  const auto [a, b] = FoldedOnto(end.patch->shape, s, t);
+  return PointOn(*end.patch, end.frame, a, b);
 }
 
 bool FaceEachOther(PointPair points,

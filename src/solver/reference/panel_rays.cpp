@@ -6,16 +6,6 @@
 namespace enfilade {
 namespace {
 
-// Right-handed, z the normal.
-struct Axes {
-  Vec3f x, y, z;
-};
-
-Axes AxesOf(const PatchGeometry& patch) {
-  const Vec3f x = patch.u * (1 / Length(patch.u));
-  return {x, Cross(patch.normal, x), patch.normal};
-}
-
 // The middle of pixel k, in [-1, 1].
 float PixelCenter(size_t k) {
   return (2 * static_cast<float>(k) + 1) / static_cast<float>(kHemicubePixels) -
@@ -33,7 +23,7 @@ float DeltaFormFactor(float a, float b, float height) {
 }  // namespace
 
 std::vector<PanelRay> HemicubeRays(const TransferEnd& end) {
-  const Axes axes = AxesOf(*end.patch);
+  const PatchAxes axes = AxesOf(*end.patch);
   std::vector<PanelRay> rays;
   rays.reserve(3 * kHemicubePixels * kHemicubePixels);
   for (size_t row = 0; row < kHemicubePixels; ++row) {

@@ -1,6 +1,7 @@
 #include "solver/residual/lamps.h"
 
 #include "base/stop.h"
+#include "partition/patch_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,20 +14,16 @@ namespace {
 // lamp is behind x or x is behind the lamp.
 double Importance(const Lamp& lamp, Point3 x, Vec3 normal) {
   const Patch& p = lamp.patch;
-  const bool is_triangle = p.shape == PatchShape::kTriangle;
   double highest = 0;  // of the lamp's corners above x
-  for (const Point3 corner : {p.origin,
-                              p.origin + p.u,
-                              p.origin + p.v,
-                              is_triangle ? p.origin : p.origin + p.u + p.v}) {
+  const CornerList<Point3> corners = CornersOf(p);
+  for (const Point3 corner : corners.View()) {
     highest = std::max(highest, Dot(corner - x, normal));
   }
   const double before = Dot(x - p.origin, lamp.normal);
   if (highest <= 0 || before <= 0) {
     return 0;
   }
-  const Point3 middle = p.origin + (p.u + p.v) * (is_triangle ? 1.0 / 3 : 0.5);
-  const Vec3 d = middle - x;
+  const Vec3 d = Centroid(p) - x;
   const double square = std::max(Dot(d, d), lamp.area);
   const double size = std::sqrt(lamp.area);
   const double facing =

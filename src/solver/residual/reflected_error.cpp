@@ -16,10 +16,6 @@ constexpr double kNarrow = 0.25;
 // The matrices of groups x groups that Spread() needs at a time.
 constexpr size_t kWorkMatrices = 3;
 
-double Along(Vec3 v, size_t axis) {
-  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 // Boxes along each axis: at most `most` in all, each about as long as wide.
 std::array<size_t, 3> BoxesOf(const Box3& bounds, size_t most) {
   std::array<size_t, 3> boxes = {1, 1, 1};
@@ -27,8 +23,7 @@ std::array<size_t, 3> BoxesOf(const Box3& bounds, size_t most) {
     size_t longest = 0;
     double length = 0;
     for (size_t axis = 0; axis < boxes.size(); ++axis) {
-      const double l =
-          Along(bounds.Extent(), axis) / static_cast<double>(boxes[axis]);
+      const double l = bounds.Extent()[axis] / static_cast<double>(boxes[axis]);
       if (l > length) {
         length = l;
         longest = axis;
@@ -43,8 +38,7 @@ double LongestEdge(const Box3& bounds, const std::array<size_t, 3>& boxes) {
   double longest = 0;
   for (size_t axis = 0; axis < boxes.size(); ++axis) {
     longest = std::max(
-        longest,
-        Along(bounds.Extent(), axis) / static_cast<double>(boxes[axis]));
+        longest, bounds.Extent()[axis] / static_cast<double>(boxes[axis]));
   }
   return longest;
 }
@@ -104,8 +98,8 @@ size_t ReflectedError::PlaceOf(CellId cell, Point3 x) const {
   const Grid& grid = grids_[cell.Index()];
   size_t box = 0;
   for (size_t axis = 0; axis < grid.boxes.size(); ++axis) {
-    const double extent = Along(grid.bounds.Extent(), axis);
-    const double at = Along(x - grid.bounds.low, axis) / std::max(extent, 1e-9);
+    const double extent = grid.bounds.Extent()[axis];
+    const double at = (x - grid.bounds.low)[axis] / std::max(extent, 1e-9);
     const auto boxes = static_cast<double>(grid.boxes[axis]);
     const double index = std::clamp(std::floor(at * boxes), 0.0, boxes - 1);
     box = box * grid.boxes[axis] + static_cast<size_t>(index);

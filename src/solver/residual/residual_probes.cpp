@@ -22,34 +22,7 @@ constexpr double kEnclosedShare = 0.01;
 // weights.
 constexpr size_t kCellsAtATime = 16;
 
-size_t PatchCount(std::span<const CellInfo> cells) {
-  size_t patches = 0;
-  for (const CellInfo& cell : cells) {
-    patches += cell.patches;
-  }
-  return patches;
-}
-
-// The ids of all patches of a cell.
-std::vector<PatchId> AllPatches(size_t count) {
-  std::vector<PatchId> patches;
-  patches.reserve(count);
-  for (size_t k = 0; k < count; ++k) {
-    patches.emplace_back(k);
-  }
-  return patches;
-}
-
 }  // namespace
-
-Point3 PointAt(const Patch& p, double a, double b) {
-  return p.origin + p.u * a + p.v * b;
-}
-
-std::pair<double, double> UniformOn(const Patch& p, double s, double t) {
-  const bool fold = p.shape == PatchShape::kTriangle && s + t > 1;
-  return fold ? std::pair(1 - s, 1 - t) : std::pair(s, t);
-}
 
 double EvenlySpread(size_t k, int power, double shift) {
   constexpr double kStep = 0.7548776662466927;  // 1 over the plastic number
@@ -104,10 +77,11 @@ void ProbeChooser::WeighCells(std::span<const CellId> cells) {
     const std::span<const Patch> patches = cell.Patches();
     const uint32_t begin = first_patch_[cells[i].Index()];
     double* const weights = &weights_[begin + size_t{1}];
-    cell.ForEachMean(AllPatches(patches.size()), [&](const LeafMean& leaf) {
-      const size_t k = leaf.patch.Index();
-      weights[k] += leaf.area * DensityOf(patches[k], leaf.irradiance);
-    });
+    cell.ForEachMean(
+        FirstIds<PatchId>(patches.size()), [&](const LeafMean& leaf) {
+          const size_t k = leaf.patch.Index();
+          weights[k] += leaf.area * DensityOf(patches[k], leaf.irradiance);
+        });
     for (size_t k = 0; k < patches.size(); ++k) {
       const bool reflects = Reflects(patches[k], solution_->Scene().materials);
       areas[begin - first + k] = reflects ? PatchArea(patches[k]) : 0;
@@ -232,14 +206,14 @@ void ProbeChooser::SetOnLeaf(const Patch& patch,
                              ResidualProbe* probe) const {
   Random random(MixKey(probe->key, 2));
   const double s = random.Next();
-  const auto [a, b] = UniformOn(patch, s, random.Next());
+  const auto [a, b] = FoldedOnto(patch.shape, s, random.Next());
   const auto scale = static_cast<double>(leaf.frame.scale);
   probe->patch = patch;
   probe->normal = PatchNormal(patch);
   probe->on.a = static_cast<double>(leaf.frame.a) + scale * a;
   probe->on.b = static_cast<double>(leaf.frame.b) + scale * b;
   probe->origin =
-      PointAt(patch, probe->on.a, probe->on.b) + probe->normal * offset_;
+      PointOn(patch, probe->on.a, probe->on.b) + probe->normal * offset_;
   probe->weight = weights_.back() / DensityOf(patch, leaf.irradiance);
 }
 

@@ -18,7 +18,6 @@
 
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace enfilade {
@@ -125,12 +124,6 @@ class ProbeChooser {
   double area_ = 0;
   double offset_ = 0;
 };
-
-Point3 PointAt(const Patch& p, double a, double b);
-
-// The patch coordinates of a point that is uniform over a patch if (s, t) is
-// uniform over the unit square.
-std::pair<double, double> UniformOn(const Patch& p, double s, double t);
 
 // Term k of an additive recurrence, shifted. The terms are spread evenly over
 // [0, 1); pairs of the terms of powers 1 and 2 are spread evenly over the unit

@@ -1,7 +1,9 @@
 #include "solver/residual/residual_rays.h"
 
+#include "base/directions.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "partition/patch_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,16 +13,6 @@ namespace enfilade {
 namespace {
 
 using Samples = ResidualSamples;
-
-// cos_x cos_y / (pi r^2), 1/m2; 0 if one of the points is behind the other.
-double GeometryTerm(Point3 x, Vec3 at_x, Point3 y, Vec3 at_y) {
-  const Vec3 d = y - x;
-  const double square = Dot(d, d);
-  const double cosines = Dot(d, at_x) * -Dot(d, at_y);
-  return Dot(d, at_x) > 0 && Dot(d, at_y) < 0 && square > 0
-             ? cosines / (kPi * square * square)
-             : 0;
-}
 
 // One over the density (1/m2) of all samples together.
 double WeightOf(double geometry, double lamp_density) {
@@ -36,15 +28,6 @@ std::array<double, 3> LampSample(uint32_t k,
   return {along - std::floor(along),
           EvenlySpread(k, 1, shift[1]),
           EvenlySpread(k, 2, shift[2])};
-}
-
-Vec3 CosineDirection(const Patch& p, Vec3 normal, double s, double t) {
-  const Vec3 u = Normalize(p.u);
-  const Vec3 v = Cross(normal, u);
-  const double r = std::sqrt(s);
-  const double phi = 2 * kPi * t;
-  return u * (r * std::cos(phi)) + v * (r * std::sin(phi)) +
-         normal * std::sqrt(1 - s);
 }
 
 void AddScaled(Rgb* sum, const Rgb& value, double factor) {
@@ -117,6 +100,7 @@ void ResidualRays::Trace(const ProbeBatch& batch) {
 void ResidualRays::MakeRays(const ProbeBatch& batch, size_t i) {
   const ResidualProbe& probe = batch.probes[i];
   const LampChoice lamps = LampsOf(batch, probe);
+  const NormalAxes axes = AxesAbout(probe.normal, probe.patch.u);
   Random random(MixKey(probe.key, 1));
   for (uint32_t half = 0; half < Samples::kHalves; ++half) {
     const size_t first = part_.FirstRayOf(i) + size_t{half} * Samples::kAll;
@@ -125,8 +109,7 @@ void ResidualRays::MakeRays(const ProbeBatch& batch, size_t i) {
       const uint32_t column = k % Samples::kStrata;
       const double s = (row + random.Next()) / Samples::kStrata;
       const double t = (column + random.Next()) / Samples::kStrata;
-      part_.rays[first + k] = {
-          probe.origin, CosineDirection(probe.patch, probe.normal, s, t)};
+      part_.rays[first + k] = {probe.origin, axes.CosineDirection(s, t)};
     }
     const std::array<double, 3> shift = {
         random.Next(), random.Next(), random.Next()};
@@ -151,8 +134,8 @@ void ResidualRays::AimAtLamp(const ResidualProbe& probe,
     return;
   }
   const Lamp& lamp = lamps.Choose(at[0]);
-  const auto [a, b] = UniformOn(lamp.patch, at[1], at[2]);
-  const Point3 y = PointAt(lamp.patch, a, b);
+  const auto [a, b] = FoldedOnto(lamp.patch.shape, at[1], at[2]);
+  const Point3 y = PointOn(lamp.patch, a, b);
   const double g = GeometryTerm(probe.origin, probe.normal, y, lamp.normal);
   if (g <= 0) {
     return;

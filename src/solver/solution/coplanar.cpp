@@ -1,6 +1,7 @@
 #include "solver/solution/coplanar.h"
 
-#include "partition/patch_cutter.h"
+#include "base/directions.h"
+#include "partition/patch_points.h"
 #include "partition/polygon.h"
 
 #include <algorithm>
@@ -40,7 +41,8 @@ PlaneKey KeyOf(const Patch& p, unsigned mask) {
 }
 
 bool InPlane(const PatchPlane& frame, const Patch& patch) {
-  const Polygon corners = PolygonOf(patch);
+  const CornerList<Point3> list = CornersOf(patch);
+  const std::span<const Point3> corners = list.View();
   return Dot(frame.normal, PatchNormal(patch)) > 0 &&
          std::all_of(corners.begin(), corners.end(), [&](Point3 p) {
            return std::abs(frame.Height(p)) <= kOnPlaneM;
@@ -52,7 +54,8 @@ bool InPlane(const PatchPlane& frame, const Patch& patch) {
 bool MeetsPlane(const PatchPlane& frame,
                 const Patch& patch,
                 PlaneSegment* segment) {
-  const Polygon corners = PolygonOf(patch);
+  const CornerList<Point3> list = CornersOf(patch);
+  const std::span<const Point3> corners = list.View();
   std::vector<double> height;
   size_t on_plane = 0;
   for (const Point3 p : corners) {
@@ -87,10 +90,10 @@ double Length(PlanePoint a) {
 }
 
 PatchPlane::PatchPlane(const Patch& patch)
-    : origin(patch.origin),
-      x_axis(Normalize(patch.u)),
-      normal(PatchNormal(patch)) {
-  y_axis = Cross(normal, x_axis);
+    : origin(patch.origin), normal(PatchNormal(patch)) {
+  const NormalAxes axes = AxesAbout(normal, patch.u);
+  x_axis = axes.u;
+  y_axis = axes.v;
 }
 
 CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
@@ -112,7 +115,8 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
   };
   boxes.reserve(patches.size());
   for (size_t i = 0; i < patches.size(); ++i) {
-    boxes.push_back(BoundsOf(PolygonOf(patches[i])));
+    const CornerList<Point3> corners = CornersOf(patches[i]);
+    boxes.push_back(BoundsOf(corners.View()));
     size_t group = groups.size();
     for (unsigned mask = 0; mask < kMasks && group == groups.size(); ++mask) {
       group = find(patches[i], KeyOf(patches[i], mask));

@@ -71,8 +71,7 @@ void DisplayMeshBuilder::WeldCorners() {
   for (const DisplayMesh::Leaf& leaf : mesh_.leaves_) {
     std::array<uint32_t, 4>& corners = corners_.emplace_back();
     for (size_t k = 0; k < forest_.CornerCount(leaf.element); ++k) {
-      const UnitPoint at =
-          DisplayForest::UnitCorner(forest_.ShapeOf(leaf.element), k);
+      const UnitPoint at = UnitCorner(forest_.ShapeOf(leaf.element), k);
       corners.at(k) = welder.Add(forest_.PointOn(leaf.element, at));
     }
   }
@@ -215,7 +214,7 @@ void DisplayMeshBuilder::TakeLeafValues(size_t leaf) {
   for (const uint32_t vertex : mesh_.Ring(leaf)) {
     own_.push_back(value_at(forest_.LocalOf(element, welded_[vertex])));
   }
-  centres_.push_back(value_at(DisplayForest::UnitCentre(shape)));
+  centres_.push_back(value_at(UnitCentroid(shape)));
 }
 
 // Sums the areas of the leaf's triangles at each vertex. An area that rounding
@@ -237,8 +236,8 @@ void DisplayMeshBuilder::WeighLeaf(size_t leaf) {
   }
   weights_.resize(begin + n);
   const uint32_t element = mesh_.leaves_[leaf].element;
-  const PlanePoint centre = forest_.PointOn(
-      element, DisplayForest::UnitCentre(forest_.ShapeOf(element)));
+  const PlanePoint centre =
+      forest_.PointOn(element, UnitCentroid(forest_.ShapeOf(element)));
   for (size_t i = 0; i < n; ++i) {
     const size_t j = (i + 1) % n;
     const float area = area_m2(centre, welded_[ring[i]], welded_[ring[j]]);
@@ -341,8 +340,8 @@ void DisplayMeshBuilder::AddCentres() {
     DisplayMesh::Leaf& l = mesh_.leaves_[leaf];
     if (l.centre != DisplayMesh::kNoCentre) {
       l.centre = static_cast<uint32_t>(mesh_.points_.size());
-      mesh_.points_.push_back(forest_.PointOn(
-          l.element, DisplayForest::UnitCentre(forest_.ShapeOf(l.element))));
+      mesh_.points_.push_back(
+          forest_.PointOn(l.element, UnitCentroid(forest_.ShapeOf(l.element))));
       mesh_.values_.push_back(centres_[leaf]);
     }
   }

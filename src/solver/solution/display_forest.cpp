@@ -1,11 +1,10 @@
 #include "solver/solution/display_forest.h"
 
 #include "base/check.h"
-#include "partition/patch_cutter.h"
+#include "partition/patch_points.h"
 #include "partition/polygon.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace enfilade {
@@ -47,7 +46,8 @@ DisplayForest::DisplayForest(const CellTree& tree,
     const Patch& patch = cell.patches[id.Index()];
     AddRoot(patch, id);
     PlaneIndex::Box& box = boxes.emplace_back();
-    for (const Point3 p : PolygonOf(patch)) {
+    const CornerList<Point3> corners = CornersOf(patch);
+    for (const Point3 p : corners.View()) {
       box.Include(frame_.ToPlane(p));
     }
   }
@@ -195,13 +195,6 @@ void DisplayForest::SplitLeaves() {
     }
   }
   EndPass();
-}
-
-UnitPoint DisplayForest::UnitCorner(PatchShape shape, size_t k) {
-  constexpr std::array<UnitPoint, 4> kSquare = {
-      {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-  constexpr std::array<UnitPoint, 3> kTriangle = {{{0, 0}, {1, 0}, {0, 1}}};
-  return shape == PatchShape::kTriangle ? kTriangle.at(k) : kSquare.at(k);
 }
 
 PlanePoint DisplayForest::PointOn(size_t e, UnitPoint p) const {

@@ -65,15 +65,7 @@ class DisplayForest {
   }
 
   [[nodiscard]] size_t CornerCount(size_t e) const {
-    return ShapeOf(e) == PatchShape::kTriangle ? 3 : 4;
-  }
-
-  // Corner k of the unit shape, counter-clockwise from the front.
-  static UnitPoint UnitCorner(PatchShape shape, size_t k);
-
-  static UnitPoint UnitCentre(PatchShape shape) {
-    return shape == PatchShape::kTriangle ? UnitPoint{1.0 / 3, 1.0 / 3}
-                                          : UnitPoint{0.5, 0.5};
+    return enfilade::CornerCount(ShapeOf(e));
   }
 
   // The point with coordinates `p` within element e.

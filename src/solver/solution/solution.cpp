@@ -294,21 +294,18 @@ void Solution::ForEachLeaf(
       continue;
     }
     const Patch& patch = loaded.stored.patches[e.patch];
-    const bool triangle = patch.shape == PatchShape::kTriangle;
-    const std::array<UnitPoint, 4> square = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    const std::array<UnitPoint, 3> corners = {{{0, 0}, {1, 0}, {0, 1}}};
     LeafElement leaf;
     leaf.patch = PatchId(e.patch);
-    for (size_t k = 0; k < (triangle ? 3U : 4U); ++k) {
-      const UnitPoint at = triangle ? corners[k] : square[k];
+    for (size_t k = 0; k < CornerCount(patch.shape); ++k) {
+      const UnitPoint at = UnitCorner(patch.shape, k);
       const double a = static_cast<double>(e.frame.a) +
                        static_cast<double>(e.frame.scale) * at.a;
       const double b = static_cast<double>(e.frame.b) +
                        static_cast<double>(e.frame.scale) * at.b;
-      leaf.corners.push_back(patch.origin + patch.u * a + patch.v * b);
+      leaf.corners.push_back(PointOn(patch, a, b));
       // Evaluates a hair inside the leaf, so that IrradianceAt() reads this
       // leaf and not a neighbour.
-      const double middle = triangle ? 1.0 / 3 : 0.5;
+      const double middle = CentroidCoordinate(patch.shape);
       const double s = at.a + (middle - at.a) * 1e-6;
       const double t = at.b + (middle - at.b) * 1e-6;
       leaf.irradiance.push_back(

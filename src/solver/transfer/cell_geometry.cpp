@@ -72,17 +72,18 @@ PatchGeometry CellMaker::GeometryOf(const Patch& patch) const {
 ShaftBlockers CellMaker::MakePortals(CellId cell) const {
   std::vector<PatchGeometry> triangles;
   for (const PortalId id : portals_of_[cell.Index()]) {
-    const auto& v = partition_->portals[id.Index()].vertices;
-    for (size_t i = 1; i + 1 < v.size(); ++i) {
-      Patch patch;
-      patch.origin = v[0];
-      patch.u = v[i] - v[0];
-      patch.v = v[i + 1] - v[0];
-      patch.shape = PatchShape::kTriangle;
-      if (Length(Cross(patch.u, patch.v)) > 0) {
-        triangles.push_back(MakePatchGeometry(patch, Material{}, origin_));
-      }
-    }
+    ForEachTriangle(
+        partition_->portals[id.Index()].vertices,
+        [&](Point3 a, Point3 b, Point3 c) {
+          Patch patch;
+          patch.origin = a;
+          patch.u = b - a;
+          patch.v = c - a;
+          patch.shape = PatchShape::kTriangle;
+          if (Length(Cross(patch.u, patch.v)) > 0) {
+            triangles.push_back(MakePatchGeometry(patch, Material{}, origin_));
+          }
+        });
   }
   return ShaftBlockers(triangles, BlockerKind::kPortals);
 }

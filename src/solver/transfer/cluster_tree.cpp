@@ -11,10 +11,6 @@ namespace {
 constexpr size_t kLeafItems = 4;
 constexpr float kTouching = 1e20F;  // 1/m2
 
-float Axis(Vec3f v, size_t axis) {
-  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 // Which of the six axis directions a normal is closest to.
 uint32_t DirectionOf(Vec3f n) {
   const Vec3f a = {std::abs(n.x), std::abs(n.y), std::abs(n.z)};
@@ -31,10 +27,10 @@ uint32_t DirectionOf(Vec3f n) {
 float LargestDot(const Box& a, const Box& b) {
   float sum = 0;
   for (size_t i = 0; i < 3; ++i) {
-    const float al = Axis(a.low, i);
-    const float ah = Axis(a.high, i);
-    const float bl = Axis(b.low, i);
-    const float bh = Axis(b.high, i);
+    const float al = a.low[i];
+    const float ah = a.high[i];
+    const float bl = b.low[i];
+    const float bh = b.high[i];
     sum += std::max(std::max(al * bl, al * bh), std::max(ah * bl, ah * bh));
   }
   return sum;
@@ -117,9 +113,9 @@ void ClusterTree::Build(std::vector<Entry>* entries, uint32_t node) {
   }
   const Vec3f extent = centers.Extent();
   size_t axis = extent.y > extent.x ? 1 : 0;
-  axis = extent.z > Axis(extent, axis) ? 2 : axis;
+  axis = extent.z > extent[axis] ? 2 : axis;
   const auto key = [axis](const Entry& e) {
-    return std::make_tuple(Axis(e.center, axis), e.item.patch, e.item.path);
+    return std::make_tuple(e.center[axis], e.item.patch, e.item.path);
   };
   const auto [fewest, most] =
       std::minmax_element(first, last, [](const Entry& a, const Entry& b) {
@@ -198,7 +194,7 @@ ClusterBound BoundOf(const Cluster& receiver, const Cluster& source) {
   float square = 0;
   for (size_t i = 0; i < 3; ++i) {
     const float gap =
-        std::max(0.0F, std::max(Axis(forward.low, i), -Axis(forward.high, i)));
+        std::max(0.0F, std::max(forward.low[i], -forward.high[i]));
     square += gap * gap;
   }
   const float distance = std::sqrt(square);

@@ -29,17 +29,13 @@ CirclePoint OnCircle(double t) {
   return {is_turned ? -along : along, is_turned ? -across : across};
 }
 
-CosineDirections::CosineDirections(const PatchGeometry& patch)
-    : x_(patch.u * (1 / Length(patch.u))),
-      y_(Cross(patch.normal, x_)),
-      z_(patch.normal) {}
-
 Vec3f CosineDirections::Draw(Random* random) const {
   const double r = std::sqrt(random->Next());
   const CirclePoint at = OnCircle(random->Next());
   const auto a = static_cast<float>(r * at.cosine);
   const auto b = static_cast<float>(r * at.sine);
-  return x_ * a + y_ * b + z_ * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
+  return axes_.x * a + axes_.y * b +
+         axes_.z * std::sqrt(std::max(0.0F, 1 - a * a - b * b));
 }
 
 }  // namespace enfilade

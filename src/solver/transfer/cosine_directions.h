@@ -18,13 +18,13 @@ CirclePoint OnCircle(double t);
 
 class CosineDirections {
  public:
-  explicit CosineDirections(const PatchGeometry& patch);
+  explicit CosineDirections(const PatchGeometry& patch)
+      : axes_(AxesOf(patch)) {}
 
   Vec3f Draw(Random* random) const;
 
  private:
-  // Orthonormal; z_ is the normal.
-  Vec3f x_, y_, z_;
+  PatchAxes axes_;
 };
 
 }  // namespace enfilade

@@ -16,9 +16,7 @@ struct UnitPlace {
 };
 
 UnitPlace PlaceOnTriangle(size_t g, float s, float t) {
-  const bool is_beyond = s + t > 1;
-  const float a = is_beyond ? 1 - s : s;
-  const float b = is_beyond ? 1 - t : t;
+  const auto [a, b] = FoldedOnto(PatchShape::kTriangle, s, t);
   // Nodes 0, 1, 2 lie near the corners of weight (1 - a - b), a, b.
   std::array<float, 3> corner = {1 - a - b, a, b};
   const size_t larger = corner[1] > corner[0] ? 1 : 0;

@@ -96,10 +96,6 @@ Box Grown(Box box, float margin) {
   return box;
 }
 
-size_t CornerCount(const PatchGeometry& patch) {
-  return patch.shape == PatchShape::kTriangle ? 3 : 4;
-}
-
 }  // namespace
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
@@ -147,7 +143,7 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
 
 Shaft AcrossPortals(Shaft shaft) {
   constexpr auto kApart = static_cast<float>(kApartM);
-  const size_t of_receiver = CornerCount(*shaft.receiver);
+  const size_t of_receiver = CornerCount(shaft.receiver->shape);
   const auto put_back = [&](const PatchGeometry& end, auto points, Vec3f* on) {
     const Vec3f back = end.normal * (-kApart * static_cast<float>(end.layer));
     *on = *on + back;
@@ -221,7 +217,7 @@ bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
                opening.Overlaps(BoxAround(end)) &&
                !AllOnSide(portal, on, patch.normal, -1, -kBeyond);
       };
-  const size_t of_receiver = CornerCount(*shaft.receiver);
+  const size_t of_receiver = CornerCount(shaft.receiver->shape);
   const auto ends = std::span<const Vec3f>(shaft.ends).first(shaft.count);
   return holds(ends.first(of_receiver), *shaft.receiver, shaft.on_receiver) ||
          (shaft.source != nullptr &&

@@ -16,10 +16,6 @@ constexpr float kMostEmitting = 0.1F;
 // group's area; a ball has 1, a disc 2.5.
 constexpr float kMostSpread = 4;
 
-float Along(Vec3f v, size_t axis) {
-  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 bool IsCompact(const SourceGroup& group) {
   const Vec3f diagonal = group.box.Extent();
   return group.count <= kMostGroupPatches &&
@@ -61,12 +57,11 @@ size_t SourceGroups::Entry::Halve(std::span<Entry> entries) {
   }
   const Vec3f extent = centers.Extent();
   size_t axis = extent.y > extent.x ? 1 : 0;
-  axis = extent.z > Along(extent, axis) ? 2 : axis;
-  const float middle =
-      0.5F * (Along(centers.low, axis) + Along(centers.high, axis));
+  axis = extent.z > extent[axis] ? 2 : axis;
+  const float middle = 0.5F * (centers.low[axis] + centers.high[axis]);
   const auto second = std::stable_partition(
       entries.begin(), entries.end(), [&](const Entry& e) {
-        return Along(e.center, axis) < middle;
+        return e.center[axis] < middle;
       });
   const auto count = static_cast<size_t>(second - entries.begin());
   return count == entries.size() ? 0 : count;

@@ -77,11 +77,8 @@ class SeenPart {
   // A random point of the part, off the rim.
   Vec3f Draw(Random* random) const {
     const size_t i = DrawByWeight(std::span(areas_).first(count_ - 2), random);
-    auto [s, t] = random->NextTwo();
-    if (s + t > 1) {
-      s = 1 - s;
-      t = 1 - t;
-    }
+    const auto [a, b] = random->NextTwo();
+    const auto [s, t] = FoldedOnto(PatchShape::kTriangle, a, b);
     const Vec3f drawn = points_[0] + (points_[i + 1] - points_[0]) * s +
                         (points_[i + 2] - points_[0]) * t;
     return drawn +

@@ -260,7 +260,7 @@ TEST(CornerAlong, IsTheFarthestCorner) {
       frame = ChildOf(frame, patch.shape, random.NextBelow(4));
     }
     const TransferEnd end = MakeTransferEnd(patch, frame);
-    const Vec3f direction = ToFloat(test::RandomDirection(random));
+    const Vec3f direction = ToFloat(RandomDirection(random));
     const UnitPoint at = CornerAlong(end, direction);
     const float found = Dot(
         PointOn(

@@ -180,8 +180,7 @@ class DisplayMeshTest : public ::testing::TestWithParam<size_t> {
 std::vector<PlanePoint> CornersOfLeaf(const DisplayForest& forest, size_t e) {
   std::vector<PlanePoint> corners;
   for (size_t k = 0; k < forest.CornerCount(e); ++k) {
-    corners.push_back(
-        forest.PointOn(e, DisplayForest::UnitCorner(forest.ShapeOf(e), k)));
+    corners.push_back(forest.PointOn(e, UnitCorner(forest.ShapeOf(e), k)));
   }
   return corners;
 }

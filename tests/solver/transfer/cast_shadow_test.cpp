@@ -13,7 +13,6 @@
 namespace enfilade {
 namespace {
 
-using test::RandomDirection;
 using test::RandomPatch;
 using test::RandomPointOn;
 
