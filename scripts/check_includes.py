@@ -6,9 +6,9 @@
 Prints one line per violation, as FILE:LINE: what, and exits 1 if there is any.
 The folders inside src/solver follow the same rule; the files directly in
 src/solver may include all of these folders. Other violations are an include of
-oneTBB outside src/base/parallel.h, a project header in angle brackets or by a
-relative path, a source that is included, a header without #pragma once, and a
-cycle of includes.
+oneTBB outside src/base/parallel.h, an include of the solver in tools/verify, a
+project header in angle brackets or by a relative path, a source that is
+included, a header without #pragma once, and a cycle of includes.
 """
 
 import pathlib
@@ -39,6 +39,9 @@ SOLVER_FOLDERS = [
 ]
 EVERYTHING = set(ALLOWED) | {"tools"}
 TBB_HEADER = pathlib.PurePosixPath("src/base/parallel.h")
+# verify measures the solver's error, and must not share its way of sampling.
+VERIFY = pathlib.PurePosixPath("tools/verify")
+SOLVERS_OWN = ("solver/", "base/directions.h")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -79,6 +82,8 @@ def check_include(path, quoted, header):
     layer = layer_of(path)
     if first not in allowed_layers(layer):
         return f"{layer} must not include {header}"
+    if VERIFY in path.parents and header.startswith(SOLVERS_OWN):
+        return f"{VERIFY} must not share {header} with the solver"
     if layer == "solver" and first == "solver":
         return check_solver_folder(path, header)
     return None

@@ -49,6 +49,15 @@ class IncludeRule(unittest.TestCase):
             {"src/solver/a.cpp": '#include "tools/b.h"\n'}, "tools/b.h"
         )
 
+    def test_verify_shares_no_sampling_with_the_solver(self):
+        for header in ("solver/a.h", "base/directions.h"):
+            self.assert_one(
+                {"tools/verify/b.cpp": f'#include "{header}"\n'}, header
+            )
+        self.assertEqual(
+            self.problems({"tools/b.cpp": '#include "solver/a.h"\n'}), []
+        )
+
     def test_folders_of_the_solver_stand_on_those_before(self):
         self.assertEqual(
             self.problems(

@@ -1,13 +1,14 @@
 #include "tools/building_view.h"
 
 #include <algorithm>
-#include <tuple>
 
 namespace enfilade {
 
 PatchPoint UniformPointOn(const Patch& patch, double s, double t) {
   PatchPoint point;
-  std::tie(point.a, point.b) = FoldedOnto(patch.shape, s, t);
+  const bool fold = patch.shape == PatchShape::kTriangle && s + t > 1;
+  point.a = fold ? 1 - s : s;
+  point.b = fold ? 1 - t : t;
   return point;
 }
 

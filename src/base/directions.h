@@ -55,15 +55,4 @@ inline Vec3 RandomDirection(Random& random) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// The kernel of light between two surfaces, cos_x cos_y / (pi r^2) in 1/m2, of
-// points with unit normals; 0 if one of the points is behind the other.
-inline double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y) {
-  const Vec3 d = y - x;
-  const double r2 = Dot(d, d);
-  const double cos_x = Dot(normal_x, d);
-  const double cos_y = -Dot(normal_y, d);
-  const bool face = cos_x > 0 && cos_y > 0 && r2 > 0;
-  return face ? cos_x * cos_y / (kPi * r2 * r2) : 0;
-}
-
 }  // namespace enfilade

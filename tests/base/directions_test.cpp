@@ -66,27 +66,5 @@ TEST(RandomDirection, IsAUnitVector) {
   }
 }
 
-TEST(GeometryTerm, IsThatOfPointsFaceToFace) {
-  const Point3 x{0, 0, 0};
-  const Point3 y{0, 0, 2};
-  EXPECT_NEAR(GeometryTerm(x, {0, 0, 1}, y, {0, 0, -1}), 1 / (4 * kPi), 1e-15);
-}
-
-TEST(GeometryTerm, IsTheSameBothWays) {
-  const Point3 x{0, 0, 0};
-  const Point3 y{1, 2, 3};
-  const Vec3 n = Normalize(Vec3{1, 0, 1});
-  const Vec3 m = Normalize(Vec3{0, -1, -2});
-  EXPECT_NEAR(GeometryTerm(x, n, y, m), GeometryTerm(y, m, x, n), 1e-16);
-}
-
-TEST(GeometryTerm, IsZeroBehindEitherPoint) {
-  const Point3 x{0, 0, 0};
-  const Point3 y{0, 0, 2};
-  EXPECT_EQ(GeometryTerm(x, {0, 0, -1}, y, {0, 0, -1}), 0);
-  EXPECT_EQ(GeometryTerm(x, {0, 0, 1}, y, {0, 0, 1}), 0);
-  EXPECT_EQ(GeometryTerm(x, {0, 0, 1}, x, {0, 0, -1}), 0);
-}
-
 }  // namespace
 }  // namespace enfilade

@@ -1,8 +1,8 @@
-// The geometry of sampling light: directions and points on emitters.
+// The geometry of sampling light: directions, points on emitters, the kernel.
+// verify has its own, so that a mistake in that of the solver shows.
 
 #pragma once
 
-#include "base/directions.h"
 #include "base/ids.h"
 #include "base/vec.h"
 
@@ -20,13 +20,16 @@ struct Receiver {
   std::optional<CellId> cell{};
 };
 
-// Axes about a unit vector (Duff et al., "Building an Orthonormal Basis,
-// Revisited", 2017).
-NormalAxes MakeFrame(Vec3 n);
+// Two unit vectors that complete a unit vector to a right-handed frame (Duff
+// et al., "Building an Orthonormal Basis, Revisited", 2017).
+void MakeFrame(Vec3 n, Vec3* s, Vec3* t);
 
 // A direction with a density proportional to the cosine with the normal, from
 // two numbers in [0, 1).
 Vec3 CosineDirection(Vec3 normal, double u, double v);
+
+// cos_x cos_y / (pi r^2); 0 if either faces away.
+double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y);
 
 // A point uniform over the emitter's area, from two numbers in [0, 1).
 Receiver PointOnEmitter(const Emitter& emitter, double s, double t);

@@ -115,9 +115,14 @@ std::vector<BrightPart> Spots(std::vector<BrightPart> parts) {
 
 // A direction uniform in a cone whose half angle has the cosine 1 - height.
 Vec3 InCone(Vec3 axis, double height, double u, double v) {
+  Vec3 s;
+  Vec3 t;
+  MakeFrame(axis, &s, &t);
   const double below = u * height;  // 1 - cosine
   const double sine = std::sqrt(std::max(0.0, below * (2 - below)));
-  return MakeFrame(axis).Direction(1 - below, sine, 2 * kPi * v);
+  const double angle = 2 * kPi * v;
+  return axis * (1 - below) + s * (sine * std::cos(angle)) +
+         t * (sine * std::sin(angle));
 }
 
 // 1 less the cosine of the half angle of a sphere of radius `r` at distance

@@ -2,6 +2,7 @@
 
 #include "base/directions.h"
 #include "base/parallel.h"
+#include "base/photometry.h"
 #include "base/random.h"
 #include "partition/patch_points.h"
 
@@ -13,6 +14,16 @@ namespace enfilade {
 namespace {
 
 using Samples = ResidualSamples;
+
+// cos_x cos_y / (pi r^2), 1/m2; 0 if one of the points is behind the other.
+double GeometryTerm(Point3 x, Vec3 normal_x, Point3 y, Vec3 normal_y) {
+  const Vec3 d = y - x;
+  const double r2 = Dot(d, d);
+  const double cos_x = Dot(normal_x, d);
+  const double cos_y = -Dot(normal_y, d);
+  const bool face = cos_x > 0 && cos_y > 0 && r2 > 0;
+  return face ? cos_x * cos_y / (kPi * r2 * r2) : 0;
+}
 
 // One over the density (1/m2) of all samples together.
 double WeightOf(double geometry, double lamp_density) {
