@@ -6,7 +6,7 @@
 #include "base/block_storage.h"
 #include "base/memory.h"
 #include "partition/bsp_builder.h"
-#include "partition/leaf_graph.h"
+#include "partition/face_survey.h"
 
 #include <cstdint>
 

@@ -4,7 +4,8 @@
 #pragma once
 
 #include "base/ids.h"
-#include "partition/leaf_graph.h"
+#include "partition/face_survey.h"
+#include "partition/open_borders.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "partition/cell_merge.h"
-#include "partition/leaf_graph.h"
+#include "partition/open_borders.h"
 #include "partition/partition.h"
 
 #include <functional>

@@ -7,7 +7,8 @@
 #include "base/memory.h"
 #include "partition/bsp_builder.h"
 #include "partition/cell_merge.h"
-#include "partition/leaf_graph.h"
+#include "partition/face_survey.h"
+#include "partition/open_borders.h"
 #include "partition/partition.h"
 
 #include <vector>

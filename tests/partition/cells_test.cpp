@@ -2,7 +2,7 @@
 
 #include "base/error.h"
 #include "partition/bsp_builder.h"
-#include "partition/leaf_graph.h"
+#include "partition/open_borders.h"
 #include "partition/partition.h"
 #include "partition/partition_store.h"
 #include "scene/box_tree.h"

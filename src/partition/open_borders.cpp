@@ -1,7 +1,7 @@
-#include "partition/leaf_graph.h"
+#include "partition/open_borders.h"
 
 #include "base/stop.h"
-#include "partition/patch_cutter.h"
+#include "partition/face_sorter.h"
 #include "scene/box_tree.h"
 
 #include <algorithm>
@@ -12,126 +12,9 @@
 namespace enfilade {
 namespace {
 
-// The most patches that a polygon is cut into (patch_cutter.h).
-uint32_t CountPatches(const Polygon& polygon) {
-  const auto n = static_cast<uint32_t>(polygon.size());
-  if (n == 4) {
-    const Vec3 u = polygon[1] - polygon[0];
-    const bool is_parallelogram =
-        Length(u - (polygon[2] - polygon[3])) < kRoundingM;
-    return is_parallelogram
-               ? static_cast<uint32_t>(LongParts(u, polygon[3] - polygon[0]))
-               : 2;
-  }
-  return n < 3 ? 0 : n - 2;
-}
-
 // Covers get one in kCoverParts of the free budget; the rest is for the borders
 // that the covers leave open.
 constexpr uint64_t kCoverParts = 3;
-
-// The memory that a cover takes in a list that has grown to hold it.
-uint64_t BytesOfCover(const Polygon& polygon) {
-  return 2 * sizeof(Polygon) + polygon.size() * sizeof(Point3) +
-         kAllocationHeaderBytes;
-}
-
-// Sends the faces of the scene down the tree.
-class FaceSorter {
- public:
-  virtual ~FaceSorter() = default;
-
-  void AddAll(const BlockStorage& store) {
-    ForEachFace(store, [this](FaceId, const Face& face) {
-      for (const Polygon& part : PlanarParts(face.vertices)) {
-        Descend(tree_->root, part, PlaneOf(part).normal, kBothSides);
-      }
-    });
-  }
-
- protected:
-  explicit FaceSorter(const BspTree& tree) : tree_(&tree) {}
-
-  // Adds a piece of a face with one or two of its sides in the leaf.
-  virtual void AddToLeaf(LeafId leaf, const Polygon& piece, uint32_t sides) = 0;
-  // Adds a piece of a face that lies in the plane of the node.
-  virtual void AddCover(NodeId node, const Polygon& piece) = 0;
-
- private:
-  static constexpr int kFrontSide = 1;
-  static constexpr int kBackSide = 2;
-  static constexpr int kBothSides = 3;
-
-  void Descend(BspChild child,
-               const Polygon& polygon,
-               const Vec3& normal,
-               int sides) {
-    if (child.IsLeaf()) {
-      return AddToLeaf(child.Leaf(), polygon, sides == kBothSides ? 2 : 1);
-    }
-    const BspNode& node = tree_->nodes[child.Node().Index()];
-    switch (Classify(polygon, node.plane, kOnPlaneM)) {
-      case PlaneSide::kFront:
-        return Descend(node.front, polygon, normal, sides);
-      case PlaneSide::kBack:
-        return Descend(node.back, polygon, normal, sides);
-      case PlaneSide::kOn:
-        return Cover(child.Node(), polygon, normal, sides);
-      case PlaneSide::kCut:
-        break;
-    }
-    const SplitPolygons parts = Split(polygon, node.plane, kOnPlaneM);
-    if (PolygonArea(parts.front) > kLeastAreaM2) {
-      Descend(node.front, parts.front, normal, sides);
-    }
-    if (PolygonArea(parts.back) > kLeastAreaM2) {
-      Descend(node.back, parts.back, normal, sides);
-    }
-  }
-
-  void Cover(NodeId id, const Polygon& polygon, const Vec3& normal, int sides) {
-    AddCover(id, polygon);
-    const BspNode& node = tree_->nodes[id.Index()];
-    const bool ahead = Dot(normal, node.plane.normal) > 0;
-    for (const int side : {kFrontSide, kBackSide}) {
-      if ((sides & side) != 0) {
-        const bool to_front = (side == kFrontSide) == ahead;
-        Descend(to_front ? node.front : node.back, polygon, normal, side);
-      }
-    }
-  }
-
-  const BspTree* tree_;
-};
-
-class Surveyor : public FaceSorter {
- public:
-  Surveyor(const BspTree& tree, MemoryBudget& budget) : FaceSorter(tree) {
-    survey_.charge =
-        MemoryCharge(budget,
-                     tree.nodes.size() * sizeof(uint64_t) +
-                         tree.leaf_count * (sizeof(uint32_t) + sizeof(float)),
-                     "the faces of convex regions");
-    survey_.cover_bytes.resize(tree.nodes.size());
-    survey_.patches.resize(tree.leaf_count);
-    survey_.area_m2.resize(tree.leaf_count);
-  }
-
-  FaceSurvey Finish() { return std::move(survey_); }
-
- private:
-  void AddToLeaf(LeafId leaf, const Polygon& piece, uint32_t sides) override {
-    survey_.patches[leaf.Index()] += CountPatches(piece) * sides;
-    survey_.area_m2[leaf.Index()] +=
-        static_cast<float>(PolygonArea(piece) * sides);
-  }
-
-  void AddCover(NodeId node, const Polygon& piece) override {
-    survey_.cover_bytes[node.Index()] += BytesOfCover(piece);
-  }
-
-  FaceSurvey survey_;
-};
 
 // Collects the faces in the planes of the nodes from `first` up to, but not
 // including, `end`.
@@ -340,14 +223,6 @@ class BorderFinder {
 };
 
 }  // namespace
-
-FaceSurvey SurveyFaces(const BlockStorage& store,
-                       const BspTree& tree,
-                       MemoryBudget& budget) {
-  Surveyor surveyor(tree, budget);
-  surveyor.AddAll(store);
-  return surveyor.Finish();
-}
 
 void OpenBorders::Add(LeafBorder border, const std::vector<Polygon>& open) {
   constexpr uint64_t kNumbersBytes = 20;
