@@ -26,6 +26,18 @@ constexpr int kDirectionsPerTest = 8;
 // are chance.
 constexpr float kSharpShare = 0.7F;
 constexpr size_t kLeastFailures = 4;
+// Points are tested in groups of about kGroup, until it is clear whether the
+// covered share makes an error larger than tau, whatever the other groups say.
+constexpr size_t kGroup = 64;
+// It does if it seems to make kClearly times that error, and this many points
+// and this share of those that passed two tests have passed three.
+constexpr float kClearly = 1.5F;
+constexpr size_t kClearPoints = 16;
+constexpr float kClearlySharp = 0.85F;
+// It does not if the largest share that chance may hide behind what was seen is
+// small enough: two standard deviations more, and the share of so many points.
+constexpr float kDeviations = 2;
+constexpr float kHiddenPoints = 3;
 // One sample point per this area of each projection that may cover. The foot of
 // a chair's leg is about a tenth of the projections of its sides, margins
 // included.
@@ -222,21 +234,85 @@ class Search {
     return sum;
   }
 
+  // What tests have said so far: points, and the share that they stand for.
+  struct Tested {
+    size_t points = 0;
+    size_t passed_twice = 0;
+    size_t passed = 0;
+    float share = 0;
+    float share_passed_twice = 0;
+    float share_passed = 0;
+
+    [[nodiscard]] bool HasNoEdge() const {
+      return passed_twice - passed >= kLeastFailures &&
+             share_passed < kSharpShare * share_passed_twice;
+    }
+  };
+
+  // The share of the element that is covered, which need not be exact if it is
+  // clear whether the element has to be split.
   [[nodiscard]] float CoveredShare(const Place& at,
                                    const std::vector<PatchRect>& candidates,
                                    uint64_t* rays) const {
     Random random(MixKey(key_, at.path));
-    std::vector<Suspect> suspects = DrawSuspects(at.frame, candidates, &random);
-    KeepCovered(&suspects, &random, rays);
-    KeepCovered(&suspects, &random, rays);
-    const float twice = SumOfShares(suspects);
-    const size_t passed = suspects.size();
-    KeepCovered(&suspects, &random, rays);
-    const float thrice = SumOfShares(suspects);
-    return passed - suspects.size() >= kLeastFailures &&
-                   thrice < kSharpShare * twice
-               ? 0
-               : std::min(thrice, 1.0F);
+    const std::vector<Suspect> suspects =
+        DrawSuspects(at.frame, candidates, &random);
+    const float all = SumOfShares(suspects);
+    // Each group has some of the points of every candidate.
+    const size_t groups = std::max<size_t>(suspects.size() / kGroup, 1);
+    Tested tested;
+    float share = 0;
+    for (size_t group = 0; group < groups; ++group) {
+      std::vector<Suspect> some;
+      some.reserve(suspects.size() / groups + 1);
+      for (size_t i = group; i < suspects.size(); i += groups) {
+        some.push_back(suspects[i]);
+      }
+      Test(std::move(some), &random, rays, &tested);
+      share = std::min(tested.share_passed * all / tested.share, 1.0F);
+      if (IsClearlyMuch(at, share, tested)) {
+        return share;
+      }
+      if (IsClearlyLittle(at, share, all, tested)) {
+        break;
+      }
+    }
+    return tested.HasNoEdge() ? 0 : share;
+  }
+
+  [[nodiscard]] bool IsClearlyMuch(const Place& at,
+                                   float share,
+                                   const Tested& tested) const {
+    return tested.passed >= kClearPoints &&
+           tested.share_passed > kClearlySharp * tested.share_passed_twice &&
+           ErrorOf(at, share) > kClearly * static_cast<float>(options_->tau);
+  }
+
+  // `all`: the share of all points, tested or not.
+  [[nodiscard]] bool IsClearlyLittle(const Place& at,
+                                     float share,
+                                     float all,
+                                     const Tested& tested) const {
+    const auto passed = static_cast<float>(std::max<size_t>(tested.passed, 1));
+    const float most = share * (1 + kDeviations / std::sqrt(passed)) +
+                       all * kHiddenPoints / static_cast<float>(tested.points);
+    return most < 0.5F &&
+           ErrorOf(at, most) <= static_cast<float>(options_->tau);
+  }
+
+  void Test(std::vector<Suspect> suspects,
+            Random* random,
+            uint64_t* rays,
+            Tested* tested) const {
+    tested->points += suspects.size();
+    tested->share += SumOfShares(suspects);
+    KeepCovered(&suspects, random, rays);
+    KeepCovered(&suspects, random, rays);
+    tested->passed_twice += suspects.size();
+    tested->share_passed_twice += SumOfShares(suspects);
+    KeepCovered(&suspects, random, rays);
+    tested->passed += suspects.size();
+    tested->share_passed += SumOfShares(suspects);
   }
 
   // Draws points on each candidate. Candidates may overlap: the share of a
