@@ -81,16 +81,30 @@ class Prober {
     std::vector<TraceHit> hits(lines.size());
     // Of surfaces in one place, the raised one is seen. If there is none, what
     // is more than kOnPatchDistance above the point is in the way.
-    LookFrom(kMostLayers * kApartM + kOnPatchDistance, lines, &hits);
-    LookFrom(kOnPatchDistance, lines, &hits);
+    constexpr double kRaised = kMostLayers * kApartM;
+    Look({kRaised + kOnPatchDistance, kOnPatchDistance}, lines, &hits);
+    Look({kOnPatchDistance, kOnPatchDistance}, lines, &hits);
+    // The surface may have been moved from where the file, and the point, has
+    // it.
+    if (view_.scene->greatest_move_m > 0) {
+      const double within = kOnPatchDistance + view_.scene->greatest_move_m;
+      Look({kRaised + within, within}, lines, &hits);
+    }
     return hits;
   }
 
+  // Where a surface is looked for: from so far above a point, and at most so
+  // far from it, m.
+  struct Reach {
+    double height = 0;
+    double distance = 0;
+  };
+
   // Traces a short ray against the normal of each point that has no surface
-  // yet, from so far above it, m.
-  void LookFrom(double height,
-                const std::vector<ProbeLine>& lines,
-                std::vector<TraceHit>* hits) {
+  // yet.
+  void Look(Reach reach,
+            const std::vector<ProbeLine>& lines,
+            std::vector<TraceHit>* hits) {
     std::vector<size_t> points;
     std::vector<TraceRay> rays;
     for (size_t i = 0; i < lines.size(); ++i) {
@@ -98,9 +112,9 @@ class Prober {
         const Receiver& r = lines[i].receiver;
         points.push_back(i);
         TraceRay& ray = rays.emplace_back();
-        ray.origin = r.position + r.normal * height;
+        ray.origin = r.position + r.normal * reach.height;
         ray.direction = -r.normal;
-        ray.max_distance = height + kOnPatchDistance;
+        ray.max_distance = reach.height + reach.distance;
       }
     }
     std::vector<TraceHit> found(rays.size());
@@ -110,7 +124,8 @@ class Prober {
     for (size_t k = 0; k < points.size(); ++k) {
       const size_t i = points[k];
       if (surfaces[k].front &&
-          height - found[k].distance - surfaces[k].raised <= kOnPatchDistance &&
+          reach.height - found[k].distance - surfaces[k].raised <=
+              reach.distance &&
           Dot(surfaces[k].normal, lines[i].receiver.normal) >= kOnPatchCosine) {
         (*hits)[i] = found[k];
         surfaces_[i] = surfaces[k];

@@ -19,9 +19,9 @@ struct PolygonWithOpenings {
 };
 
 struct CrackSummary {
-  uint64_t moved = 0;  // vertices moved by more than a micrometre
-  uint64_t added = 0;  // vertices added where others touch an edge
-  double greatest_move_m = 0;
+  uint64_t moved = 0;          // vertices moved by more than a micrometre
+  uint64_t added = 0;          // vertices added where others touch an edge
+  double greatest_move_m = 0;  // of a vertex of the input, welding included
 };
 
 // Makes polygons that nearly touch touch exactly. Polygons that lie in one

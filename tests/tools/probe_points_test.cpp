@@ -125,6 +125,27 @@ TEST_F(ProbeTest, ASurfaceALittleAboveIsNotThatOfThePoint) {
   EXPECT_EQ(LastValue("1.5,1.5,.002,0,0,1"), (Rgb{3, 3, 3}));
 }
 
+// Where import has moved walls to close cracks, a point on a wall of the file
+// is off the wall that was solved, perhaps behind it. One that lies on a
+// surface is not given another that is as near.
+TEST_F(ProbeTest, WhatImportHasMovedIsFoundWhereTheFileHasIt) {
+  building_.SetGreatestMove(.003);
+  building_.Add({1, 1, .002},
+                {1, 0, 0},
+                {0, 1, 0},
+                building_.AddMaterial({.5, .5, .5}, {}));
+  building_.SetIrradiance([](const Patch& patch, Point3) {
+    return patch.origin.z > 0 ? Rgb{3, 3, 3} : Rgb{7, 8, 9};
+  });
+  for (const char* on : {"3,1,.0039,0,0,1", "3,1,-.0039,0,0,1"}) {
+    EXPECT_EQ(LastValue(on), (Rgb{7, 8, 9})) << on;
+  }
+  for (const char* off : {"3,1,.0042,0,0,1", "3,1,-.0042,0,0,1"}) {
+    EXPECT_NE(LastValue(off), (Rgb{7, 8, 9})) << off;
+  }
+  EXPECT_EQ(LastValue("1.5,1.5,0,0,0,1"), (Rgb{7, 8, 9}));
+}
+
 TEST_F(ProbeTest, AFreePointGathersTheRoom) {
   for (const char* free : {"1,1,1,0,0,1", "2,2,.5,1,-2,.3", "1,1,.01,0,0,1"}) {
     const Rgb value = LastValue(free);

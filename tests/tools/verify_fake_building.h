@@ -48,6 +48,9 @@ class FakeBuilding {
 
   void SetIrradiance(Field field) { irradiance_ = std::move(field); }
 
+  // As if import had moved vertices by up to so far, m.
+  void SetGreatestMove(double metres) { scene_.greatest_move_m = metres; }
+
   // Patches are added to the last cell.
   void AddCell() {
     cells_.emplace_back();
