@@ -67,14 +67,15 @@ pugi::xml_node ChildOf(const pugi::xml_node& node, std::string_view name) {
 
 class ModelReader {
  public:
-  explicit ModelReader(const std::filesystem::path& path)
-      : file_(path.string()) {}
+  ModelReader(const std::filesystem::path& path, bool strip_spaces)
+      : file_(path.string()), strip_spaces_(strip_spaces) {}
 
   GbxmlModel Read(const pugi::xml_document& document) {
     const pugi::xml_node root = ChildOf(document, "gbXML");
     if (!ChildOf(root, "Campus")) {
       Fail("no gbXML element with a Campus in it: not a gbXML scene");
     }
+    model_.says_unit = !root.attribute("lengthUnit").empty();
     unit_name_ = root.attribute("lengthUnit").as_string("Meters");
     unit_ = MetresPerUnit(unit_name_, file_);
     ForEachInCampus(root, "Building", [this](const pugi::xml_node& building) {
@@ -166,12 +167,18 @@ class ModelReader {
     model_.surfaces.push_back(std::move(surface));
   }
 
-  [[nodiscard]] SpaceId FindSpace(const std::string& id) const {
+  [[nodiscard]] std::optional<SpaceId> FindSpace(const std::string& id) const {
     const auto it = space_by_id_.find(id);
-    if (it == space_by_id_.end()) {
-      Fail(fmt::format("AdjacentSpaceId '{}' names no Space", id));
+    if (it != space_by_id_.end()) {
+      return it->second;
     }
-    return it->second;
+    if (!strip_spaces_) {
+      Fail(
+          fmt::format("AdjacentSpaceId '{}' names no Space; correct it, or "
+                      "give --strip-spaces",
+                      id));
+    }
+    return std::nullopt;
   }
 
   [[nodiscard]] std::vector<Point3> ReadPolygon(
@@ -272,6 +279,7 @@ class ModelReader {
   }
 
   std::string file_;
+  bool strip_spaces_;
   std::string at_;
   std::string unit_name_;
   double unit_ = 1.0;
@@ -354,6 +362,7 @@ std::ptrdiff_t LineOfEnd(const std::string& text,
 }  // namespace
 
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
+                          bool strip_spaces,
                           MemoryBudget& budget) {
   MemoryCharge charge(budget, BytesToReadGbxml(path), "reading the gbXML file");
   std::string text = ReadWholeFile(path, kMostXmlBytes);
@@ -367,7 +376,7 @@ GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
                                  LineOfEnd(text, result),
                                  result.description()));
   }
-  GbxmlModel model = ModelReader(path).Read(document);
+  GbxmlModel model = ModelReader(path, strip_spaces).Read(document);
   charge.ShrinkTo(BytesOf(model));
   model.charge = std::move(charge);
   return model;

@@ -38,7 +38,8 @@ struct GbxmlSpace {
 struct GbxmlModel {
   std::vector<GbxmlSpace> spaces;  // indexed by SpaceId
   std::vector<GbxmlSurface> surfaces;
-  MemoryCharge charge;  // for the spaces and surfaces as read
+  bool says_unit = true;  // if not, it is metres
+  MemoryCharge charge;    // for the spaces and surfaces as read
 };
 
 // Bytes that the file takes in memory while it is read, which is done as a
@@ -46,9 +47,11 @@ struct GbxmlModel {
 uint64_t BytesToReadGbxml(const std::filesystem::path& path);
 
 // Reads the file in the encoding and the unit of length that it declares.
-// Throws InputError, which names the line of bad XML or the Surface or Space
-// with bad content.
+// `strip_spaces`: a Surface may name Spaces that the file does not have. Throws
+// InputError, which names the line of bad XML or the Surface or Space with bad
+// content.
 GbxmlModel ReadGbxmlModel(const std::filesystem::path& path,
+                          bool strip_spaces,
                           MemoryBudget& budget);
 
 }  // namespace enfilade

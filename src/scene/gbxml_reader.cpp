@@ -81,6 +81,7 @@ class GbxmlImport {
   void Run() {
     CountPolygons();
     repair_ = RepairGbxmlModel(budget_, model_);
+    info_.greatest_move_m = repair_.cracks.greatest_move_m;
     GbxmlShells shells(model_);
     AddSpaces(shells);
     Count();
@@ -230,6 +231,10 @@ class GbxmlImport {
         info_.notes.push_back(fmt::format("{} {}", count, text));
       }
     };
+    if (!model_.says_unit) {
+      info_.notes.emplace_back(
+          "the file says no lengthUnit; its coordinates were taken as metres");
+    }
     if (repair_.cracks.moved > 0) {
       info_.notes.push_back(fmt::format(
           "{} vertices were moved by up to {:.1f} mm to where surfaces meet",
@@ -270,7 +275,7 @@ void ReadGbxml(const GbxmlInput& input,
                MemoryBudget& budget,
                SceneWriter& writer,
                SceneInfo& info) {
-  GbxmlModel model = ReadGbxmlModel(input.path, budget);
+  GbxmlModel model = ReadGbxmlModel(input.path, input.strip_spaces, budget);
   GbxmlImport(std::move(model), input, materials, budget, writer, info).Run();
   if (input.strip_spaces) {
     info.spaces.clear();

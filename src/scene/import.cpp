@@ -143,6 +143,12 @@ void AddCounts(const std::filesystem::path& scene,
         "{}: there is no polygon in it; is it a Wavefront OBJ file?",
         scene.string()));
   }
+  if (!counts.absent.empty()) {
+    info.notes.push_back(
+        fmt::format("material file {} does not exist; the materials of the "
+                    "scene are in other files, or in the override file",
+                    counts.absent));
+  }
   if (counts.clear > 0) {
     info.notes.push_back(fmt::format(
         "{} polygons of clear materials were ignored", counts.clear));

@@ -37,6 +37,12 @@ class MaterialTable {
   // it. Returns its index for Resolve.
   size_t AddInput(Material material, std::string place);
 
+  // Whether the override file says what a material of this name is, so that the
+  // input need not.
+  [[nodiscard]] bool IsDescribed(std::string_view name) const {
+    return overrides_.Describe(name);
+  }
+
   // The material of a face with this input material, object and surface type
   // (empty if the format has none). Nullopt if the material is clear: the face
   // is then ignored.

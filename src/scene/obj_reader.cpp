@@ -44,6 +44,7 @@ struct ObjContext {
   // The materials of the MTL files read so far.
   std::map<std::filesystem::path, MaterialNames> files = {};
   std::optional<size_t> grey = {};  // material of polygons that name none
+  std::string absent = {};  // the first material file that does not exist
 
   // Charges a material before it is kept in the table, a growing vector, and by
   // name in the maps of its MTL file and of the OBJ that names that file.
@@ -77,6 +78,7 @@ class ObjReading {
   ObjCounts Run() {
     Parse();
     context_.sink.Flush();
+    counts_.absent = context_.absent;
     return counts_;
   }
 
@@ -276,11 +278,11 @@ class ObjReading {
           input_.unknown_material(name), input_.path.string());
       it = input_by_name_.emplace(name, made).first;
     }
+    if (it == input_by_name_.end() && context_.materials.IsDescribed(name)) {
+      it = input_by_name_.emplace(name, AddGrey(name)).first;
+    }
     if (it == input_by_name_.end()) {
-      Fail(fmt::format(
-          "material '{}' is in no material file; name its file with mtllib "
-          "before, or add it there",
-          name));
+      FailForMaterial(name);
     }
     input_material_ = it->second;
     material_chosen_ = false;
@@ -298,14 +300,39 @@ class ObjReading {
     material_chosen_ = true;
   }
 
+  [[noreturn]] void FailForMaterial(const std::string& name) const {
+    const char* otherwise =
+        "give it a reflectance in an override file (--overrides)";
+    if (context_.absent.empty()) {
+      Fail(
+          fmt::format("material '{}' is in no material file; name its file "
+                      "with mtllib before, add it there, or {}",
+                      name,
+                      otherwise));
+    }
+    Fail(
+        fmt::format("material '{}' is in no material file, and {} does not "
+                    "exist; put that file there, or {}",
+                    name,
+                    context_.absent,
+                    otherwise));
+  }
+
   size_t Grey() {
     if (!context_.grey) {
-      Material grey;
-      grey.name = "default grey";
-      grey.reflectance.fill(kDefaultReflectance);
-      context_.grey = context_.materials.AddInput(grey, input_.path.string());
+      context_.grey = AddGrey("default grey");
     }
     return *context_.grey;
+  }
+
+  size_t AddGrey(const std::string& name) {
+    MtlMaterial grey;
+    grey.material.name = name;
+    grey.material.reflectance.fill(kDefaultReflectance);
+    grey.place = input_.path.string();
+    context_.ChargeMaterial(grey, 1);
+    return context_.materials.AddInput(std::move(grey.material),
+                                       std::move(grey.place));
   }
 
   void LoadMaterials(std::string_view names) {
@@ -316,7 +343,15 @@ class ObjReading {
     }
   }
 
+  // Material files that do not exist are not kept: they may be many.
+  void NoteAbsent(const std::filesystem::path& path) {
+    if (context_.absent.empty()) {
+      context_.absent = path.string();
+    }
+  }
+
   const MaterialNames& MaterialsOf(const std::filesystem::path& path) {
+    static const MaterialNames kNoMaterials;
     const auto known = context_.files.find(path);
     if (known != context_.files.end()) {
       return known->second;
@@ -330,7 +365,8 @@ class ObjReading {
                                                   std::move(m.place));
       });
     } else if (!input_.unknown_material) {
-      Fail(fmt::format("material file {} does not exist", path.string()));
+      NoteAbsent(path);
+      return kNoMaterials;
     }
     return context_.files[path] = std::move(names);
   }

@@ -27,7 +27,7 @@ struct ObjInput {
   // Moves every vertex as it is read; may be empty.
   std::function<Point3(Point3)> place;
   // Makes the material of a name that no material file has. If this function is
-  // empty, such a name and a missing material file are errors.
+  // empty, such a name is an error unless the override file describes it.
   std::function<Material(const std::string& name)> unknown_material;
 };
 
@@ -35,6 +35,7 @@ struct ObjCounts {
   uint64_t polygons = 0;
   uint64_t clear = 0;  // of the polygons: ignored, for a clear material
   uint64_t lines = 0;  // faces of fewer than three vertices: dropped
+  std::string absent;  // the first material file that does not exist
 };
 
 // Reads the polygons of the file into the sink. Throws InputError with file and

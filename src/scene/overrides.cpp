@@ -255,6 +255,13 @@ void Overrides::Apply(size_t rule, Material& material) const {
   material.clear = r.clear.value_or(material.clear);
 }
 
+bool Overrides::Describe(std::string_view material) const {
+  const std::vector<size_t> rules = Matching(material, "", "");
+  return std::any_of(rules.begin(), rules.end(), [this](size_t rule) {
+    return rules_[rule].reflectance || rules_[rule].clear.value_or(false);
+  });
+}
+
 std::string Overrides::Place(size_t rule) const {
   return fmt::format("{}:{}", file_, rules_[rule].line);
 }

@@ -35,6 +35,10 @@ class Overrides {
 
   void Apply(size_t rule, Material& material) const;
 
+  // Whether rules for materials say how a material of this name reflects, or
+  // that it is clear.
+  [[nodiscard]] bool Describe(std::string_view material) const;
+
   [[nodiscard]] size_t RuleCount() const { return rules_.size(); }
 
   [[nodiscard]] const std::string& Glob(size_t rule) const {

@@ -141,6 +141,37 @@ size_t WrongSides(const Imported& scene, size_t& checked) {
   return wrong;
 }
 
+TEST_F(GbxmlImport, HowFarVerticesWereMovedIsKept) {
+  EXPECT_EQ(Import(TwoRooms(Surface("InteriorWall", {"a", "b"}, kWall)))
+                .info.greatest_move_m,
+            0);
+  const Imported moved = Import(
+      TwoRooms(Surface("InteriorWall",
+                       {"a", "b"},
+                       {{2, 0, 0}, {2, 2, 0}, {2, 2, 3}, {2, 0, 2.9992}})));
+  EXPECT_NEAR(moved.info.greatest_move_m, 8e-4, 1e-9);
+}
+
+TEST_F(GbxmlImport, WithoutAUnitItIsMetresAndSaysSo) {
+  std::string text = TwoRooms(WallWithDoor({"a", "b"}));
+  text.replace(text.find(" lengthUnit=\"Meters\""), 20, "");
+  const Imported scene = Import(text);
+  EXPECT_NEAR(scene.info.bounds.high.x, 4, 1e-9);
+  EXPECT_TRUE(std::any_of(scene.info.notes.begin(),
+                          scene.info.notes.end(),
+                          [](const std::string& note) {
+                            return note.find("no lengthUnit") !=
+                                   std::string::npos;
+                          }));
+}
+
+TEST_F(GbxmlImport, StrippedSpacesMayBeNamedAmiss) {
+  const std::string text = TwoRooms(WallWithDoor({"a", "nowhere"}));
+  EXPECT_THROW(Import(text), InputError);
+  EXPECT_EQ(Import(text, "{}", /*strip=*/true).Area(),
+            Import(TwoRooms(WallWithDoor({"a", "b"})), "{}", true).Area());
+}
+
 TEST_F(GbxmlImport, DoorIsAHoleAndAnOpeningBetweenItsSpaces) {
   const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"})));
   ASSERT_EQ(scene.info.openings.size(), 1U);
@@ -372,7 +403,7 @@ TEST_F(GbxmlImport, TheModelStaysChargedWhileThereIsOne) {
       temp_.Write("s.xml", TwoRooms(Surface("InteriorWall", {"a"}, kWall)));
   MemoryBudget budget(uint64_t{16} << 20);
   {
-    const GbxmlModel model = ReadGbxmlModel(path, budget);
+    const GbxmlModel model = ReadGbxmlModel(path, false, budget);
     EXPECT_GE(
         budget.UsedBytes(),
         model.surfaces.size() * (sizeof(GbxmlSurface) + 4 * sizeof(Point3)));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -222,8 +223,36 @@ TEST_F(ObjImport, ErrorsNameFileAndLine) {
   EXPECT_NE(Error("v 0 1").find("s.obj:8:"), std::string::npos);
   EXPECT_NE(Error("usemtl pink\nf 1 2 3").find("s.obj:8: material 'pink'"),
             std::string::npos);
-  EXPECT_NE(Error("mtllib none.mtl").find("none.mtl does not exist"),
+  EXPECT_NE(Error("mtllib none.mtl\nusemtl pink\nf 1 2 3")
+                .find("s.obj:9: material 'pink' is in no material file, and"),
             std::string::npos);
+}
+
+// A model that came without its material files.
+TEST_F(ObjImport, MaterialsThatTheOverrideFileDescribesNeedNoMaterialFile) {
+  const std::string pink =
+      std::string(kQuad) + "mtllib none.mtl\nusemtl pink\nf 5 6 7 8\n";
+  ImportOptions options;
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"p*": {"exitance": 1}}})");
+  EXPECT_NE(Error(pink, options).find("none.mtl does not exist"),
+            std::string::npos);
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"p*": {"reflectance": 0.3}}})");
+  const Imported scene = Import(pink, options);
+  ASSERT_EQ(scene.faces.size(), 2U);
+  EXPECT_EQ(
+      scene.info.materials[scene.faces[1].material.Index()].reflectance[1],
+      0.3);
+  EXPECT_TRUE(std::any_of(scene.info.notes.begin(),
+                          scene.info.notes.end(),
+                          [](const std::string& note) {
+                            return note.find("none.mtl does not exist") !=
+                                   std::string::npos;
+                          }));
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"pink": {"clear": true}}})");
+  EXPECT_EQ(Import(pink, options).faces.size(), 1U);
 }
 
 TEST_F(ObjImport, NumbersInMaterialFilesAreChecked) {

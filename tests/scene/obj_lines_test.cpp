@@ -99,9 +99,11 @@ TEST_F(ObjLines, NamesTooLongForAFileAreErrorsOfTheirLine) {
     names += " lamp.mtl";
   }
   const std::string name(300, 'x');
-  EXPECT_NE(ImportError(Write("mtllib" + names)).find("s.obj:8: material file"),
+  EXPECT_NE(ImportError(Write("mtllib" + names + "\nusemtl pink\n"))
+                .find("s.obj:9: material 'pink'"),
             std::string::npos);
-  EXPECT_NE(ImportError(Write("mtllib " + name)).find("s.obj:8: material file"),
+  EXPECT_NE(ImportError(Write("mtllib " + name + "\nusemtl pink\n"))
+                .find("s.obj:9: material 'pink'"),
             std::string::npos);
   EXPECT_NE(ImportError(Write("#instance " + name + ".obj 0 0 0 0"))
                 .find("s.obj:8: piece"),
