@@ -351,7 +351,7 @@ class ObjReading {
   }
 
   const MaterialNames& MaterialsOf(const std::filesystem::path& path) {
-    static const MaterialNames kNoMaterials;
+    static const MaterialNames none;
     const auto known = context_.files.find(path);
     if (known != context_.files.end()) {
       return known->second;
@@ -366,7 +366,7 @@ class ObjReading {
       });
     } else if (!input_.unknown_material) {
       NoteAbsent(path);
-      return kNoMaterials;
+      return none;
     }
     return context_.files[path] = std::move(names);
   }
