@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -26,8 +27,9 @@ constexpr int kDirectionsPerTest = 8;
 // are chance.
 constexpr float kSharpShare = 0.7F;
 constexpr size_t kLeastFailures = 4;
-// Points are tested in groups of about kGroup, until it is clear whether the
+// Points are tested in groups of kGroup and more, until it is clear whether the
 // covered share makes an error larger than tau, whatever the other groups say.
+// That is asked after 1, 2, 4, 8, ... groups, so that chance has few occasions.
 constexpr size_t kGroup = 64;
 // It does if it seems to make kClearly times that error, and this many points
 // and this share of those that passed two tests have passed three.
@@ -35,7 +37,8 @@ constexpr float kClearly = 1.5F;
 constexpr size_t kClearPoints = 16;
 constexpr float kClearlySharp = 0.85F;
 // It does not if the largest share that chance may hide behind what was seen is
-// small enough: two standard deviations more, and the share of so many points.
+// small enough: so many standard deviations more, and the share of so many
+// points.
 constexpr float kDeviations = 2;
 constexpr float kHiddenPoints = 3;
 // One sample point per this area of each projection that may cover. The foot of
@@ -226,26 +229,36 @@ class Search {
     float share = 0;
   };
 
-  static float SumOfShares(const std::vector<Suspect>& suspects) {
+  // The shares that points stand for. Points stand for unequal shares: those of
+  // a few large ones are known less well than the number of points says.
+  struct Shares {
     float sum = 0;
-    for (const Suspect& s : suspects) {
-      sum += s.share;
-    }
-    return sum;
-  }
+    float squares = 0;
 
-  // What tests have said so far: points, and the share that they stand for.
-  struct Tested {
-    size_t points = 0;
-    size_t passed_twice = 0;
-    size_t passed = 0;
-    float share = 0;
+    void Add(const std::vector<Suspect>& suspects) {
+      for (const Suspect& s : suspects) {
+        sum += s.share;
+        squares += s.share * s.share;
+      }
+    }
+
+    // How many points of equal shares are known as well.
+    [[nodiscard]] float Points() const {
+      return squares > 0 ? sum * sum / squares : 0;
+    }
+  };
+
+  // What tests have said so far.
+  struct Tally {
+    Shares tested;
+    Shares passed;
+    size_t points_passed_twice = 0;
+    size_t points_passed = 0;
     float share_passed_twice = 0;
-    float share_passed = 0;
 
     [[nodiscard]] bool HasNoEdge() const {
-      return passed_twice - passed >= kLeastFailures &&
-             share_passed < kSharpShare * share_passed_twice;
+      return points_passed_twice - points_passed >= kLeastFailures &&
+             passed.sum < kSharpShare * share_passed_twice;
     }
   };
 
@@ -257,10 +270,14 @@ class Search {
     Random random(MixKey(key_, at.path));
     const std::vector<Suspect> suspects =
         DrawSuspects(at.frame, candidates, &random);
-    const float all = SumOfShares(suspects);
-    // Each group has some of the points of every candidate.
+    if (suspects.empty()) {
+      return 0;  // a triangle, and candidates beside it
+    }
+    Shares all;
+    all.Add(suspects);
+    // The points of a candidate are spread over the groups.
     const size_t groups = std::max<size_t>(suspects.size() / kGroup, 1);
-    Tested tested;
+    Tally tally;
     float share = 0;
     for (size_t group = 0; group < groups; ++group) {
       std::vector<Suspect> some;
@@ -268,34 +285,37 @@ class Search {
       for (size_t i = group; i < suspects.size(); i += groups) {
         some.push_back(suspects[i]);
       }
-      Test(std::move(some), &random, rays, &tested);
-      share = std::min(tested.share_passed * all / tested.share, 1.0F);
-      if (IsClearlyMuch(at, share, tested)) {
+      Test(std::move(some), &random, rays, &tally);
+      share = std::min(tally.passed.sum * all.sum / tally.tested.sum, 1.0F);
+      if (!std::has_single_bit(group + 1)) {
+        continue;
+      }
+      if (MustSplit(at, share, tally)) {
         return share;
       }
-      if (IsClearlyLittle(at, share, all, tested)) {
+      if (NeedNotSplit(at, share, all.sum, tally)) {
         break;
       }
     }
-    return tested.HasNoEdge() ? 0 : share;
+    return tally.HasNoEdge() ? 0 : share;
   }
 
-  [[nodiscard]] bool IsClearlyMuch(const Place& at,
-                                   float share,
-                                   const Tested& tested) const {
-    return tested.passed >= kClearPoints &&
-           tested.share_passed > kClearlySharp * tested.share_passed_twice &&
+  [[nodiscard]] bool MustSplit(const Place& at,
+                               float share,
+                               const Tally& tally) const {
+    return tally.points_passed >= kClearPoints &&
+           tally.passed.sum > kClearlySharp * tally.share_passed_twice &&
            ErrorOf(at, share) > kClearly * static_cast<float>(options_->tau);
   }
 
   // `all`: the share of all points, tested or not.
-  [[nodiscard]] bool IsClearlyLittle(const Place& at,
-                                     float share,
-                                     float all,
-                                     const Tested& tested) const {
-    const auto passed = static_cast<float>(std::max<size_t>(tested.passed, 1));
+  [[nodiscard]] bool NeedNotSplit(const Place& at,
+                                  float share,
+                                  float all,
+                                  const Tally& tally) const {
+    const float passed = std::max(tally.passed.Points(), 1.0F);
     const float most = share * (1 + kDeviations / std::sqrt(passed)) +
-                       all * kHiddenPoints / static_cast<float>(tested.points);
+                       all * kHiddenPoints / tally.tested.Points();
     return most < 0.5F &&
            ErrorOf(at, most) <= static_cast<float>(options_->tau);
   }
@@ -303,16 +323,17 @@ class Search {
   void Test(std::vector<Suspect> suspects,
             Random* random,
             uint64_t* rays,
-            Tested* tested) const {
-    tested->points += suspects.size();
-    tested->share += SumOfShares(suspects);
+            Tally* tally) const {
+    tally->tested.Add(suspects);
     KeepCovered(&suspects, random, rays);
     KeepCovered(&suspects, random, rays);
-    tested->passed_twice += suspects.size();
-    tested->share_passed_twice += SumOfShares(suspects);
+    tally->points_passed_twice += suspects.size();
+    Shares twice;
+    twice.Add(suspects);
+    tally->share_passed_twice += twice.sum;
     KeepCovered(&suspects, random, rays);
-    tested->passed += suspects.size();
-    tested->share_passed += SumOfShares(suspects);
+    tally->points_passed += suspects.size();
+    tally->passed.Add(suspects);
   }
 
   // Draws points on each candidate. Candidates may overlap: the share of a

@@ -147,6 +147,32 @@ TEST(Cover, BareRoomIsLookedAtInStripsAlongItsEdgesOnly) {
             2 * points + 5 * std::sqrt(2 * points));
 }
 
+// Half of a floor under a slab: a few points say that it has to be split.
+TEST(Cover, WhatIsClearTakesFewRays) {
+  std::vector<Patch> patches = {BareRoom()[0]};
+  patches.push_back(
+      test::Rectangle({0, 0, 0.02}, {0, kRoomEdge, 0}, {kRoomEdge / 2, 0, 0}));
+  patches.back().reflects = false;
+  // A tau at which the halves are not looked at.
+  const double whole = 0.5 * kRoomEdge;
+  const CoveredCell cell(patches, 0.6 * whole);
+  EXPECT_EQ(cell.Leaves(0).size(), 4U);
+  // The slab is widened to a little more than the half, for which 256 points
+  // would be tested, and nearly all of them by 24 rays.
+  EXPECT_GE(cell.Found().rays, 16U * 24);
+  EXPECT_LE(cell.Found().rays, 256U * 24 / 2);
+}
+
+TEST(Cover, BesideATriangleNothingIsCovered) {
+  Patch triangle = BareRoom()[0];
+  triangle.u = {2, 0, 0};
+  triangle.v = {0, 2, 0};
+  triangle.shape = PatchShape::kTriangle;
+  std::vector<Patch> patches = {triangle};
+  Append(patches, BoxPatches({{1.7, 1.7, 0}, {1.9, 1.9, 0.1}}, false));
+  EXPECT_EQ(CoveredCell(patches, 0.001).Leaves(0).size(), 1U);
+}
+
 TEST(Cover, FreeHangingThingsOutOfReachCostNoRays) {
   std::vector<Patch> floor = {BareRoom()[0]};
   Append(floor, BoxPatches({{1, 1, 0.5}, {2, 2, 1}}, false));
