@@ -286,10 +286,11 @@ bool CheckSceneUnchanged(const BlockStorage& store,
   }
   const SceneHash hash =
       HashSceneFiles(settings.scene, ImportOptionsOf(settings));
-  if (hash.value == LoadSceneInfo(store).source_hash) {
+  const SceneInfo scene = LoadSceneInfo(store);
+  if (hash.value == scene.source_hash) {
     return true;
   }
-  if (hash.is_whole) {
+  if (hash.is_whole || (hash.is_there && scene.lacks_files)) {
     throw InputError(
         fmt::format("'{}' (or a file it uses) has changed since this store "
                     "was made; solve it into a new store, or put the old "

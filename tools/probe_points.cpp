@@ -4,6 +4,7 @@
 #include "base/random.h"
 #include "base/stopwatch.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ostream>
@@ -82,22 +83,27 @@ class Prober {
     // Of surfaces in one place, the raised one is seen. If there is none, what
     // is more than kOnPatchDistance above the point is in the way.
     constexpr double kRaised = kMostLayers * kApartM;
-    Look({kRaised + kOnPatchDistance, kOnPatchDistance}, lines, &hits);
-    Look({kOnPatchDistance, kOnPatchDistance}, lines, &hits);
+    const auto look_within = [&](double distance) {
+      Look({kRaised + distance, distance}, lines, &hits);
+      Look({distance, distance}, lines, &hits);
+    };
+    double within = kOnPatchDistance;
+    look_within(within);
     // The surface may have been moved from where the file, and the point, has
-    // it.
-    if (view_.scene->greatest_move_m > 0) {
-      const double within = kOnPatchDistance + view_.scene->greatest_move_m;
-      Look({kRaised + within, within}, lines, &hits);
+    // it. The nearest is the likeliest.
+    const double most = kOnPatchDistance + view_.scene->greatest_move_m;
+    while (within < most) {
+      within = std::min(within + kOnPatchDistance, most);
+      look_within(within);
     }
     return hits;
   }
 
   // Where a surface is looked for: from so far above a point, and at most so
-  // far from it, m.
+  // far from it.
   struct Reach {
-    double height = 0;
-    double distance = 0;
+    double height_m = 0;
+    double distance_m = 0;
   };
 
   // Traces a short ray against the normal of each point that has no surface
@@ -112,9 +118,9 @@ class Prober {
         const Receiver& r = lines[i].receiver;
         points.push_back(i);
         TraceRay& ray = rays.emplace_back();
-        ray.origin = r.position + r.normal * reach.height;
+        ray.origin = r.position + r.normal * reach.height_m;
         ray.direction = -r.normal;
-        ray.max_distance = reach.height + reach.distance;
+        ray.max_distance = reach.height_m + reach.distance_m;
       }
     }
     std::vector<TraceHit> found(rays.size());
@@ -124,8 +130,8 @@ class Prober {
     for (size_t k = 0; k < points.size(); ++k) {
       const size_t i = points[k];
       if (surfaces[k].front &&
-          reach.height - found[k].distance - surfaces[k].raised <=
-              reach.distance &&
+          reach.height_m - found[k].distance - surfaces[k].raised <=
+              reach.distance_m &&
           Dot(surfaces[k].normal, lines[i].receiver.normal) >= kOnPatchCosine) {
         (*hits)[i] = found[k];
         surfaces_[i] = surfaces[k];

@@ -144,6 +144,9 @@ TEST_F(ProbeTest, WhatImportHasMovedIsFoundWhereTheFileHasIt) {
     EXPECT_NE(LastValue(off), (Rgb{7, 8, 9})) << off;
   }
   EXPECT_EQ(LastValue("1.5,1.5,0,0,0,1"), (Rgb{7, 8, 9}));
+  EXPECT_EQ(LastValue("1.5,1.5,-.0015,0,0,1"), (Rgb{7, 8, 9}));
+  building_.SetGreatestMove(0);
+  EXPECT_NE(LastValue("3,1,.0039,0,0,1"), (Rgb{7, 8, 9}));
 }
 
 TEST_F(ProbeTest, AFreePointGathersTheRoom) {
