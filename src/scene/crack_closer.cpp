@@ -229,16 +229,14 @@ class CrackCloser {
 
   void MoveVertices(CrackSummary& summary) {
     for (Place& place : places_) {
-      const Point3 moved =
+      place.position =
           Solve(place.position, place.planes, planes_, kMostMoves * tolerance_);
-      summary.moved += Length(moved - place.position) > kMovedMetres ? 1U : 0U;
-      place.position = moved;
     }
     for (const Part& part : parts_) {
       for (size_t k = 0; k < part.loop.size(); ++k) {
-        summary.greatest_move_m =
-            std::max(summary.greatest_move_m,
-                     Length(At(part.loop[k]) - (*part.result)[k]));
+        const double by = Length(At(part.loop[k]) - (*part.result)[k]);
+        summary.moved += by > kMovedMetres ? 1U : 0U;
+        summary.greatest_move_m = std::max(summary.greatest_move_m, by);
       }
     }
   }

@@ -75,7 +75,7 @@ class ModelReader {
     if (!ChildOf(root, "Campus")) {
       Fail("no gbXML element with a Campus in it: not a gbXML scene");
     }
-    model_.says_unit = !root.attribute("lengthUnit").empty();
+    model_.has_unit = !root.attribute("lengthUnit").empty();
     unit_name_ = root.attribute("lengthUnit").as_string("Meters");
     unit_ = MetresPerUnit(unit_name_, file_);
     ForEachInCampus(root, "Building", [this](const pugi::xml_node& building) {

@@ -38,8 +38,8 @@ struct GbxmlSpace {
 struct GbxmlModel {
   std::vector<GbxmlSpace> spaces;  // indexed by SpaceId
   std::vector<GbxmlSurface> surfaces;
-  bool says_unit = true;  // if not, it is metres
-  MemoryCharge charge;    // for the spaces and surfaces as read
+  bool has_unit = true;  // if not, it is metres
+  MemoryCharge charge;   // for the spaces and surfaces as read
 };
 
 // Bytes that the file takes in memory while it is read, which is done as a

@@ -231,7 +231,7 @@ class GbxmlImport {
         info_.notes.push_back(fmt::format("{} {}", count, text));
       }
     };
-    if (!model_.says_unit) {
+    if (!model_.has_unit) {
       info_.notes.emplace_back(
           "the file says no lengthUnit; its coordinates were taken as metres");
     }

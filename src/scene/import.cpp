@@ -145,9 +145,13 @@ void AddCounts(const std::filesystem::path& scene,
   }
   if (!counts.absent.empty()) {
     info.notes.push_back(
-        fmt::format("material file {} does not exist; the materials of the "
-                    "scene are in other files, or in the override file",
-                    counts.absent));
+        fmt::format("material file {} does not exist", counts.absent));
+  }
+  if (counts.described > 0) {
+    info.notes.push_back(
+        fmt::format("{} materials are in no material file; the override file "
+                    "says what they are",
+                    counts.described));
   }
   if (counts.clear > 0) {
     info.notes.push_back(fmt::format(
@@ -262,7 +266,7 @@ uint64_t BytesToImport(const std::filesystem::path& scene) {
 SceneHash HashSceneFiles(const std::filesystem::path& scene,
                          const ImportOptions& options) {
   if (!Exists(scene) || (options.overrides && !Exists(*options.overrides))) {
-    return {.is_whole = false};
+    return {.is_there = false, .is_whole = false};
   }
   RunningHash hash;
   bool is_whole = true;
@@ -289,7 +293,7 @@ SceneHash HashSceneFiles(const std::filesystem::path& scene,
   if (options.unit) {
     hash.Add(fmt::format(" {}", *options.unit));
   }
-  return {hash.Value(), is_whole};
+  return {.value = hash.Value(), .is_whole = is_whole};
 }
 
 SceneInfo ImportScene(const std::filesystem::path& scene,
@@ -302,8 +306,10 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   CheckOptions(options, format);
   SceneInfo info;
   info.source_path = scene.string();
-  // Reading the scene says which file is missing, and where it is named.
-  info.source_hash = HashSceneFiles(scene, options).value;
+  // Reading the scene says which file is missing, if it is needed.
+  const SceneHash hash = HashSceneFiles(scene, options);
+  info.source_hash = hash.value;
+  info.lacks_files = !hash.is_whole;
   info.photometric = options.photometric;
   const MemoryCharge overrides_charge = ChargeOverrides(options, budget);
   MaterialTable materials(

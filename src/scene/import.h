@@ -34,8 +34,9 @@ bool IsSceneName(const std::filesystem::path& path);
 
 // Reads `scene` into `store`, which must hold no scene. Throws InputError with
 // file and line for anything wrong: no light at all, reflectance >= 1 or < 0,
-// NaN, missing or unknown files, indices out of range, and an OBJ whose size in
-// metres is no building's or, with `unit` given, too extreme to be solved.
+// NaN, missing or unknown files that are needed, indices out of range, and an
+// OBJ whose size in metres is no building's or, with `unit` given, too extreme
+// to be solved.
 SceneInfo ImportScene(const std::filesystem::path& scene,
                       const ImportOptions& options,
                       MemoryBudget& budget,
@@ -47,8 +48,8 @@ uint64_t BytesToImport(const std::filesystem::path& scene);
 
 struct SceneHash {
   uint64_t value = 0;
-  // False if the scene, the overrides or a file that the scene names does not
-  // exist.
+  bool is_there = true;  // the scene exists, and the overrides if it has any
+  // False if a file that the scene names does not exist, or the scene itself.
   bool is_whole = true;
 };
 

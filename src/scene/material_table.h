@@ -40,7 +40,7 @@ class MaterialTable {
   // Whether the override file says what a material of this name is, so that the
   // input need not.
   [[nodiscard]] bool IsDescribed(std::string_view name) const {
-    return overrides_.Describe(name);
+    return overrides_.Describes(name);
   }
 
   // The material of a face with this input material, object and surface type

@@ -44,6 +44,8 @@ struct ObjContext {
   // The materials of the MTL files read so far.
   std::map<std::filesystem::path, MaterialNames> files = {};
   std::optional<size_t> grey = {};  // material of polygons that name none
+  // Materials that no file has and the override file describes.
+  MaterialNames described = {};
   std::string absent = {};  // the first material file that does not exist
 
   // Charges a material before it is kept in the table, a growing vector, and by
@@ -79,6 +81,7 @@ class ObjReading {
     Parse();
     context_.sink.Flush();
     counts_.absent = context_.absent;
+    counts_.described = context_.described.size();
     return counts_;
   }
 
@@ -278,13 +281,7 @@ class ObjReading {
           input_.unknown_material(name), input_.path.string());
       it = input_by_name_.emplace(name, made).first;
     }
-    if (it == input_by_name_.end() && context_.materials.IsDescribed(name)) {
-      it = input_by_name_.emplace(name, AddGrey(name)).first;
-    }
-    if (it == input_by_name_.end()) {
-      FailForMaterial(name);
-    }
-    input_material_ = it->second;
+    input_material_ = it != input_by_name_.end() ? it->second : Described(name);
     material_chosen_ = false;
   }
 
@@ -300,10 +297,22 @@ class ObjReading {
     material_chosen_ = true;
   }
 
+  // The material of a name that no material file has.
+  size_t Described(const std::string& name) {
+    const auto known = context_.described.find(name);
+    if (known != context_.described.end()) {
+      return known->second;
+    }
+    if (!context_.materials.IsDescribed(name)) {
+      FailForMaterial(name);
+    }
+    return context_.described[name] = AddGrey(name);
+  }
+
   [[noreturn]] void FailForMaterial(const std::string& name) const {
     const char* otherwise =
         "give it a reflectance in an override file (--overrides)";
-    if (context_.absent.empty()) {
+    if (absent_.empty()) {
       Fail(
           fmt::format("material '{}' is in no material file; name its file "
                       "with mtllib before, add it there, or {}",
@@ -314,7 +323,7 @@ class ObjReading {
         fmt::format("material '{}' is in no material file, and {} does not "
                     "exist; put that file there, or {}",
                     name,
-                    context_.absent,
+                    absent_,
                     otherwise));
   }
 
@@ -345,9 +354,8 @@ class ObjReading {
 
   // Material files that do not exist are not kept: they may be many.
   void NoteAbsent(const std::filesystem::path& path) {
-    if (context_.absent.empty()) {
-      context_.absent = path.string();
-    }
+    absent_ = absent_.empty() ? path.string() : absent_;
+    context_.absent = context_.absent.empty() ? absent_ : context_.absent;
   }
 
   const MaterialNames& MaterialsOf(const std::filesystem::path& path) {
@@ -381,6 +389,7 @@ class ObjReading {
   LineStream lines_;
   ObjContext& context_;
   bool is_piece_;
+  std::string absent_;  // the first material file that it names and lacks
   SpillVector vertices_;
   std::vector<Point3> corners_;
   MaterialNames input_by_name_;

@@ -36,6 +36,8 @@ struct ObjCounts {
   uint64_t clear = 0;  // of the polygons: ignored, for a clear material
   uint64_t lines = 0;  // faces of fewer than three vertices: dropped
   std::string absent;  // the first material file that does not exist
+  // Materials that no file has, and the override file describes.
+  uint64_t described = 0;
 };
 
 // Reads the polygons of the file into the sink. Throws InputError with file and

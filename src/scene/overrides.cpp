@@ -255,11 +255,14 @@ void Overrides::Apply(size_t rule, Material& material) const {
   material.clear = r.clear.value_or(material.clear);
 }
 
-bool Overrides::Describe(std::string_view material) const {
-  const std::vector<size_t> rules = Matching(material, "", "");
-  return std::any_of(rules.begin(), rules.end(), [this](size_t rule) {
-    return rules_[rule].reflectance || rules_[rule].clear.value_or(false);
-  });
+bool Overrides::Describes(std::string_view material) const {
+  bool reflects = false;
+  bool clear = false;
+  for (const size_t rule : Matching(material, "", "")) {
+    reflects = reflects || rules_[rule].reflectance.has_value();
+    clear = rules_[rule].clear.value_or(clear);
+  }
+  return reflects || clear;
 }
 
 std::string Overrides::Place(size_t rule) const {

@@ -37,7 +37,7 @@ class Overrides {
 
   // Whether rules for materials say how a material of this name reflects, or
   // that it is clear.
-  [[nodiscard]] bool Describe(std::string_view material) const;
+  [[nodiscard]] bool Describes(std::string_view material) const;
 
   [[nodiscard]] size_t RuleCount() const { return rules_.size(); }
 

@@ -120,6 +120,7 @@ std::string EncodeInfo(const SceneInfo& info) {
   out.Put(kSceneFormat);
   out.PutString(info.source_path);
   out.Put(info.source_hash);
+  out.Put<uint8_t>(info.lacks_files ? 1 : 0);
   out.Put<uint8_t>(info.photometric ? 1 : 0);
   out.PutVarint(info.materials.size());
   for (const Material& material : info.materials) {
@@ -149,6 +150,7 @@ SceneInfo DecodeInfo(const std::string& text) {
   }
   info.source_path = in.GetString();
   info.source_hash = in.Get<uint64_t>();
+  info.lacks_files = in.Get<uint8_t>() != 0;
   info.photometric = in.Get<uint8_t>() != 0;
   for (uint64_t left = in.GetVarint(); left > 0; --left) {
     info.materials.push_back(GetMaterial(in));

@@ -32,6 +32,7 @@ struct GbxmlCounts {
 struct SceneInfo {
   std::string source_path;   // as import got it: the program makes it absolute
   uint64_t source_hash = 0;  // HashSceneFiles
+  bool lacks_files = false;  // SceneHash::is_whole was false
   bool photometric = false;
   std::vector<Material> materials;   // indexed by MaterialId
   std::vector<Space> spaces;         // indexed by SpaceId; empty unless gbXML

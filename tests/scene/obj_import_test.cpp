@@ -253,6 +253,22 @@ TEST_F(ObjImport, MaterialsThatTheOverrideFileDescribesNeedNoMaterialFile) {
   options.overrides =
       temp_.Write("o.json", R"({"materials": {"pink": {"clear": true}}})");
   EXPECT_EQ(Import(pink, options).faces.size(), 1U);
+  options.overrides = temp_.Write("o.json",
+                                  R"({"materials": {"p*": {"clear": true},
+                                      "pink": {"clear": false}}})");
+  EXPECT_NE(Error(pink, options).find("none.mtl does not exist"),
+            std::string::npos);
+}
+
+TEST_F(ObjImport, PiecesShareMaterialsThatTheOverrideFileDescribes) {
+  temp_.Write("piece.obj", std::string(kQuad) + "usemtl pink\nf 1 2 3 4\n");
+  ImportOptions options;
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"pink": {"reflectance": 0.3}}})");
+  const Imported scene = Import(
+      "#instance piece.obj 0 0 0 0\n#instance piece.obj 4 0 0 0\n", options);
+  EXPECT_EQ(scene.faces.size(), 3U);
+  EXPECT_EQ(scene.info.materials.size(), 2U);
 }
 
 TEST_F(ObjImport, NumbersInMaterialFilesAreChecked) {
