@@ -4,6 +4,7 @@
 #include "store/sqlite_store.h"
 
 #include <chrono>
+#include <fstream>
 #include <map>
 #include <string>
 #include <thread>
@@ -216,6 +217,25 @@ TEST_F(SolvedRoom, ChangedSceneIsNoticedAtResume) {
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_TRUE(Contains(result.err, "room.obj")) << result.err;
   EXPECT_TRUE(Contains(result.err, "changed")) << result.err;
+}
+
+// A scene that came without its material file, and was solved so.
+TEST_F(SolvedRoom, ChangesAreNoticedInASceneThatLackedAFile) {
+  std::filesystem::remove(folder_ / "room.mtl");
+  std::ofstream(folder_ / "o.json")
+      << R"({"materials": {"*": {"reflectance": 0.5}}})";
+  ASSERT_EQ(
+      Solve("a", {"--overrides", folder_ / "o.json", "--default-luminaires"})
+          .exit_code,
+      0);
+  EXPECT_EQ(RunProgram({"resume", folder_ / "a.enf"}).exit_code, 0);
+  std::ofstream(folder_ / "o.json")
+      << R"({"materials": {"*": {"reflectance": 0.6}}})";
+  const auto result = RunProgram({"resume", folder_ / "a.enf"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_TRUE(Contains(result.err, "changed")) << result.err;
+  std::filesystem::remove(folder_ / "o.json");
+  EXPECT_EQ(RunProgram({"resume", folder_ / "a.enf"}).exit_code, 0);
 }
 
 TEST_F(SolvedRoom, MissingSceneIsNoHindranceToResume) {

@@ -39,7 +39,7 @@ constexpr float kClearlySharp = 0.85F;
 // It does not if the largest share that chance may hide behind what was seen is
 // small enough: so many standard deviations more, and the share of so many
 // points.
-constexpr float kDeviations = 2;
+constexpr float kHiddenDeviations = 2;
 constexpr float kHiddenPoints = 3;
 // One sample point per this area of each projection that may cover. The foot of
 // a chair's leg is about a tenth of the projections of its sides, margins
@@ -314,7 +314,7 @@ class Search {
                                   float all,
                                   const Tally& tally) const {
     const float passed = std::max(tally.passed.Points(), 1.0F);
-    const float most = share * (1 + kDeviations / std::sqrt(passed)) +
+    const float most = share * (1 + kHiddenDeviations / std::sqrt(passed)) +
                        all * kHiddenPoints / tally.tested.Points();
     return most < 0.5F &&
            ErrorOf(at, most) <= static_cast<float>(options_->tau);
