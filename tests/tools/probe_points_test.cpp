@@ -53,6 +53,17 @@ class ProbeTest : public ::testing::Test {
     return "accepted";
   }
 
+  // A plate 2 mm above the floor, of an irradiance of 3.
+  void AddPlate() {
+    building_.Add({1, 1, .002},
+                  {1, 0, 0},
+                  {0, 1, 0},
+                  building_.AddMaterial({.5, .5, .5}, {}));
+    building_.SetIrradiance([](const Patch& patch, Point3) {
+      return patch.origin.z > 0 ? Rgb{3, 3, 3} : Rgb{7, 8, 9};
+    });
+  }
+
   // The last line's last three columns.
   Rgb LastValue(const std::string& csv) {
     const std::string out = Run(csv);
@@ -114,13 +125,7 @@ TEST_F(ProbeTest, OfSurfacesInOnePlaceTheRaisedOneIsProbed) {
 
 // What really lies so high above a point is in the way, and not its surface.
 TEST_F(ProbeTest, ASurfaceALittleAboveIsNotThatOfThePoint) {
-  building_.Add({1, 1, .002},
-                {1, 0, 0},
-                {0, 1, 0},
-                building_.AddMaterial({.5, .5, .5}, {}));
-  building_.SetIrradiance([](const Patch& patch, Point3) {
-    return patch.origin.z > 0 ? Rgb{3, 3, 3} : Rgb{7, 8, 9};
-  });
+  AddPlate();
   EXPECT_EQ(LastValue("1.5,1.5,0,0,0,1"), (Rgb{7, 8, 9}));
   EXPECT_EQ(LastValue("1.5,1.5,.002,0,0,1"), (Rgb{3, 3, 3}));
 }
@@ -130,13 +135,7 @@ TEST_F(ProbeTest, ASurfaceALittleAboveIsNotThatOfThePoint) {
 // surface is not given another that is as near.
 TEST_F(ProbeTest, WhatImportHasMovedIsFoundWhereTheFileHasIt) {
   building_.SetGreatestMove(.003);
-  building_.Add({1, 1, .002},
-                {1, 0, 0},
-                {0, 1, 0},
-                building_.AddMaterial({.5, .5, .5}, {}));
-  building_.SetIrradiance([](const Patch& patch, Point3) {
-    return patch.origin.z > 0 ? Rgb{3, 3, 3} : Rgb{7, 8, 9};
-  });
+  AddPlate();
   for (const char* on : {"3,1,.0039,0,0,1", "3,1,-.0039,0,0,1"}) {
     EXPECT_EQ(LastValue(on), (Rgb{7, 8, 9})) << on;
   }
