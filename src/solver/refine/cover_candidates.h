@@ -35,6 +35,16 @@ struct PatchRect {
   }
 };
 
+// The rectangle of an element; for a triangle, of the parallelogram around it.
+inline PatchRect PatchRectOf(ElementFrame frame) {
+  const float end_a = frame.a + frame.scale;
+  const float end_b = frame.b + frame.scale;
+  return {std::min(frame.a, end_a),
+          std::max(frame.a, end_a),
+          std::min(frame.b, end_b),
+          std::max(frame.b, end_b)};
+}
+
 // Where on a patch other patches can cover it: their projections, widened. The
 // rectangles may overlap and reach beyond the patch.
 std::vector<PatchRect> CoverCandidates(const CoverSide& cell, size_t patch);
