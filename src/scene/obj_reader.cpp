@@ -3,16 +3,15 @@
 
 #include "base/error.h"
 #include "scene/instance_line.h"
-#include "scene/mtl_reader.h"
 #include "scene/number_text.h"
 #include "scene/obj_files.h"
+#include "scene/obj_materials.h"
 #include "scene/spill_vector.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <istream>
-#include <map>
 
 #include <fmt/format.h>
 #include <tiny_obj_loader.h>
@@ -20,7 +19,6 @@
 namespace enfilade {
 namespace {
 
-constexpr double kDefaultReflectance = 0.5;
 constexpr uint64_t kVertexShare = 4;  // vertices get a quarter of what is free
 constexpr uint32_t kVertexScratch = 0;
 constexpr uint32_t kPieceScratch = 1;
@@ -33,35 +31,13 @@ double LargestCoordinate(Point3 p) {
   return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
 }
 
-using MaterialNames = std::map<std::string, size_t>;  // name to input material
-
 // What an OBJ and its pieces share.
 struct ObjContext {
   MaterialTable& materials;
   MemoryBudget& budget;
   BlockStorage& store;
   PolygonSink& sink;
-  // The materials of the MTL files read so far.
-  std::map<std::filesystem::path, MaterialNames> files = {};
-  std::optional<size_t> grey = {};  // material of polygons that name none
-  // Materials that no file has and the override file describes.
-  MaterialNames described = {};
-  std::string absent = {};  // the first material file that does not exist
-
-  // Charges a material before it is kept in the table, a growing vector, and by
-  // name in the maps of its MTL file and of the OBJ that names that file.
-  // `share` of the MTL file has been read with this material.
-  void ChargeMaterial(const MtlMaterial& m, double share) {
-    constexpr uint64_t kGrowth = 3;
-    constexpr uint64_t kNames = 2;
-    constexpr uint64_t kBytesPerName = 128;  // of a map
-    materials.Charge(
-        kGrowth * sizeof(MtlMaterial) + kNames * kBytesPerName +
-            (kNames + 1) * AllocatedBytes(m.material.name.size() + 1) +
-            AllocatedBytes(m.place.size() + 1) +
-            MaterialTable::BytesToResolve(m.material),
-        share);
-  }
+  ObjMaterialFiles files;
 };
 
 // The object whose polygons are being read.
@@ -80,8 +56,8 @@ class ObjReading {
   ObjCounts Run() {
     Parse();
     context_.sink.Flush();
-    counts_.absent = context_.absent;
-    counts_.described = context_.described.size();
+    counts_.absent = context_.files.Absent();
+    counts_.described = context_.files.DescribedCount();
     return counts_;
   }
 
@@ -96,6 +72,7 @@ class ObjReading {
         lines_(file_, [this](std::string_view line) { CheckLine(line); }),
         context_(context),
         is_piece_(scratch_key == kPieceScratch),
+        materials_(context.files, input.path, input.unknown_material),
         vertices_(context.store,
                   context.budget,
                   context.budget.FreeBytes() / kVertexShare,
@@ -158,7 +135,7 @@ class ObjReading {
     } else if (starts("f")) {
       CheckPolygon(line.substr(1));
     } else if (starts("mtllib")) {
-      LoadMaterials(*NamesAfterMtllib(line));
+      materials_.Load(*NamesAfterMtllib(line));
     } else if (line == "f" || line == "v" || line == "usemtl") {
       Fail(fmt::format("'{}' without anything after it", line));
     }
@@ -222,12 +199,6 @@ class ObjReading {
           "a coordinate overflows when it is computed: write it without an "
           "exponent");
     }
-    if (LargestCoordinate(here) > kFarthestM) {
-      Fail(
-          fmt::format("a vertex is more than {:.0e} m from the origin: no "
-                      "building is there",
-                      kFarthestM));
-    }
     vertices_.Append(here);
   }
 
@@ -262,7 +233,16 @@ class ObjReading {
                       number,
                       count));
     }
-    return vertices_.At(static_cast<uint64_t>(index));
+    const Point3 vertex = vertices_.At(static_cast<uint64_t>(index));
+    if (LargestCoordinate(vertex) > kFarthestM) {
+      Fail(
+          fmt::format("vertex {} is more than {:.0e} m from the origin: no "
+                      "building is there; correct it, or say what its unit is "
+                      "(--unit mm)",
+                      number,
+                      kFarthestM));
+    }
+    return vertex;
   }
 
   void StartObject(const std::string& name) {
@@ -275,13 +255,10 @@ class ObjReading {
 
   void UseMaterial(std::string name) {
     name.erase(0, name.find_first_not_of(" \t"));
-    auto it = input_by_name_.find(name);
-    if (it == input_by_name_.end() && input_.unknown_material) {
-      const size_t made = context_.materials.AddInput(
-          input_.unknown_material(name), input_.path.string());
-      it = input_by_name_.emplace(name, made).first;
+    input_material_ = materials_.Find(name);
+    if (!input_material_) {
+      Fail(materials_.WhyUnknown(name));
     }
-    input_material_ = it != input_by_name_.end() ? it->second : Described(name);
     material_chosen_ = false;
   }
 
@@ -289,94 +266,14 @@ class ObjReading {
   void ChooseMaterial() {
     MaterialTable& materials = context_.materials;
     material_ = materials.Resolve(
-        input_material_ ? *input_material_ : Grey(), object_.name, "");
+        input_material_ ? *input_material_ : materials_.Grey(),
+        object_.name,
+        "");
     if (material_) {
       context_.sink.Begin(
           *material_, materials.Materials()[material_->Index()], object_.id);
     }
     material_chosen_ = true;
-  }
-
-  // The material of a name that no material file has.
-  size_t Described(const std::string& name) {
-    const auto known = context_.described.find(name);
-    if (known != context_.described.end()) {
-      return known->second;
-    }
-    if (!context_.materials.IsDescribed(name)) {
-      FailForMaterial(name);
-    }
-    return context_.described[name] = AddGrey(name);
-  }
-
-  [[noreturn]] void FailForMaterial(const std::string& name) const {
-    const char* otherwise =
-        "give it a reflectance in an override file (--overrides)";
-    if (absent_.empty()) {
-      Fail(
-          fmt::format("material '{}' is in no material file; name its file "
-                      "with mtllib before, add it there, or {}",
-                      name,
-                      otherwise));
-    }
-    Fail(
-        fmt::format("material '{}' is in no material file, and {} does not "
-                    "exist; put that file there, or {}",
-                    name,
-                    absent_,
-                    otherwise));
-  }
-
-  size_t Grey() {
-    if (!context_.grey) {
-      context_.grey = AddGrey("default grey");
-    }
-    return *context_.grey;
-  }
-
-  size_t AddGrey(const std::string& name) {
-    MtlMaterial grey;
-    grey.material.name = name;
-    grey.material.reflectance.fill(kDefaultReflectance);
-    grey.place = input_.path.string();
-    context_.ChargeMaterial(grey, 1);
-    return context_.materials.AddInput(std::move(grey.material),
-                                       std::move(grey.place));
-  }
-
-  void LoadMaterials(std::string_view names) {
-    for (const auto& path : MaterialPaths(input_.path, names)) {
-      for (const auto& [name, index] : MaterialsOf(path)) {
-        input_by_name_[name] = index;
-      }
-    }
-  }
-
-  // Material files that do not exist are not kept: they may be many.
-  void NoteAbsent(const std::filesystem::path& path) {
-    absent_ = absent_.empty() ? path.string() : absent_;
-    context_.absent = context_.absent.empty() ? absent_ : context_.absent;
-  }
-
-  const MaterialNames& MaterialsOf(const std::filesystem::path& path) {
-    static const MaterialNames none;
-    const auto known = context_.files.find(path);
-    if (known != context_.files.end()) {
-      return known->second;
-    }
-    MaterialNames names;
-    if (Exists(path)) {
-      ReadMtl(path, [&](MtlMaterial&& m, double share) {
-        const std::string name = m.material.name;
-        context_.ChargeMaterial(m, share);
-        names[name] = context_.materials.AddInput(std::move(m.material),
-                                                  std::move(m.place));
-      });
-    } else if (!input_.unknown_material) {
-      NoteAbsent(path);
-      return none;
-    }
-    return context_.files[path] = std::move(names);
   }
 
   [[noreturn]] void Fail(const std::string& what) const {
@@ -389,10 +286,9 @@ class ObjReading {
   LineStream lines_;
   ObjContext& context_;
   bool is_piece_;
-  std::string absent_;  // the first material file that it names and lacks
+  ObjMaterials materials_;
   SpillVector vertices_;
   std::vector<Point3> corners_;
-  MaterialNames input_by_name_;
   std::optional<size_t> input_material_;  // the last usemtl
   std::optional<MaterialId> material_;
   bool material_chosen_ = false;
@@ -408,7 +304,8 @@ ObjCounts ReadObj(const ObjInput& input,
                   MemoryBudget& budget,
                   BlockStorage& store,
                   PolygonSink& sink) {
-  ObjContext context{materials, budget, store, sink};
+  ObjContext context{
+      materials, budget, store, sink, ObjMaterialFiles(materials)};
   return ObjReading(input, context).Run();
 }
 

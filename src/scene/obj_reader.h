@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "scene/input_file.h"
 #include "scene/material_table.h"
+#include "scene/obj_materials.h"
 #include "scene/polygon_sink.h"
 
 #include <filesystem>
@@ -28,7 +29,7 @@ struct ObjInput {
   std::function<Point3(Point3)> place;
   // Makes the material of a name that no material file has. If this function is
   // empty, such a name is an error unless the override file describes it.
-  std::function<Material(const std::string& name)> unknown_material;
+  MaterialMaker unknown_material;
 };
 
 struct ObjCounts {

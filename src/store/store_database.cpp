@@ -66,9 +66,12 @@ void CheckFormat(Database& database, const std::filesystem::path& path) {
   try {
     application = database.QueryInteger("PRAGMA application_id");
     version = database.QueryInteger("PRAGMA user_version");
-  } catch (const DamagedStoreError& error) {
+  } catch (const DamagedStoreError&) {
     throw DamagedStoreError(
-        fmt::format("{} (or it never was a store)", error.what()));
+        fmt::format("{}: is not an Enfilade store, or its beginning is "
+                    "damaged; name a file that 'enfilade solve' made, or "
+                    "restore this one from a copy",
+                    path.string()));
   }
   if (application != kApplicationId) {
     throw InputError(fmt::format(

@@ -179,6 +179,13 @@ TEST_F(ObjImport, APolygonThatIsAsLargeAsAPlanetIsRefusedAtOnce) {
   EXPECT_THROW(ImportFile(scene("9e4"), options), DoesNotFitError);
 }
 
+TEST_F(ObjImport, AStrayVertexIsRefusedOnlyIfAPolygonHasIt) {
+  const std::string stray = std::string(kQuad) + "v 0 0 9e9\nusemtl white\n";
+  EXPECT_EQ(Import(stray + "f 5 6 7 8\n").faces.size(), 2U);
+  const std::string error = Error(stray + "f 5 6 9\n");
+  EXPECT_NE(error.find("vertex 9 is more than"), std::string::npos) << error;
+}
+
 TEST_F(ObjImport, AFileWithoutPolygonsIsNoScene) {
   for (const char* text : {"", "\x89PNG\r\n\x1a\n", "v 0 0 0\n"}) {
     const auto path = temp_.Write("empty.obj", text);
@@ -214,7 +221,7 @@ TEST_F(ObjImport, WhatEmitsBeyondAllMeasureIsRefused) {
 TEST_F(ObjImport, ErrorsNameFileAndLine) {
   EXPECT_NE(Error("f 1 2 99").find("s.obj:8: vertex 99"), std::string::npos);
   EXPECT_NE(Error("f 1 2 0").find("s.obj:8:"), std::string::npos);
-  EXPECT_NE(Error("v 0 1e9 0").find("s.obj:8: a vertex is more than"),
+  EXPECT_NE(Error("v 0 1e9 0\nf 1 2 5").find("s.obj:9: vertex 5 is more than"),
             std::string::npos);
   EXPECT_NE(Error("f 1 2 x").find("s.obj:8: 'x'"), std::string::npos);
   EXPECT_NE(Error("v 0 nan 0").find("s.obj:8: coordinate 'nan'"),

@@ -211,7 +211,8 @@ TEST(Store, OpeningWhatIsNoStoreSaysSo) {
   EXPECT_NE(MessageOfOpening(folder / "empty.enf").find("empty"),
             std::string::npos);
   std::ofstream(folder / "text.enf") << std::string(100'000, 'o');
-  EXPECT_NE(MessageOfOpening(folder / "text.enf").find("never was a store"),
+  EXPECT_NE(MessageOfOpening(folder / "text.enf")
+                .find("is not an Enfilade store, or"),
             std::string::npos);
   EXPECT_NE(MessageOfOpening(folder / "").find("not a file"),
             std::string::npos);
