@@ -1,6 +1,7 @@
 #include "tools/building_store.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 #include "partition/partition_store.h"
 
 #include <algorithm>
@@ -46,6 +47,7 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
   view_.scene = &scene_;
   view_.partition = &partition_;
   view_.load_cell = [this](CellId cell) {
+    ThrowIfStopRequested();  // what reads all cells may take long
     return LoadCellPatches(*store_, cell);
   };
   view_.trace = [this](std::span<const TraceRay> rays,

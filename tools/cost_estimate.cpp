@@ -77,7 +77,8 @@ void LearnFromItself(const BlockStorage& store,
 
 CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
-                          uint64_t threads) {
+                          uint64_t threads,
+                          MemoryBudget& budget) {
   const auto patches = static_cast<double>(PatchCount(LoadCells(store)));
   const bool haar = options.basis == "haar";
   CostEstimate estimate;
@@ -91,10 +92,9 @@ CostEstimate EstimateCost(const BlockStorage& store,
   estimate.store_bytes =
       static_cast<double>(store.FileBytes()) +
       estimate.links * (haar ? kHaarBytesPerLink : kM2BytesPerLink);
-  estimate.cap_to_begin_bytes =
-      FindLeastMemory(store, options, kFirstGrowth).cap_bytes;
-  estimate.least_cap_bytes =
-      FindLeastMemory(store, options, LastGrowth(options)).cap_bytes;
+  const LeastMemories least = FindLeastMemory(store, options, budget);
+  estimate.cap_to_begin_bytes = least.first.cap_bytes;
+  estimate.least_cap_bytes = least.last.cap_bytes;
   return estimate;
 }
 

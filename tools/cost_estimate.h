@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/block_storage.h"
+#include "base/memory.h"
 #include "solver/solve.h"
 
 #include <cstdint>
@@ -35,7 +36,8 @@ struct CostEstimate {
 // already, the estimate is scaled from what that solve took.
 CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
-                          uint64_t threads);
+                          uint64_t threads,
+                          MemoryBudget& budget);
 
 Json EstimateReport(const CostEstimate& estimate);
 

@@ -1,5 +1,6 @@
 #include "solver/engine.h"
 
+#include "base/stop.h"
 #include "base/stopwatch.h"
 #include "partition/partition_store.h"
 #include "solver/error_control.h"
@@ -30,6 +31,7 @@ Reflecting ReflectingPatches(const BlockStorage& store,
                              size_t cells) {
   Reflecting all;
   for (size_t i = 0; i < cells; ++i) {
+    ThrowIfStopRequested();
     for (const Patch& p : LoadCellPatches(store, CellId(i)).patches) {
       if (Reflects(p, scene.materials)) {
         const Material& material = scene.materials[p.material.Index()];
@@ -141,6 +143,7 @@ void Engine::Start() {
   double reflecting = 0;  // area times reflectance
   double patches = 0;
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
+    ThrowIfStopRequested();
     CellRow& row = state_.cells[i];
     for (const Patch& p : LoadCellPatches(*store_, CellId(i)).patches) {
       const Material& m = scene_.materials.at(p.material.Index());

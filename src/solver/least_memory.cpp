@@ -1,6 +1,7 @@
 #include "solver/least_memory.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 #include "partition/partition.h"
 #include "partition/partition_store.h"
 #include "solver/elements/cell_care.h"
@@ -67,38 +68,47 @@ struct CellNeed {
   uint64_t build = 0;     // in addition, while the blockers are built
 };
 
+// What a solve needs if trees grow as given.
+struct Need {
+  TreeGrowth growth;
+  std::vector<CellNeed> cells;  // by CellId
+  LeastMemory least;
+};
+
 class NeedFinder {
  public:
-  NeedFinder(const BlockStorage& store, const SolveOptions& options)
+  NeedFinder(const BlockStorage& store,
+             const SolveOptions& options,
+             MemoryBudget& budget)
       : store_(&store),
+        budget_(&budget),
         basis_(BasisNamed(options.basis)),
         shape_{&basis_, kRgbChannels},
-        sizes_(LoadCells(store).size()) {
-    MeasureCells();
+        first_{kFirstGrowth, {}, {}},
+        last_{LastGrowth(options), {}, {}} {
+    const size_t cells = LoadCells(store).size();
+    charge_ = MemoryCharge(budget,
+                           cells * (sizeof(CellSize) + 2 * sizeof(CellNeed)),
+                           "what each cell needs");
+    sizes_.resize(cells);
   }
 
-  LeastMemory Find(const TreeGrowth& growth) {
-    growth_ = growth;
-    least_ = {};
-    needs_.clear();
-    for (const CellSize& size : sizes_) {
-      needs_.push_back(NeedOf(size));
+  LeastMemories Find() {
+    MeasureCells();
+    for (Need* need : {&first_, &last_}) {
+      need->cells.reserve(sizes_.size());
+      for (const CellSize& size : sizes_) {
+        need->cells.push_back(NeedOf(size, need->growth));
+      }
     }
-    for (size_t i = 0; i < needs_.size(); ++i) {
+    for (size_t i = 0; i < sizes_.size(); ++i) {
       LookAt(CellId(i));
     }
-    ConsiderRays();
-    least_.budget_bytes +=
-        kSolveWorkspaceBytes + portal_bytes_ +
-        kSceneCopies * BytesOf(LoadSceneInfo(*store_)) +
-        needs_.size() * kSolveBytesPerCell +
-        NextUse::BytesFor(needs_.size(),
-                          LoadVisibilitySummary(*store_).visible_pairs);
-    // The access trace takes a share of the whole budget, the trace included.
-    const uint64_t share = AccessTrace::OwnBytesUnder(least_.budget_bytes);
-    least_.budget_bytes += share + AccessTrace::OwnBytesUnder(2 * share);
-    least_.cap_bytes = MemoryBudget::CapForBudget(least_.budget_bytes);
-    return least_;
+    for (Need* need : {&first_, &last_}) {
+      ConsiderRays(need);
+      AddWhatStays(&need->least);
+    }
+    return {first_.least, last_.least};
   }
 
  private:
@@ -111,6 +121,7 @@ class NeedFinder {
     });
     const bool has_trees = store_->Count(BlockKind::kCellTree) > 0;
     for (size_t i = 0; i < sizes_.size(); ++i) {
+      ThrowIfStopRequested();
       const CellPatches stored = LoadCellPatches(*store_, CellId(i));
       CellSize& size = sizes_[i];
       size.patches = stored.patches.size();
@@ -125,11 +136,12 @@ class NeedFinder {
     }
   }
 
-  [[nodiscard]] CellNeed NeedOf(const CellSize& size) const {
+  [[nodiscard]] CellNeed NeedOf(const CellSize& size,
+                                const TreeGrowth& growth) const {
     const size_t patches = size.patches;
     const size_t blockers = size.blockers;
     // A tree that the store already has may be larger.
-    const size_t elements = std::max(GrownSize(size), size.elements);
+    const size_t elements = std::max(GrownSize(size, growth), size.elements);
     const size_t receivers = std::clamp(
         elements, patches, kReceivers + kReceiversPerPatch * patches);
     CellNeed need;
@@ -150,27 +162,46 @@ class NeedFinder {
     return need;
   }
 
-  [[nodiscard]] size_t GrownSize(const CellSize& size) const {
+  static size_t GrownSize(const CellSize& size, const TreeGrowth& growth) {
     if (size.patches == 0) {
       return 0;
     }
     const double per_patch =
-        size.lamps > 0 ? growth_.with_lamps : growth_.without_lamps;
-    return static_cast<size_t>(growth_.extra +
+        size.lamps > 0 ? growth.with_lamps : growth.without_lamps;
+    return static_cast<size_t>(growth.extra +
                                per_patch * static_cast<double>(size.patches));
   }
 
   void LookAt(CellId receiver) {
-    const CellNeed& r = needs_[receiver.Index()];
-    const VisibleSet visible = LoadVisibleSet(*store_, receiver);
+    ThrowIfStopRequested();
+    MemoryCharge charge;
+    const VisibleSet visible =
+        LoadVisibleSet(*store_, receiver, [&](uint64_t bytes) {
+          charge = MemoryCharge(*budget_, bytes, "what a cell sees");
+        });
+    for (Need* need : {&first_, &last_}) {
+      ConsiderReceiver(receiver, visible, need);
+    }
+  }
+
+  static void ConsiderReceiver(CellId receiver,
+                               const VisibleSet& visible,
+                               Need* need) {
+    LeastMemory* least = &need->least;
+    const CellNeed& r = need->cells[receiver.Index()];
     const uint64_t own = r.geometry + r.tree + r.received + BytesOf(visible);
-    Consider(own + r.balance + r.weights, {receiver, {receiver}}, receiver);
+    const VisibleCell alone{receiver, {receiver}};
+    Consider(own + r.balance + r.weights, alone, receiver, least);
     const uint64_t refined = own + r.care + kRefineWorkspaceBytes;
     Consider(refined + r.blockers + std::max(r.build, r.clusters),
-             {receiver, {receiver}},
-             receiver);
+             alone,
+             receiver,
+             least);
     for (const VisibleCell& v : visible) {
-      Consider(refined + r.clusters + PairNeed(receiver, v), v, receiver);
+      Consider(refined + r.clusters + PairNeed(receiver, v, need->cells),
+               v,
+               receiver,
+               least);
     }
   }
 
@@ -178,16 +209,18 @@ class NeedFinder {
   // the blockers of both ends are held, and those of the others are paged in
   // one after the other. The kKeptBetween largest of the others must stay, or
   // every ray would build them anew.
-  [[nodiscard]] uint64_t PairNeed(CellId receiver, const VisibleCell& v) const {
-    uint64_t bytes = needs_[v.source.Index()].weights;
+  static uint64_t PairNeed(CellId receiver,
+                           const VisibleCell& v,
+                           const std::vector<CellNeed>& needs) {
+    uint64_t bytes = needs[v.source.Index()].weights;
     uint64_t build = 0;
     if (v.source != receiver) {
-      const CellNeed& s = needs_[v.source.Index()];
+      const CellNeed& s = needs[v.source.Index()];
       bytes += s.geometry + s.tree;
     }
     std::vector<uint64_t> inner;
     for (const CellId cell : v.between) {
-      const CellNeed& b = needs_[cell.Index()];
+      const CellNeed& b = needs[cell.Index()];
       build = std::max(build, b.build);
       if (cell == receiver || cell == v.source) {
         bytes += b.blockers;
@@ -206,44 +239,61 @@ class NeedFinder {
   }
 
   // The rays after each round need one cell in memory at a time.
-  void ConsiderRays() {
+  void ConsiderRays(Need* need) const {
     constexpr double kLinksPerElement = 6;  // seen: 5.5 (floors), 8 (chairs)
-    const double links = kLinksPerElement * growth_.without_lamps *
+    const double links = kLinksPerElement * need->growth.without_lamps *
                          static_cast<double>(patches_);
     uint64_t cell = 0;
-    for (const CellNeed& need : needs_) {
-      cell = std::max(cell, need.geometry + need.tree + need.received);
+    for (const CellNeed& c : need->cells) {
+      cell = std::max(cell, c.geometry + c.tree + c.received);
     }
     const uint64_t bytes =
         cell +
-        LeastResidualBytes(needs_.size(),
+        LeastResidualBytes(need->cells.size(),
                            patches_,
                            lamps_,
                            MostResidualRays(static_cast<uint64_t>(links)));
-    if (bytes > least_.budget_bytes) {
-      least_.budget_bytes = bytes;
-      least_.is_of_rays = true;
+    if (bytes > need->least.budget_bytes) {
+      need->least.budget_bytes = bytes;
+      need->least.is_of_rays = true;
     }
   }
 
-  void Consider(uint64_t bytes, const VisibleCell& pair, CellId receiver) {
-    if (bytes > least_.budget_bytes) {
-      least_.budget_bytes = bytes;
-      least_.receiver = receiver;
-      least_.source = pair.source;
-      least_.cells_between = pair.between.size();
+  // What is in memory whichever subproblem is solved.
+  void AddWhatStays(LeastMemory* least) const {
+    least->budget_bytes +=
+        kSolveWorkspaceBytes + portal_bytes_ +
+        kSceneCopies * BytesOf(LoadSceneInfo(*store_)) +
+        sizes_.size() * kSolveBytesPerCell +
+        NextUse::BytesFor(sizes_.size(),
+                          LoadVisibilitySummary(*store_).visible_pairs);
+    // The access trace takes a share of the whole budget, the trace included.
+    const uint64_t share = AccessTrace::OwnBytesUnder(least->budget_bytes);
+    least->budget_bytes += share + AccessTrace::OwnBytesUnder(2 * share);
+    least->cap_bytes = MemoryBudget::CapForBudget(least->budget_bytes);
+  }
+
+  static void Consider(uint64_t bytes,
+                       const VisibleCell& pair,
+                       CellId receiver,
+                       LeastMemory* least) {
+    if (bytes > least->budget_bytes) {
+      least->budget_bytes = bytes;
+      least->receiver = receiver;
+      least->source = pair.source;
+      least->cells_between = pair.between.size();
     }
   }
 
   const BlockStorage* store_;
+  MemoryBudget* budget_;
+  MemoryCharge charge_;
   Basis basis_;
   TreeShape shape_;
   std::vector<CellSize> sizes_;  // by CellId
+  Need first_;
+  Need last_;
   uint64_t portal_bytes_ = 0;
-  // Of the growth looked at last.
-  TreeGrowth growth_{};
-  std::vector<CellNeed> needs_;  // by CellId
-  LeastMemory least_;
   // Sums over all cells.
   size_t patches_ = 0;
   size_t lamps_ = 0;
@@ -263,18 +313,16 @@ TreeGrowth LastGrowth(const SolveOptions& options) {
           kFirstGrowth.extra};
 }
 
-LeastMemory FindLeastMemory(const BlockStorage& store,
-                            const SolveOptions& options,
-                            const TreeGrowth& growth) {
-  return NeedFinder(store, options).Find(growth);
+LeastMemories FindLeastMemory(const BlockStorage& store,
+                              const SolveOptions& options,
+                              MemoryBudget& budget) {
+  return NeedFinder(store, options, budget).Find();
 }
 
 void RequireLeastMemory(const BlockStorage& store,
                         const SolveOptions& options,
-                        const MemoryBudget& budget) {
-  NeedFinder finder(store, options);
-  const LeastMemory first = finder.Find(kFirstGrowth);
-  const LeastMemory last = finder.Find(LastGrowth(options));
+                        MemoryBudget& budget) {
+  const auto [first, last] = FindLeastMemory(store, options, budget);
   const uint64_t cap = last.cap_bytes >> 20;
   if (first.budget_bytes <= budget.LimitBytes()) {
     if (last.budget_bytes > budget.LimitBytes() && options.may_not_fit) {

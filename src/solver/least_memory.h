@@ -69,17 +69,24 @@ struct LeastMemory {
   bool is_of_rays = false;
 };
 
+// The two caps of a solve, as above.
+struct LeastMemories {
+  LeastMemory first;  // with kFirstGrowth
+  LeastMemory last;   // with LastGrowth
+};
+
 // Reads each cell's patches once and each visible set once; holds a few words
 // per cell. A tree that the store already has counts with its actual size if
-// that is larger. The store must have visible sets.
-LeastMemory FindLeastMemory(const BlockStorage& store,
-                            const SolveOptions& options,
-                            const TreeGrowth& growth);
+// that is larger. The store must have visible sets. Throws DoesNotFitError if
+// the budget is too small even for this.
+LeastMemories FindLeastMemory(const BlockStorage& store,
+                              const SolveOptions& options,
+                              MemoryBudget& budget);
 
 // Throws DoesNotFitError if the budget is too small for the solve to begin. The
 // error names a cap under which the solve should reach its end.
 void RequireLeastMemory(const BlockStorage& store,
                         const SolveOptions& options,
-                        const MemoryBudget& budget);
+                        MemoryBudget& budget);
 
 }  // namespace enfilade

@@ -1,6 +1,7 @@
 #include "visibility/audit.h"
 
 #include "base/parallel.h"
+#include "base/stop.h"
 #include "partition/bsp_tree.h"
 #include "partition/overlap.h"
 #include "partition/patch.h"
@@ -49,14 +50,17 @@ class Auditor {
     for (const CellShare& share : shares) {
       bounds_[share.cell] = share.bounds;
     }
-    for (const CellShare& share : shares) {
-      ShootFrom(share);
+    const auto report = [&] {
       if (progress) {
         progress(static_cast<double>(summary_.audit_rays) /
                  static_cast<double>(rays));
       }
+    };
+    for (const CellShare& share : shares) {
+      ShootFrom(share, report);
     }
     TraceBatch();
+    report();
     for (const uint64_t pair : pairs_) {
       summary_.sampled_pairs += pair >> 32 == (pair & ~0U) ? 1U : 2U;
     }
@@ -85,7 +89,8 @@ class Auditor {
     size_t end = 0;
   };
 
-  void ShootFrom(const CellShare& share) {
+  // Calls `report` after each batch.
+  void ShootFrom(const CellShare& share, const std::function<void()>& report) {
     const CellPatches content = LoadCellPatches(*store_, share.cell);
     const AuditRays cell_rays(share.cell, content);
     for (uint64_t done = 0; done < share.rays;) {
@@ -104,6 +109,7 @@ class Auditor {
       runs_.push_back({share.cell, rays_.size()});
       if (rays_.size() == batch_) {
         TraceBatch();
+        report();
       }
     }
   }
@@ -113,6 +119,7 @@ class Auditor {
     tracer_.Trace(rays_, hits_);
     size_t i = 0;
     for (const BatchRun& run : runs_) {
+      ThrowIfStopRequested();
       LoadSources(run.cell);
       for (; i < run.end; ++i) {
         Judge(run.cell, rays_[i], hits_[i]);

@@ -2,6 +2,7 @@
 
 #include "base/directions.h"
 #include "base/random.h"
+#include "base/stop.h"
 #include "partition/patch_points.h"
 
 #include <algorithm>
@@ -56,6 +57,7 @@ std::vector<CellShare> ShareRays(const BlockStorage& store, uint64_t rays) {
   });
   double total = 0;
   for (CellShare& share : shares) {
+    ThrowIfStopRequested();
     const CellPatches content = LoadCellPatches(store, share.cell);
     share.bounds = content.bounds;
     for (const Patch& p : content.patches) {

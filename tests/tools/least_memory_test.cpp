@@ -48,11 +48,13 @@ class LeastMemoryOfFloor : public ::testing::Test {
   }
 
   LeastMemory AtLeast(const SolveOptions& options) const {
-    return FindLeastMemory(*store_, options, kFirstGrowth);
+    MemoryBudget budget(kRoomy);
+    return FindLeastMemory(*store_, options, budget).first;
   }
 
   LeastMemory AtTheEnd(const SolveOptions& options) const {
-    return FindLeastMemory(*store_, options, LastGrowth(options));
+    MemoryBudget budget(kRoomy);
+    return FindLeastMemory(*store_, options, budget).last;
   }
 
   TemporaryFolder dir_;

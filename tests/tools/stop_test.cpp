@@ -1,10 +1,14 @@
-// A stop is heeded within the stages before the solve, too.
+// A stop is heeded by the verbs that may take long, and within the stages
+// before the solve.
 
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
+#include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/tools/run_program.h"
 #include <fmt/format.h>
@@ -34,18 +38,23 @@ void WriteStar(const std::filesystem::path& path, int corners, double rise_m) {
   WriteFile(path, text + face + "\n");
 }
 
-// Runs the program for `delay` and asks it to stop: the program must end soon,
-// and the store must be one to go on with.
-void ExpectStopAfter(milliseconds delay, const TemporaryFolder& folder) {
+// Runs the program for `delay` and asks it to stop: it must end soon.
+void ExpectStopAfter(milliseconds delay,
+                     const std::vector<std::string>& words) {
   constexpr auto kSoon = milliseconds(3000);  // of a machine that is busy
-  RunningProgram program(
-      {"solve", folder / "star.obj", "-o", folder / "a.enf"});
+  RunningProgram program(words);
   std::this_thread::sleep_for(delay);
   const auto asked = steady_clock::now();
   program.Signal(SIGINT);
   const ProgramResult result = program.Wait();
   EXPECT_LT(steady_clock::now() - asked, kSoon);
-  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_EQ(result.exit_code, 130) << result.out << result.err;
+}
+
+// Also: the store must be one to go on with.
+void ExpectSolveStopsAfter(milliseconds delay, const TemporaryFolder& folder) {
+  ExpectStopAfter(delay,
+                  {"solve", folder / "star.obj", "-o", folder / "a.enf"});
   const ProgramResult info = RunProgram({"info", folder / "a.enf"});
   EXPECT_EQ(info.exit_code, 0) << info.err;
   EXPECT_TRUE(Contains(info.out, "enfilade resume")) << info.out;
@@ -54,14 +63,60 @@ void ExpectStopAfter(milliseconds delay, const TemporaryFolder& folder) {
 TEST(Stop, IsHeededWhileAFaceIsCut) {
   const TemporaryFolder folder;
   WriteStar(folder / "star.obj", 35'000, 0.2);
-  ExpectStopAfter(milliseconds(1000), folder);
+  ExpectSolveStopsAfter(milliseconds(1000), folder);
 }
 
 TEST(Stop, IsHeededWhileCellsAreFound) {
   const TemporaryFolder folder;
   WriteStar(folder / "star.obj", 20'000, 0);
-  ExpectStopAfter(milliseconds(5000), folder);
+  ExpectSolveStopsAfter(milliseconds(5000), folder);
 }
+
+// The words of a job that takes minutes; "IN" stands for a solved store, "OUT"
+// for a file to be written, and "POINTS" for one of many points.
+class StopOfVerb : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(StopOfVerb, IsHeeded) {
+  const TemporaryFolder folder;
+  WriteRoomScene(folder / "room.obj", 1);
+  const ProgramResult solved = RunProgram(
+      {"solve", folder / "room.obj", "-o", folder / "a.enf", "--error", "0.3"});
+  ASSERT_EQ(solved.exit_code, 0) << solved.err;
+  std::string points;
+  for (int i = 0; i < 100'000; ++i) {
+    points += "1,1,1,0,0,1\n";
+  }
+  WriteFile(folder / "points.csv", points);
+  std::vector<std::string> words;
+  std::istringstream given(GetParam());
+  for (std::string word; given >> word;) {
+    const bool is_output = word.starts_with("OUT");
+    words.push_back(word == "IN"       ? folder / "a.enf"
+                    : word == "POINTS" ? folder / "points.csv"
+                    : is_output        ? folder / word
+                                       : word);
+  }
+  ExpectStopAfter(milliseconds(700), words);
+  for (const auto& file : std::filesystem::directory_iterator(
+           std::filesystem::path(folder / "a.enf").parent_path())) {
+    EXPECT_FALSE(file.path().filename().string().starts_with("OUT"))
+        << file.path();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Verbs,
+    StopOfVerb,
+    ::testing::Values("resume IN --error 0.00001",
+                      "info IN --audit 10000000000",
+                      "verify IN --tightness 0.0001 --seconds 1000",
+                      "probe IN POINTS -o OUT.csv --rays 1000000",
+                      "export IN OUT.png --samples 16 --size 4000,4000",
+                      "scene floorplan --rooms 1000000 OUT.obj"),
+    [](const auto& verb) {
+      const std::string words = verb.param;
+      return words.substr(0, words.find(' '));
+    });
 
 }  // namespace
 }  // namespace enfilade

@@ -103,13 +103,18 @@ std::string OutlookText(const SolveSummary& summary,
 }
 
 // Shoots `rays` rays and warns of the first pairs of cells that the visible
-// sets miss. Throws InputError if the store has no visible sets yet.
+// sets miss. Throws InputError if the store cannot be traced yet.
 AuditSummary RunAudit(const BlockStorage& store,
                       const CommonOptions& common,
+                      const std::string& path,
                       uint64_t rays,
                       MemoryBudget& budget) {
   if (LoadStage(store) < Stage::kTraceable) {
-    throw InputError("the store has no visible sets to audit yet");
+    throw InputError(
+        fmt::format("{}: cannot be audited before its surfaces can be traced; "
+                    "go on with 'enfilade resume {}'",
+                    path,
+                    path));
   }
   Progress progress(Progress::ChooseOutput(common.verbose));
   progress.Begin("audit");
@@ -158,7 +163,8 @@ void InfoCommand::Finish(const BlockStorage& storage,
                          MemoryBudget& budget) const {
   uint64_t missed = 0;
   if (audit_rays > 0) {
-    const AuditSummary audit = RunAudit(storage, common, audit_rays, budget);
+    const AuditSummary audit =
+        RunAudit(storage, common, path, audit_rays, budget);
     AddAuditKeys(audit, report);
     fmt::print("{}", AuditText(audit));
     missed = audit.audit_missed;
@@ -188,7 +194,7 @@ void InfoCommand::RunOnScene() const {
   }
   const SolveOptions options = SolveOptionsOf(settings);
   const CostEstimate estimate =
-      EstimateCost(storage, options, common.limits.threads)
+      EstimateCost(storage, options, common.limits.threads, limits.Budget())
           .WithCap(MemoryBudget::CapForBudget(BytesToImport(path)));
   Json report =
       SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
@@ -248,7 +254,7 @@ void InfoCommand::RunOnStore() const {
     const SolveOptions options = SolveOptionsOf(settings);
     options.Validate();
     const CostEstimate estimate =
-        EstimateCost(*storage, options, common.limits.threads);
+        EstimateCost(*storage, options, common.limits.threads, limits.Budget());
     report["estimate"] = EstimateReport(estimate);
     fmt::print("{}", EstimateText(estimate, options));
   }

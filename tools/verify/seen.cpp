@@ -1,6 +1,7 @@
 #include "tools/verify/seen.h"
 
 #include "base/random.h"
+#include "base/stop.h"
 
 #include <algorithm>
 #include <array>
@@ -126,6 +127,7 @@ uint64_t SeenEmitters::LearnCells(const BuildingView& view,
           FindCandidates(*tree_, survey, std::min<uint64_t>(share, kMostSeen));
       const std::span<const uint32_t> all(candidates);
       for (size_t i = 0; i < all.size(); i += kTestedAtOnce) {
+        ThrowIfStopRequested();
         rays += Test(view,
                      survey.cell,
                      survey.points,

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <algorithm>
 
@@ -20,6 +21,7 @@ NextUse::NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget)
   seers_.reserve(LoadVisibilitySummary(store).visible_pairs);
   first_.push_back(0);
   for (size_t i = 0; i < cells; ++i) {
+    ThrowIfStopRequested();
     // Visibility is symmetric: the cells that see a cell are those it sees.
     for (const CellId source : LoadVisibleSources(store, CellId(i))) {
       Seer seer{};

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/parallel.h"
+#include "base/stop.h"
 #include "partition/partition.h"
 #include "solver/elements/basis.h"
 #include "solver/elements/element_tree.h"
@@ -383,6 +384,7 @@ void Solution::ForEachDisplayMesh(
 std::string Solution::Digest() const {
   uint64_t digest = 0;
   for (size_t i = 0; i < CellCount(); ++i) {
+    ThrowIfStopRequested();
     const LoadedCell cell = impl_->loader.Load(CellId(i));
     const uint64_t tree = cell.tree->Digest(cell.gathered);
     digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);
