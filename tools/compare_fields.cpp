@@ -122,8 +122,8 @@ class Comparison {
     s.mean_reflected = area_ > 0 ? reflected_ / area_ : 0;
     if (!(s.mean_reflected > 0)) {
       throw InputError(
-          "the reference solution reflects no light, so that an error relative "
-          "to it is undefined");
+          "the second solution, the reference, reflects no light, so that an "
+          "error relative to it is undefined");
     }
     s.rms_error = std::sqrt(squares_ / area_) / s.mean_reflected;
     s.l1_error = absolute_ / area_ / s.mean_reflected;

@@ -10,7 +10,7 @@ namespace enfilade {
 void ProbeOptions::Validate() const {
   constexpr uint32_t kMostRays = 1U << 24;
   if (gather_rays == 0 || gather_rays > kMostRays) {
-    throw UsageError("a probe gathers with 1 to 16777216 rays");
+    throw UsageError("--rays: a probe gathers with 1 to 16777216 rays");
   }
 }
 

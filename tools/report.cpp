@@ -80,8 +80,12 @@ void AddSolveKeys(const SolveSummary& summary,
   report["rays_per_second"] = PerSecond(summary.rays, summary.refine_seconds);
   report["sweeps"] = summary.sweeps;
   report["residual"] = summary.residual;
-  report["requested_error"] = settings.error;
-  report["estimated_error"] = summary.estimated_error;
+  // The hierarchical method is asked for an epsilon and does not know its
+  // error.
+  const bool knows_error = settings.method.name != "hierarchical";
+  report["requested_error"] = knows_error ? Json(settings.error) : Json();
+  report["estimated_error"] =
+      knows_error ? Json(summary.estimated_error) : Json();
   report["converged"] = summary.converged;
   report["exhausted"] = summary.exhausted;
 }
@@ -114,6 +118,9 @@ void AddCostKeys(const BlockStorage& store,
 // The estimated error is that of the last finished round. While another round
 // is under way, the error of the stored light may be far from it.
 std::string ErrorText(const Json& report) {
+  if (report.at("estimated_error").is_null()) {
+    return "not known to this method; measure it with 'enfilade verify'";
+  }
   const double estimated = report.at("estimated_error").get<double>();
   const bool is_under_way = !report.at("converged").get<bool>() &&
                             !report.at("exhausted").get<bool>();

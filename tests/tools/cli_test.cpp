@@ -257,13 +257,37 @@ TEST(Cli, TheReportIsNotWrittenOverTheScene) {
   const std::vector<std::vector<std::string>> lines = {
       {"info", scene, "--overrides", overrides, "--report", overrides},
       {"resume", store, "--report", scene},
-      {"resume", store, "--report", overrides}};
+      {"resume", store, "--report", overrides},
+      {"resume", store, "--report", folder / "b.mtl"}};
   const std::string text = ReadFile(scene);
+  const std::string materials = ReadFile(folder / "b.mtl");
   for (const auto& words : lines) {
     EXPECT_EQ(RunProgram(words).exit_code, 2) << words[0];
   }
   EXPECT_EQ(ReadFile(scene), text);
   EXPECT_EQ(ReadFile(overrides), "{}");
+  EXPECT_EQ(ReadFile(folder / "b.mtl"), materials);
+  const std::string report = folder / "r.json";
+  for (int run = 0; run < 2; ++run) {  // a report may replace a report
+    EXPECT_EQ(RunProgram({"resume", store, "--report", report}).exit_code, 0);
+  }
+}
+
+// A .gltf has a .bin beside it, which nobody named.
+TEST(Cli, AGltfReplacesNoUnrelatedFile) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "b.obj";
+  const std::string store = folder / "s.enf";
+  ASSERT_EQ(RunProgram({"scene", "parallel", scene}).exit_code, 0);
+  ASSERT_EQ(RunProgram({"solve", scene, "-o", store}).exit_code, 0);
+  WriteFile(folder / "b.bin", "precious");
+  const auto refused = RunProgram({"export", store, folder / "b.gltf"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(Contains(refused.err, "b.bin' exists")) << refused.err;
+  EXPECT_EQ(ReadFile(folder / "b.bin"), "precious");
+  for (int run = 0; run < 2; ++run) {  // it may replace its own
+    EXPECT_EQ(RunProgram({"export", store, folder / "c.gltf"}).exit_code, 0);
+  }
 }
 
 TEST(Cli, StudyAndFlatlandReportToo) {

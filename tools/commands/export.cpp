@@ -4,6 +4,7 @@
 
 #include "base/stop.h"
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -66,6 +67,15 @@ void ExportCommand::Run() {
     RequireApart(file, {store});
     RequireWritable(file);
     CheckReport(common.report, {file});
+    // A second file, which the user has not named.
+    if (file != output && std::filesystem::exists(file) &&
+        !std::filesystem::exists(output)) {
+      throw UsageError(fmt::format(
+          "'{}' exists, and {} would be written in two files of which this is "
+          "one; give another name, or remove it",
+          file.string(),
+          output));
+    }
   }
   RequireFitting();
   if (!eye.empty()) {
@@ -207,7 +217,8 @@ void AddExportCommand(CLI::App& app) {
   command
       ->add_option("out",
                    options->output,
-                   "File to write: .ply .gltf .glb .vtu .csv .png .exr")
+                   "File to write: .ply .gltf (and a .bin beside it) .glb .vtu "
+                   ".csv .png .exr")
       ->required()
       ->type_name("OUT");
   AddMeshOption(*command, *options);

@@ -1,6 +1,7 @@
 // The verb `flatland`.
 
 #include "base/error.h"
+#include "base/memory.h"
 
 #include <bit>
 #include <filesystem>
@@ -49,6 +50,7 @@ struct FlatlandCommand {
                   {{"entries", matrix.values.size()},
                    {"large_entries", CountLarge(matrix, kLarge)},
                    {"large_from", kLarge},
+                   {"peak_rss_bytes", PeakResidentBytes()},
                    {"version", ProgramVersion()}});
     }
   }

@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
@@ -153,6 +154,18 @@ bool IsSameFile(const std::filesystem::path& a,
   return !whole_a.empty() && whole_a == whole_b;
 }
 
+// Whether a file with something else than a report is there. A report is one
+// JSON object.
+bool HoldsSomethingElse(const std::filesystem::path& report) {
+  std::error_code none_there;
+  if (!std::filesystem::is_regular_file(report, none_there)) {
+    return false;
+  }
+  char first = '{';
+  std::ifstream(report) >> first;
+  return first != '{';
+}
+
 }  // namespace
 
 void RequireApart(const std::filesystem::path& output,
@@ -176,6 +189,12 @@ void CheckReport(const std::string& report,
                  std::initializer_list<std::filesystem::path> others) {
   if (!report.empty()) {
     RequireApart(report, others);
+    if (HoldsSomethingElse(report)) {
+      throw UsageError(fmt::format(
+          "--report '{}' would be written over a file that is not a report; "
+          "give another name, or remove that file",
+          report));
+    }
     RequireWritable(report);
   }
 }

@@ -64,8 +64,9 @@ void RequireApart(const std::filesystem::path& output,
                   std::initializer_list<std::filesystem::path> others);
 
 // Throws DiskError if the report could not be written at the end of the run,
-// UsageError if the report is one of the other files that the run reads or
-// writes. An empty `report` means that no report was asked for.
+// UsageError if the report is one of `others`, files that the run reads or
+// writes, or would replace a file that is not a report, such as a material file
+// of the scene. An empty `report` means that no report was asked for.
 void CheckReport(const std::string& report,
                  std::initializer_list<std::filesystem::path> others);
 

@@ -1,5 +1,7 @@
 // The verb `scene`: the generated test scenes, one subcommand each.
 
+#include "base/memory.h"
+
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -49,7 +51,9 @@ void Generate(void (*write)(const Options&, ObjWriter&),
                  {"objects", writer.Objects()},
                  {"instances", writer.Instances()},
                  {"materials", writer.Materials()},
-                 {"wall_seconds", seconds.count()}});
+                 {"wall_seconds", seconds.count()},
+                 {"peak_rss_bytes", PeakResidentBytes()},
+                 {"version", ProgramVersion()}});
   }
 }
 

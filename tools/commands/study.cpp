@@ -3,6 +3,7 @@
 #include "tools/study/study.h"
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/stopwatch.h"
 
 #include <chrono>
@@ -106,6 +107,7 @@ void StudyCommand::Run() {
                  {"runs", lines.size()},
                  {"pictures", pictures},
                  {"seconds", SecondsSince(start)},
+                 {"peak_rss_bytes", PeakResidentBytes()},
                  {"version", ProgramVersion()}});
   }
 }

@@ -22,21 +22,21 @@ bool IsInReach(double coordinate) {
 
 void CameraOptions::Validate() const {
   if (!(vertical_fov_degrees > 1) || !(vertical_fov_degrees < 170)) {
-    throw UsageError("the field of view must be between 1 and 170 degrees");
+    throw UsageError(
+        "--fov: the field of view must be between 1 and 170 degrees");
   }
   for (const auto& point : {eye, target}) {
     if (point &&
         !(IsInReach(point->x) && IsInReach(point->y) && IsInReach(point->z))) {
       throw UsageError(
-          "the camera's coordinates must be numbers of metres up to 1e9");
+          "--eye, --target: coordinates must be numbers of metres up to 1e9");
     }
   }
   if (eye && target && IsOnePoint(*eye, *target)) {
-    throw UsageError("the camera's eye and target are the same point");
+    throw UsageError("--eye and --target are the same point");
   }
   if (plan_cut_m && !IsInReach(*plan_cut_m)) {
-    throw UsageError(
-        "the height of the cut must be a number of metres up to 1e9");
+    throw UsageError("--cut: the height must be a number of metres up to 1e9");
   }
 }
 

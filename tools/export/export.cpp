@@ -124,14 +124,16 @@ void ExportOptions::Validate() const {
   constexpr uint32_t kMostSamples = 16;
   if (width == 0 || height == 0 || width > kMostPixels ||
       height > kMostPixels) {
-    throw UsageError("a picture has 1 to 32768 pixels in each direction");
+    throw UsageError(
+        "--size: a picture has 1 to 32768 pixels in each direction");
   }
   constexpr double kMostStops = 64;
   if (!(std::abs(exposure_stops) <= kMostStops)) {
-    throw UsageError("the exposure must be a number of stops from -64 to 64");
+    throw UsageError("--exposure: give a number of stops from -64 to 64");
   }
   if (samples == 0 || samples > kMostSamples) {
-    throw UsageError("a pixel takes 1 to 16 samples in each direction");
+    throw UsageError(
+        "--samples: a pixel takes 1 to 16 samples in each direction");
   }
 }
 

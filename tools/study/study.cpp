@@ -27,6 +27,11 @@ Json ReadJson(const fs::path& path) {
   return Json::parse(file, nullptr, false);
 }
 
+// A line of the study's file. What a run has said may be no UTF-8.
+std::string LineText(const Json& line) {
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 class Study {
  public:
   Study(const Experiment& experiment,
@@ -142,7 +147,7 @@ void Study::ShowRun(const std::string& what) {
 void Study::RewriteFile() {
   WriteFileInOneStep(file_, [&](std::ostream& out) {
     for (const Json& line : lines_) {
-      out << line.dump() << '\n';
+      out << LineText(line) << '\n';
     }
   });
 }
@@ -351,7 +356,7 @@ void Study::AddCompared(const fs::path& store,
 
 void Study::Append(const Json& line) {
   std::ofstream out(file_, std::ios::app);
-  out << line.dump() << '\n';
+  out << LineText(line) << '\n';
   out.close();
   if (!out) {
     throw DiskError(fmt::format("cannot write '{}'", file_.string()));

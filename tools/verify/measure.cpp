@@ -90,7 +90,9 @@ class Measurement {
 
   VerifySummary Run() {
     if (points_.Area() <= 0) {
-      throw InputError("no side of the scene reflects any light");
+      throw InputError(
+          "no surface of the scene reflects light, so that there is no error "
+          "to measure");
     }
     tracer_.LearnEmitters(
         budget_, MixKey(MixKey(kVerifySeedDomain, options_.seed), ~0ULL));

@@ -9,14 +9,15 @@ namespace enfilade {
 
 void VerifyOptions::Validate() const {
   if (points_per_round < 16) {
-    throw UsageError("verify needs at least 16 points in a round");
+    throw UsageError("a round of verify needs at least 16 points");
   }
   if (!(target_relative_half_width > 0) || !(target_half_width >= 0) ||
       !(requested_error >= 0)) {
-    throw UsageError("the half-width that verify aims at must be positive");
+    throw UsageError(
+        "--tightness: the half-width that verify aims at must be above 0");
   }
   if (!(max_seconds > 0) || max_rounds == 0) {
-    throw UsageError("verify needs a positive limit of time and of rounds");
+    throw UsageError("--seconds: the time of verify must be above 0");
   }
 }
 
