@@ -9,6 +9,8 @@
 namespace enfilade {
 namespace {
 
+// Of a cell in the partition, and in the lists by cell that readers make.
+constexpr uint64_t kBytesPerCell = 200;
 constexpr uint64_t kMostWorkBytes = 256ULL << 20;
 
 // If both are open, a fifth is left to the caller.
@@ -38,6 +40,9 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
       scene_charge_(budget, kSceneCopies * BytesOf(scene_), kScenePurpose),
       partition_(LoadPartition(
           store, [this](uint64_t bytes) { portals_charge_.GrowTo(bytes); })),
+      cells_charge_(budget,
+                    partition_.cells.size() * kBytesPerCell,
+                    "what is known of the cells"),
       turns_(sharing == Sharing::kAlone ||
              (sharing == Sharing::kTurns &&
               budget.FreeBytes() < kTurnsBelowBytes)),

@@ -62,6 +62,7 @@ class StoredBuilding {
   SceneInfo scene_;
   MemoryCharge scene_charge_;
   Partition partition_;
+  MemoryCharge cells_charge_;
   bool turns_;
   MemoryBudget work_budget_;
   MemoryCharge work_charge_;

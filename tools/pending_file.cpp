@@ -7,6 +7,7 @@
 #include <iostream>
 #include <system_error>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -49,6 +50,20 @@ std::ostream* StandardStreamAt(const fs::path& path) {
   return path == "/dev/stderr" || path == "/dev/fd/2" ? &std::cerr : nullptr;
 }
 
+// Waits until the content is on the disk, where the file system can: otherwise
+// a power failure could leave the new name on an empty file.
+void Sync(const fs::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) {
+    Fail(path, std::generic_category().message(errno));
+  }
+  const int error = fsync(file) == 0 ? 0 : errno;
+  close(file);
+  if (error != 0 && error != EINVAL && error != EROFS) {
+    Fail(path, std::generic_category().message(error));
+  }
+}
+
 }  // namespace
 
 PendingFile::PendingFile(const fs::path& path)
@@ -68,6 +83,7 @@ PendingFile::~PendingFile() {
 
 void PendingFile::Keep() {
   if (!IsStream()) {
+    Sync(part_);
     std::error_code failed;
     fs::rename(part_, target_, failed);
     if (failed) {

@@ -31,8 +31,8 @@ class PendingFile {
   // Whether the path is a device or a pipe.
   [[nodiscard]] bool IsStream() const { return part_ == target_; }
 
-  // Gives the file its name. The file must be complete and closed. Throws
-  // DiskError.
+  // Makes the content durable and gives the file its name. The file must be
+  // complete and closed. Throws DiskError.
   void Keep();
 
  private:

@@ -101,6 +101,31 @@ OpenMode ReadMode(const std::filesystem::path& path) {
              : OpenMode::kReadOnlyFrozen;
 }
 
+// Whether nothing is in the journal: the file alone is the store.
+bool HasNoJournal(const std::filesystem::path& path) {
+  std::error_code none_there;
+  const auto bytes =
+      std::filesystem::file_size(Beside(path, "-wal"), none_there);
+  return none_there || bytes == 0;
+}
+
+std::unique_ptr<Database> Open(const std::filesystem::path& path,
+                               OpenMode mode) {
+  auto database = std::make_unique<Database>(path, mode);
+  CheckFormat(*database, path);
+  Configure(*database);
+  return database;
+}
+
+std::unique_ptr<Database> OpenSnapshot(const std::filesystem::path& path,
+                                       OpenMode mode) {
+  auto database = Open(path, mode);
+  // One read transaction: the reader sees one snapshot as long as it lives.
+  database->Execute("PRAGMA query_only = ON; BEGIN");
+  static_cast<void>(database->QueryInteger("SELECT count(*) FROM digest"));
+  return database;
+}
+
 }  // namespace
 
 void RequireFile(const std::filesystem::path& path) {
@@ -138,17 +163,20 @@ std::unique_ptr<Database> CreateDatabase(const std::filesystem::path& path) {
 
 std::unique_ptr<Database> OpenDatabase(const std::filesystem::path& path,
                                        StoreAccess access) {
-  auto database = std::make_unique<Database>(
-      path,
-      access == StoreAccess::kWrite ? OpenMode::kReadWrite : ReadMode(path));
-  CheckFormat(*database, path);
-  Configure(*database);
-  if (access == StoreAccess::kRead) {
-    // One read transaction: the reader sees one snapshot as long as it lives.
-    database->Execute("PRAGMA query_only = ON; BEGIN");
-    static_cast<void>(database->QueryInteger("SELECT count(*) FROM digest"));
+  if (access == StoreAccess::kWrite) {
+    return Open(path, OpenMode::kReadWrite);
   }
-  return database;
+  const OpenMode mode = ReadMode(path);
+  try {
+    return OpenSnapshot(path, mode);
+  } catch (const DiskError&) {
+    // Sharing with a writer takes a file beside the store, for which a full
+    // disk has no room.
+    if (mode != OpenMode::kReadWrite || !HasNoJournal(path)) {
+      throw;
+    }
+  }
+  return OpenSnapshot(path, OpenMode::kReadOnlyFrozen);
 }
 
 std::unique_ptr<Database> CreateDatabaseInMemory() {

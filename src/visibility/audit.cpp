@@ -30,9 +30,12 @@ class Auditor {
       : store_(&store), budget_(&budget), tracer_(store, budget) {
     summary_.conservative_pairs = LoadVisibilitySummary(store).visible_pairs;
     constexpr uint64_t kBytesPerPair = 40;
-    pair_charge_ = MemoryCharge(budget,
-                                summary_.conservative_pairs * kBytesPerPair,
-                                "the pairs that the audit finds");
+    constexpr uint64_t kBytesPerCell = 200;  // of its share and bounds
+    pair_charge_ =
+        MemoryCharge(budget,
+                     summary_.conservative_pairs * kBytesPerPair +
+                         store.Count(BlockKind::kCellPatches) * kBytesPerCell,
+                     "the pairs that the audit finds");
     // All rays of a batch may be suspects.
     constexpr size_t kBytesPerRay =
         sizeof(TraceRay) + sizeof(TraceHit) + sizeof(Suspect);

@@ -383,6 +383,20 @@ TEST(StoreFaults, FullDiskKeepsThePreviousCommit) {
   }
 }
 
+TEST(StoreFaults, AFullDiskKeepsNobodyFromReading) {
+  const TemporaryFolder folder;
+  const auto path = folder / "a.enf";
+  {
+    auto store = CreateStore(path);
+    store->Put({BlockKind::kCellTree, 1, 0, 0}, TestContent(1, 100'000));
+    store->Commit();
+  }
+  const FileSizeLimit full(0);
+  EXPECT_EQ(OpenStore(path, StoreAccess::kRead)
+                ->GetOrThrow({BlockKind::kCellTree, 1, 0, 0}),
+            TestContent(1, 100'000));
+}
+
 TEST(StoreFaults, ReaderWorksBesideAWritingProcess) {
   const TemporaryFolder folder;
   const auto path = folder / "a.enf";

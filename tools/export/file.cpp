@@ -62,6 +62,7 @@ void OutputFile::Close() {
   if (descriptor_ < 0) {
     return;
   }
+  // A full disk may show only now.
   if (fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) {
     Fail(errno);
   }

@@ -59,10 +59,8 @@ double SinFromCos(double c) {
 EmitterTree::EmitterTree(const BuildingView& view,
                          MemoryBudget& budget,
                          uint64_t max_bytes)
-    : scene_(view.scene) {
+    : scene_(view.scene), charge_(budget, "the light sources") {
   Gather(view, static_cast<size_t>(max_bytes / kBytesPerEmitter));
-  charge_ = MemoryCharge(
-      budget, emitters_.size() * kBytesPerEmitter, "the light sources");
   if (emitters_.empty()) {
     return;
   }
@@ -90,6 +88,8 @@ void EmitterTree::Gather(const BuildingView& view, size_t max_count) {
           !Emits(scene_->materials.at(patch.material.Index()))) {
         continue;
       }
+      charge_.GrowTo(std::min(emitters_.size() + 1, max_count) *
+                     kBytesPerEmitter);
       emitters_.push_back(MakeEmitter(CellId(c), PatchId(p), patch));
       std::push_heap(emitters_.begin(), emitters_.end(), brighter);
       if (emitters_.size() > max_count) {

@@ -146,7 +146,7 @@ class EmitterTree {
                                  Vec3 normal) const;
 
   const SceneInfo* scene_;
-  MemoryCharge charge_;
+  GrowingCharge charge_;
   std::vector<Emitter> emitters_;  // leaves from left to right
   std::vector<Node> nodes_;        // in preorder
   std::vector<Lamp> lamps_;
