@@ -107,8 +107,11 @@ class BlockStorage {
   // Makes all changes since the last commit durable in one atomic step.
   virtual void Commit() = 0;
 
-  // Checks every block's checksum; throws at the first damaged one.
-  virtual void VerifyAll() const = 0;
+  // Reads all there is and tests every checksum. Throws DamagedStoreError at
+  // the first that is wrong, otherwise returns the number of blocks. `progress`
+  // is told the fraction done after each block and may be empty.
+  virtual uint64_t VerifyAll(
+      const std::function<void(double fraction)>& progress) const = 0;
 
   [[nodiscard]] virtual StoreStats Stats() const = 0;
   [[nodiscard]] virtual uint64_t FileBytes() const = 0;

@@ -88,7 +88,8 @@ class SqliteStore final : public BlockStorage {
       BlockKind kind,
       const std::function<void(const BlockKey&)>& visit) const override;
   void Commit() override;
-  void VerifyAll() const override;
+  uint64_t VerifyAll(
+      const std::function<void(double fraction)>& progress) const override;
 
   // Checks that no block was lost, without reading any; throws
   // DamagedStoreError.
@@ -309,7 +310,8 @@ void SqliteStore::VerifyCatalogue() const {
   NamingFile([&] { catalogue_->VerifyEntries(); });
 }
 
-void SqliteStore::VerifyAll() const {
+uint64_t SqliteStore::VerifyAll(
+    const std::function<void(double fraction)>& progress) const {
   const std::string report = [&] {
     const std::lock_guard lock(mutex_);
     return database_->QueryText("PRAGMA quick_check(1)");
@@ -326,11 +328,21 @@ void SqliteStore::VerifyAll() const {
     catalogue_->VerifyMeta();
     catalogue_->VerifyEntries();
   });
+  uint64_t all = 0;
+  for (int kind = 0; kind <= 255; ++kind) {
+    all += Count(static_cast<BlockKind>(kind));
+  }
+  uint64_t done = 0;
   for (int kind = 0; kind <= 255; ++kind) {
     ForEachEntry(static_cast<BlockKind>(kind), [&](const BlockEntry& entry) {
       NamingFile([&] { return Fetch(entry, std::unique_lock(mutex_)); });
+      ++done;
+      if (progress) {
+        progress(static_cast<double>(done) / static_cast<double>(all));
+      }
     });
   }
+  return done;
 }
 
 uint64_t SqliteStore::FileBytes() const {

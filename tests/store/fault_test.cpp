@@ -94,7 +94,7 @@ TEST(StoreFaults, RandomOperationsEqualTheModel) {
       model = committed;
     }
   }
-  store->VerifyAll();
+  store->VerifyAll({});
 }
 
 // Writes generation after generation until it is killed. Each has the same
@@ -151,7 +151,7 @@ TEST(StoreFaults, KilledWriterLeavesItsLastCommit) {
     // between its commit and its announcement. Before the first announcement it
     // holds what the round before left.
     const auto store = OpenStore(path, StoreAccess::kWrite);
-    store->VerifyAll();
+    store->VerifyAll({});
     const auto generation = store->Meta("generation");
     if (announced > 0) {
       ASSERT_TRUE(generation == std::to_string(announced) ||
@@ -234,7 +234,7 @@ bool IsDamageNoticed(const std::filesystem::path& path,
     attempt([&] { store->ForEachKey(kind, [](const BlockKey&) {}); });
     attempt([&] { static_cast<void>(store->StoredBytes(kind)); });
   }
-  attempt([&] { store->VerifyAll(); });
+  attempt([&] { store->VerifyAll({}); });
   return noticed;
 }
 
@@ -372,7 +372,7 @@ TEST(StoreFaults, FullDiskKeepsThePreviousCommit) {
       store.reset();
     }
     const auto store = OpenStore(path, StoreAccess::kWrite);
-    store->VerifyAll();
+    store->VerifyAll({});
     ASSERT_EQ(store->Count(BlockKind::kCellTree), committed);
     for (uint32_t i = 1; i <= committed; ++i) {
       ASSERT_EQ(store->GetOrThrow({BlockKind::kCellTree, i, 0, 0}),

@@ -43,7 +43,7 @@ TEST(Store, MemoryStoreReturnsWhatWasPut) {
   store->Commit();
   EXPECT_EQ(store->GetOrThrow(kKey), content);
   EXPECT_GT(store->FileBytes(), 0U);
-  store->VerifyAll();
+  store->VerifyAll({});
 }
 
 TEST(Store, EmptyBlockIsABlock) {
@@ -53,7 +53,7 @@ TEST(Store, EmptyBlockIsABlock) {
   ASSERT_TRUE(store->Get(kKey).has_value());
   EXPECT_TRUE(store->Get(kKey)->empty());
   EXPECT_EQ(store->Meta("empty"), "");
-  store->VerifyAll();
+  store->VerifyAll({});
 }
 
 TEST(Store, AbsentBlockIsNulloptOrANamedError) {
@@ -110,7 +110,7 @@ TEST(Store, EraseAllTakesThePrefixAndNothingElse) {
   store->EraseAll(BlockKind::kLinks);
   EXPECT_EQ(store->Count(BlockKind::kLinks), 0U);
   EXPECT_EQ(store->Count(BlockKind::kFaces), 1U);
-  store->VerifyAll();
+  store->VerifyAll({});
 }
 
 TEST(Store, StoredBytesAreTheCompressedBytesOfItsBlocks) {
@@ -140,7 +140,7 @@ TEST(Store, CommittedContentIsInOneFileAfterClosing) {
   const auto store = OpenStore(folder / "b.enf", StoreAccess::kRead);
   EXPECT_EQ(store->GetOrThrow(kKey), content);
   EXPECT_EQ(store->Count(BlockKind::kLinks), 1U);
-  store->VerifyAll();
+  store->VerifyAll({});
 }
 
 TEST(Store, LargestBlockComesBack) {
@@ -199,7 +199,7 @@ TEST(Store, CreateIsNotConfusedByRemainsOfADeletedStore) {
   std::ofstream(folder / "a.enf-wal") << std::string(100'000, 'x');
   std::ofstream(folder / "a.enf-lock");
   CreateStore(folder / "a.enf")->Commit();
-  OpenStore(folder / "a.enf", StoreAccess::kRead)->VerifyAll();
+  OpenStore(folder / "a.enf", StoreAccess::kRead)->VerifyAll({});
 }
 
 TEST(Store, OpeningWhatIsNoStoreSaysSo) {
@@ -267,7 +267,7 @@ TEST(Store, LostOrRenamedBlockIsFoundAtOpening) {
     store->Put(kKey, TestContent(1, 1000));
     store->Put({BlockKind::kFaces, 0, 0, 0}, TestContent(2, 1000));
     store->Commit();
-    store->VerifyAll();
+    store->VerifyAll({});
   }
   std::filesystem::copy_file(path, folder / "b.enf");
   Tamper(path, "DELETE FROM catalogue WHERE kind = 1");
@@ -289,7 +289,7 @@ TEST(Store, ChangedMetaIsDamaged) {
   Tamper(path, "UPDATE meta SET value = CAST('{\"error\": 0.06}' AS BLOB)");
   const auto store = OpenStore(path, StoreAccess::kRead);
   EXPECT_THROW(static_cast<void>(store->Meta("settings")), DamagedStoreError);
-  EXPECT_THROW(store->VerifyAll(), DamagedStoreError);
+  EXPECT_THROW(store->VerifyAll({}), DamagedStoreError);
 }
 
 TEST(Store, ThreadsMayPutAndGetAtOnce) {

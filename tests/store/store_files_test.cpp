@@ -44,7 +44,7 @@ TEST_F(NewStore, HoldsNothingOfOneThatWasRemoved) {
       path_, [](BlockStorage& made) { made.SetMeta("settings", "new"); });
   EXPECT_EQ(store->Meta("settings"), "new");
   EXPECT_EQ(store->Count(BlockKind::kLinks), 0U);
-  store->VerifyAll();
+  store->VerifyAll({});
 }
 
 TEST_F(NewStore, IsNotThereIfItCannotBeFilled) {

@@ -87,7 +87,10 @@ class MapStorage : public BlockStorage {
 
   void Commit() override {}
 
-  void VerifyAll() const override {}
+  uint64_t VerifyAll(
+      const std::function<void(double)>& /*progress*/) const override {
+    return 0;
+  }
 
   [[nodiscard]] StoreStats Stats() const override { return {}; }
 

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -32,6 +33,7 @@ struct InfoCommand {
   SceneOptions scene_options;                // used if `path` is a scene
   std::vector<const CLI::Option*> of_scene;  // those of AddSceneOptions
   uint64_t audit_rays = 0;
+  bool checks = false;  // every block of the store
 
   void Run() const;
   [[nodiscard]] bool AsksForError() const;
@@ -226,15 +228,33 @@ bool InfoCommand::AsksForError() const {
   return asks;
 }
 
+// Reads all of the store. Throws DamagedStoreError if any of it is damaged.
+uint64_t CheckBlocks(const BlockStorage& store, const CommonOptions& common) {
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  progress.Begin("check");
+  const uint64_t blocks = store.VerifyAll([&](double fraction) {
+    ThrowIfStopRequested();
+    progress.Update(fraction);
+  });
+  progress.End();
+  return blocks;
+}
+
 // Reports what the store holds. If the wavelet solve is unfinished or --error
 // is given, also estimates what a resume would cost.
 void InfoCommand::RunOnStore() const {
   const bool asks = AsksForError();
   LimitsInForce limits(common.limits);
   const auto storage = OpenExistingStore(path, StoreAccess::kRead);
+  const auto blocks =
+      checks ? std::optional(CheckBlocks(*storage, common)) : std::nullopt;
   SolveSettings settings = LoadSettings(*storage);
   Json report =
       SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
+  if (blocks) {
+    report["blocks_checked"] = *blocks;
+    fmt::print("check     {} blocks, all whole\n", *blocks);
+  }
   fmt::print("{}{}{}",
              SummaryText(report),
              NotesText(report),
@@ -264,6 +284,10 @@ void InfoCommand::RunOnStore() const {
 void InfoCommand::Run() const {
   BeginRun(common, {path, scene_options.overrides});
   if (IsSceneName(path)) {
+    if (checks) {
+      throw UsageError(
+          fmt::format("--check is for a store; '{}' is a scene file", path));
+    }
     RunOnScene();
   } else {
     RunOnStore();
@@ -291,6 +315,9 @@ void AddInfoCommand(CLI::App& app) {
                    "Check the visible sets with this many rays")
       ->check(WholeAboveZero())
       ->type_name("N");
+  command->add_flag("--check",
+                    options->checks,
+                    "Read all of the store and test its checksums");
   const size_t others = command->get_options().size();
   AddSceneOptions(*command, options->scene_options);
   const auto all = command->get_options();
@@ -299,6 +326,7 @@ void AddInfoCommand(CLI::App& app) {
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade info office.enf --report office.json\n"
+             "  enfilade info office.enf --check\n"
              "  enfilade info office.enf --error 0.02\n"
              "  enfilade info office.obj --error 0.05 --audit 1000000");
   command->callback([options] { options->Run(); });

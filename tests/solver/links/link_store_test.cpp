@@ -213,7 +213,7 @@ TEST(ChunkWriter, AFullDiskIsToldAtTheEnd) {
       }
     }
     const auto store = OpenStore(path, StoreAccess::kRead);
-    store->VerifyAll();
+    store->VerifyAll({});
     EXPECT_EQ(store->Count(BlockKind::kLinks), 0U);
   }
 }

@@ -57,6 +57,32 @@ TEST_F(InfoOfScene, SmallerErrorsCostMore) {
   }
 }
 
+// A byte that is wrong anywhere in the blocks is found, also where no verb
+// would read it.
+TEST_F(InfoOfScene, CheckFindsAWrongByte) {
+  const std::string store = dir_ / "a.enf";
+  ASSERT_EQ(
+      RunProgram({"solve", dir_ / "room.obj", "-o", store, "--error", "0.3"})
+          .exit_code,
+      0);
+  const ProgramResult whole = RunProgram({"info", store, "--check"});
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_NE(whole.out.find("all whole"), std::string::npos) << whole.out;
+  const std::string content = ReadFile(store);
+  size_t found = 0;
+  constexpr size_t kTries = 40;
+  for (size_t i = 0; i < kTries; ++i) {
+    std::string wrong = content;
+    wrong[(2 * i + 1) * wrong.size() / (2 * kTries)] ^= 1;
+    WriteFile(store, wrong);
+    const int code = RunProgram({"info", store, "--check"}).exit_code;
+    EXPECT_TRUE(code == 0 || code == 5 || code == 3) << code;
+    found += code != 0 ? 1 : 0;
+  }
+  EXPECT_GT(found, 0U);  // most of so small a store is free space of pages
+  EXPECT_EQ(RunProgram({"info", dir_ / "room.obj", "--check"}).exit_code, 2);
+}
+
 // For a store, `info` says what a resume would take if the store is not solved
 // or if another error is asked for.
 TEST_F(InfoOfScene, StoresSayWhatAResumeWouldTake) {
