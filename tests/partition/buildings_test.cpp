@@ -72,6 +72,7 @@ TEST_P(GbxmlBuildings, PortalsLieInTheOpeningsThatTheFileNames) {
   PartitionOptions options;
   options.max_cell_patches = 1'000'000;  // no artificial walls, all portal
   const Partition partition = BuildPartition(*building.store, options, budget_);
+  EXPECT_EQ(partition.portals.empty(), building.info.openings.empty());
   for (const Portal& portal : partition.portals) {
     const Point3 middle = VertexMean(portal.vertices);
     const auto& openings = building.info.openings;

@@ -46,6 +46,7 @@ TEST(Cells, RoomsWithADoorAreTwoCellsJoinedByThatDoor) {
 
 TEST(Cells, PortalFacesTheCellInFrontOfIt) {
   const Built built(TwoRoomsWithDoor());
+  EXPECT_FALSE(built.partition.portals.empty());
   for (const Portal& portal : built.partition.portals) {
     const Vec3 normal = Normalize(AreaVector(portal.vertices));
     const Point3 middle = VertexMean(portal.vertices);

@@ -21,6 +21,7 @@
 #include "tools/cost_estimate.h"
 #include "tools/pipeline.h"
 #include "tools/progress.h"
+#include "tools/temporary_path.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -50,8 +51,7 @@ class TemporaryFolder {
  public:
   // Throws DiskError.
   TemporaryFolder() {
-    std::string name =
-        std::filesystem::temp_directory_path() / "enfilade_info_XXXXXX";
+    std::string name = TemporaryPath() / "enfilade_info_XXXXXX";
     if (mkdtemp(name.data()) == nullptr) {
       throw DiskError(fmt::format("cannot make the folder '{}': {}",
                                   name,

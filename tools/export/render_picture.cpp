@@ -270,48 +270,6 @@ class Renderer {
 
 }  // namespace
 
-Spool::Spool(size_t record_bytes)
-    : record_bytes_(record_bytes), file_(std::tmpfile()) {
-  if (!file_) {
-    throw DiskError(fmt::format("cannot create a temporary file: {}",
-                                std::generic_category().message(errno)));
-  }
-}
-
-void Spool::Write(uint64_t first, std::span<const std::byte> records) {
-  auto offset = static_cast<off_t>(first * record_bytes_);
-  while (!records.empty()) {
-    const ssize_t written =
-        pwrite(fileno(file_.get()), records.data(), records.size(), offset);
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
-    if (written <= 0) {
-      throw DiskError(fmt::format(
-          "cannot write a temporary file: {}",
-          std::generic_category().message(written < 0 ? errno : ENOSPC)));
-    }
-    records = records.subspan(static_cast<size_t>(written));
-    offset += written;
-  }
-}
-
-void Spool::Read(uint64_t first, std::span<std::byte> records) const {
-  auto offset = static_cast<off_t>(first * record_bytes_);
-  while (!records.empty()) {
-    const ssize_t got =
-        pread(fileno(file_.get()), records.data(), records.size(), offset);
-    if (got < 0 && errno == EINTR) {
-      continue;
-    }
-    if (got <= 0) {
-      throw DiskError("cannot read back a temporary file");
-    }
-    records = records.subspan(static_cast<size_t>(got));
-    offset += got;
-  }
-}
-
 Picture::Picture(uint32_t width, uint32_t height)
     : width_(width), height_(height), spool_(sizeof(Pixel)) {}
 

@@ -12,7 +12,7 @@
 
 #include "tools/building_view.h"
 #include "tools/export/camera.h"
-#include "tools/file_pointer.h"
+#include "tools/export/spool.h"
 
 namespace enfilade {
 
@@ -23,19 +23,6 @@ struct Pixel {
   // black back of a one-sided face). The rest sees nothing.
   float front = 0;
   float back = 0;
-};
-
-// Records of one size in a temporary file without a name. Throws DiskError.
-class Spool {
- public:
-  explicit Spool(size_t record_bytes);
-
-  void Write(uint64_t first, std::span<const std::byte> records);
-  void Read(uint64_t first, std::span<std::byte> records) const;
-
- private:
-  size_t record_bytes_;
-  FilePointer file_;
 };
 
 // A rendered picture, kept on disk.

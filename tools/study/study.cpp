@@ -27,6 +27,13 @@ Json ReadJson(const fs::path& path) {
   return Json::parse(file, nullptr, false);
 }
 
+// The words of a run, with what all runs may take: of the cores one, so that
+// their times can be compared.
+std::vector<std::string> WithLimits(std::vector<std::string> words) {
+  words.insert(words.end(), {"--memory", "1G", "--threads", "1"});
+  return words;
+}
+
 // A line of the study's file. What a run has said may be no UTF-8.
 std::string LineText(const Json& line) {
   return line.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -246,17 +253,14 @@ ChildResult Study::Solve(const fs::path& store, const StudySetting& setting) {
                                     Work("scene.obj").string(),
                                     "-o",
                                     store.string(),
-                                    "--memory",
-                                    options_.memory,
-                                    "--threads",
-                                    options_.threads,
                                     "--report",
                                     Work("solve.json").string()};
   words.insert(words.end(), setting.words.begin(), setting.words.end());
-  ChildResult result = Call(words, options_.most_seconds);
+  ChildResult result = Call(WithLimits(words), options_.most_seconds);
   if (!fs::exists(Work("solve.json")) && fs::exists(store)) {
     // The solve was stopped before it wrote a report: report what it has done.
-    Call({"info", store.string(), "--report", Work("solve.json").string()});
+    Call(WithLimits(
+        {"info", store.string(), "--report", Work("solve.json").string()}));
   }
   return result;
 }
@@ -302,7 +306,7 @@ Json Study::ReportOf(std::vector<std::string> words) {
   std::error_code ignored;
   fs::remove(report, ignored);
   words.insert(words.end(), {"--report", report.string()});
-  Call(words);
+  Call(WithLimits(words));
   Json found = ReadJson(report);
   return found.is_object() ? found : Json::object();
 }
@@ -316,11 +320,7 @@ void Study::AddVerified(const fs::path& store, Json* line) {
   const Json found = ReportOf({"verify",
                                store.string(),
                                "--seconds",
-                               fmt::format("{}", options_.verify_seconds),
-                               "--memory",
-                               options_.memory,
-                               "--threads",
-                               options_.threads});
+                               fmt::format("{}", options_.verify_seconds)});
   for (const auto& [key, from] :
        {std::pair{"verified_error", "error"},
         std::pair{"verified_low", "error_low"},

@@ -20,13 +20,11 @@ struct StudyOptions {
   bool all_values = false;     // by default all values of the paper, not a few
   double most_seconds = 60;    // limit of a solve; its line says if it was cut
   double verify_seconds = 10;  // time of verify for a run; 0: no verify
-  std::string memory = "1G";   // cap of a run
-  std::string threads = "1";
 };
 
-// Makes the runs that folder/EXPERIMENT.jsonl lacks, prints the key of each
-// when it is done, and returns all lines of that file. docs/study.md describes
-// the keys of a line.
+// Makes the runs that folder/EXPERIMENT.jsonl lacks, each on one thread under a
+// cap of 1G, prints the key of each when it is done, and returns all lines of
+// that file. docs/study.md describes the keys of a line.
 std::vector<Json> RunStudy(const Experiment& experiment,
                            const StudyOptions& options,
                            Progress& progress);

@@ -163,6 +163,7 @@ TEST_F(Pieces, KeepOffTheWaysThroughDoors) {
   const auto obj = Write(options);
   const auto placed =
       InstancesOf(obj, CopyPieces(options.pieces, dir_.Path() / "out.obj", {}));
+  EXPECT_FALSE(placed.empty());
   ForEachWing(options, [&](uint32_t, const WingPlan& plan) {
     for (const PlanDoorway& door : plan.doorways) {
       for (const Placed& p : placed) {
