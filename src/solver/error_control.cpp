@@ -61,6 +61,9 @@ constexpr double kMuchCaredFor = 0.3;
 // does not end far below the request.
 constexpr uint64_t kFewLinks = 1'000;
 constexpr uint64_t kRatherFewLinks = 20'000;
+// A round with fewer links than this takes a second or two, and its error is as
+// much chance as rule: it does not tell that more links would not help.
+constexpr uint64_t kTooFewToGiveUp = 200'000;
 // This factor more links, at least kRoundsInVain rounds later, should halve the
 // error. If they leave more than kLeftInVain of the error, more links will not
 // help.
@@ -278,6 +281,9 @@ double WantedOfSquare(const SolveState& state) {
 }
 
 bool IsExhausted(const SolveState& state) {
+  if (state.rounds.back().links < kTooFewToGiveUp) {
+    return false;
+  }
   if (HasGrownInVain(state)) {
     return true;
   }

@@ -6,7 +6,8 @@
 // depend on cells, so that audits and Monte Carlo references can contradict
 // them.
 //
-// Positions are exact to about 1e-5 m. A ray that leaves a surface should start
+// Positions are exact to about 1e-5 m where a chunk is less than 64 m wide, and
+// to a float's step of its width elsewhere (trace_chunk.h). A ray that leaves a surface should start
 // kRayOffsetMetres off the surface, on the side that the ray leaves from.
 
 #pragma once

@@ -236,6 +236,17 @@ TEST(ErrorControl, GivesUpWhereMoreLinksHelpNeitherWay) {
   EXPECT_FALSE(IsExhausted(state)) << "there are no more links";
 }
 
+// Where links are few, the error goes up and down by chance.
+TEST(ErrorControl, FewLinksAreNoReasonToGiveUp) {
+  SolveState state = StateOf(0.1);
+  state.rounds = {Round(0.5, 0.7, 1), Round(0.5, 0.7, 2), Round(0.5, 0.7, 40)};
+  ASSERT_TRUE(IsExhausted(state));
+  for (RoundRecord& round : state.rounds) {
+    round.links /= 1000;
+  }
+  EXPECT_FALSE(IsExhausted(state));
+}
+
 TEST(ErrorControl, TauFallsUntilTheErrorIsMet) {
   SolveState state = StateOf(0.1);
   state.rounds = {

@@ -75,8 +75,8 @@ TEST(Solution, IsVisitedCellByCellInTheOrderOfPoints) {
   const Solution solution(SolvedRooms(), budget);
   const std::vector<Rgb> values = solution.Radiosity(points);
   std::vector<size_t> visited;
-  solution.ForEachRadiosity(points, [&](size_t i, const Rgb& radiosity) {
-    EXPECT_EQ(radiosity, values[i]);
+  solution.ForEachLight(points, [&](size_t i, const LightAtPoint& light) {
+    EXPECT_EQ(light.radiosity, values[i]);
     visited.push_back(i);
   });
   std::vector<size_t> expected(points.size());

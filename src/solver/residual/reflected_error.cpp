@@ -13,7 +13,9 @@ constexpr size_t kMostGroups = 256;
 constexpr size_t kMostPlaces = kMostGroups / 2;
 // A distance below this share of the longest edge of a place is narrow.
 constexpr double kNarrow = 0.25;
-// The matrices of groups x groups that Spread() needs at a time.
+// The matrices of groups x groups that are kept, and those that Spread() needs
+// at a time.
+constexpr size_t kKeptMatrices = kRgbChannels;
 constexpr size_t kWorkMatrices = 3;
 
 // Boxes along each axis: at most `most` in all, each about as long as wide.
@@ -64,12 +66,12 @@ ReflectedError::ReflectedError(std::span<const CellInfo> cells,
                                MemoryBudget& budget)
     : cells_per_place_((cells.size() + kMostPlaces - 1) / kMostPlaces),
       places_per_cell_(cells.empty() ? 1 : kMostPlaces / cells.size()),
-      charge_(
-          budget,
-          kMostGroups * (sizeof(Grid) + sizeof(Group) +
-                         (1 + kWorkMatrices) * kMostGroups * sizeof(double)) +
-              cells.size() * sizeof(double),
-          "the error that is reflected") {
+      charge_(budget,
+              kMostGroups * (sizeof(Grid) + sizeof(Group) +
+                             (kKeptMatrices + kWorkMatrices) * kMostGroups *
+                                 sizeof(double)) +
+                  cells.size() * sizeof(double),
+              "the error that is reflected") {
   places_per_cell_ = std::max<size_t>(places_per_cell_, 1);
   narrow_below_.reserve(cells.size());
   for (const CellInfo& cell : cells) {
@@ -80,7 +82,7 @@ ReflectedError::ReflectedError(std::span<const CellInfo> cells,
     }
   }
   groups_.resize(kMostGroups);
-  seen_.resize(kMostGroups * kMostGroups);
+  seen_.resize(kKeptMatrices * kMostGroups * kMostGroups);
 }
 
 double ReflectedError::NarrowBelow(CellId cell) const {
@@ -117,8 +119,14 @@ void ReflectedError::AddProbe(const ErrorProbe& probe) {
   ++probes_;
 }
 
-void ReflectedError::AddRay(size_t from, size_t to, double weight) {
-  seen_[from * kMostGroups + to] += weight;
+void ReflectedError::AddRay(size_t from,
+                            size_t to,
+                            double weight,
+                            const Rgb& reflectance) {
+  for (size_t c = 0; c < kRgbChannels; ++c) {
+    seen_[(c * kMostGroups + from) * kMostGroups + to] +=
+        weight * reflectance[c];
+  }
 }
 
 Eigen::MatrixXd ReflectedError::Residuals(size_t channel) const {
@@ -133,22 +141,30 @@ Eigen::MatrixXd ReflectedError::Residuals(size_t channel) const {
   return residuals;
 }
 
-// s = (1 - rho F)^-1 rho F r. The rows of F sum to at most 1 and rho is below
-// 1, so the matrix is diagonally dominant.
+// With r = rho q, s = rho h, and P the form factors times the reflectances of
+// what the rays meet: h = P (q + h). The rows of P sum to less than 1, so the
+// matrix is diagonally dominant.
 Eigen::MatrixXd ReflectedError::Spread(const Eigen::MatrixXd& residuals,
                                        size_t channel) const {
-  Eigen::MatrixXd reflected = Eigen::MatrixXd::Zero(kMostGroups, kMostGroups);
+  Eigen::MatrixXd back = Eigen::MatrixXd::Zero(kMostGroups, kMostGroups);
+  Eigen::VectorXd rho = Eigen::VectorXd::Zero(kMostGroups);
+  Eigen::MatrixXd q = Eigen::MatrixXd::Zero(kMostGroups, kParts);
   for (size_t k = 0; k < kMostGroups; ++k) {
     const Group& group = groups_[k];
-    for (size_t l = 0; l < kMostGroups && group.weight > 0; ++l) {
-      reflected(EigenIndex(k), EigenIndex(l)) =
-          group.reflectance[channel] / group.weight *
-          seen_[k * kMostGroups + l] / group.weight;
+    if (!(group.reflectance[channel] > 0)) {
+      continue;
+    }
+    const Eigen::Index row = EigenIndex(k);
+    rho[row] = group.reflectance[channel] / group.weight;
+    q.row(row) = residuals.row(row) / rho[row];
+    for (size_t l = 0; l < kMostGroups; ++l) {
+      back(row, EigenIndex(l)) =
+          seen_[(channel * kMostGroups + k) * kMostGroups + l] / group.weight;
     }
   }
   const Eigen::MatrixXd left =
-      Eigen::MatrixXd::Identity(kMostGroups, kMostGroups) - reflected;
-  return left.partialPivLu().solve(reflected * residuals);
+      Eigen::MatrixXd::Identity(kMostGroups, kMostGroups) - back;
+  return rho.asDiagonal() * left.partialPivLu().solve(back * q);
 }
 
 ErrorIntegral ReflectedError::Integral() const {

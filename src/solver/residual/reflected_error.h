@@ -16,6 +16,9 @@
 //   r      residual, W/m2 of radiosity, mean of a group's probes
 //   F      form factors of groups: shares of the probes' rays
 //   s      W/m2 of radiosity
+//
+// Within a group, both r and s are in proportion to the reflectance: a black
+// lamp that hangs in a slot before a white ceiling sends no error back to it.
 
 #pragma once
 
@@ -66,10 +69,10 @@ class ReflectedError {
   // Adds a probe to one of the independent parts, each in turn.
   void AddProbe(const ErrorProbe& probe);
 
-  // Adds a ray from a probe of group `from` that met a surface of group `to`.
-  // `weight` is the probe's weight times the share of its light that the ray
-  // stands for.
-  void AddRay(size_t from, size_t to, double weight);
+  // Adds a ray from a probe of group `from` that met a surface of group `to`
+  // with this reflectance. `weight` is the probe's weight times the share of
+  // its light that the ray stands for.
+  void AddRay(size_t from, size_t to, double weight, const Rgb& reflectance);
 
   // The integral of e^2 - r^2, mean of the channels, without bias by the noise
   // of r.
@@ -106,7 +109,8 @@ class ReflectedError {
   std::vector<Grid> grids_;           // by cell; empty if places are larger
   MemoryCharge charge_;
   std::vector<Group> groups_;
-  std::vector<double> seen_;  // [from][to]: sum of the weights of rays
+  // [channel][from][to]: sum of the weights of rays times the reflectance met
+  std::vector<double> seen_;
   size_t probes_ = 0;
 };
 

@@ -146,12 +146,13 @@ class ResidualMeter {
       throw InterruptedError("stopped as asked; all work is kept");
     }
     const ProbeBatch batch = chooser_.Choose(key, strata);
-    BatchSight seen = rays_.Look(batch, &reflected_);
+    BatchSight seen = rays_.Look(batch, reflected_);
     traced_ += batch.probes.size() * kRaysPerPoint;
-    solution_.ForEachRadiosity(seen.points,
-                               [&](size_t point, const Rgb& radiosity) {
-                                 seen.AddRadiosity(point, radiosity);
-                               });
+    solution_.ForEachLight(seen.points,
+                           [&](size_t point, const LightAtPoint& light) {
+                             seen.AddLight(point, light);
+                           });
+    AddRays(batch, seen);
     for (size_t i = 0; i < batch.probes.size(); ++i) {
       AddResidual(batch.probes[i], seen.probes[i]);
     }
@@ -160,6 +161,20 @@ class ResidualMeter {
                                  static_cast<double>(traced_) /
                                      static_cast<double>(options_.most_rays)),
                         estimate_);
+    }
+  }
+
+  // Tells which groups of surface the rays of the probes connect.
+  void AddRays(const ProbeBatch& batch, const BatchSight& seen) {
+    for (const BatchSight::MetSurface& met : seen.met) {
+      if (met.reflecting) {
+        const size_t i = met.owner / ResidualSamples::kHalves;
+        reflected_.AddRay(
+            seen.probes[i].group,
+            met.group,
+            batch.probes[i].weight / ResidualSamples::kPointsPerProbe,
+            solution_.Scene().materials[met.reflecting->Index()].reflectance);
+      }
     }
   }
 
@@ -214,7 +229,7 @@ uint64_t LeastResidualBytes(size_t cells,
                             size_t patches,
                             size_t lamps,
                             uint64_t most_rays) {
-  constexpr uint64_t kForRays = 4ULL << 20;
+  constexpr uint64_t kForRays = 5ULL << 20;
   return kForRays + Lamps::BytesFor(lamps) +
          ProbeChooser::BytesFor(patches, cells) +
          PatchErrors::BytesFor(cells, MostProbes(most_rays));

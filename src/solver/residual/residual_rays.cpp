@@ -58,7 +58,7 @@ BatchSight NothingSeen(const ProbeBatch& batch) {
   const size_t probes = batch.probes.size();
   seen.probes.resize(probes);
   seen.points.reserve(probes * (1 + Samples::kPointsPerProbe));
-  seen.owners.reserve(probes * Samples::kPointsPerProbe);
+  seen.met.reserve(probes * Samples::kPointsPerProbe);
   for (const ResidualProbe& probe : batch.probes) {
     seen.points.push_back(probe.on);
   }
@@ -67,20 +67,21 @@ BatchSight NothingSeen(const ProbeBatch& batch) {
 
 }  // namespace
 
-void BatchSight::AddRadiosity(size_t point, const Rgb& radiosity) {
+void BatchSight::AddLight(size_t point, const LightAtPoint& light) {
   if (point < probes.size()) {
-    probes[point].solved = radiosity;
+    probes[point].solved = light.radiosity;
     return;
   }
-  const uint32_t owner = owners[point - probes.size()];
-  AddScaled(
-      &probes[owner / Samples::kHalves].arriving[owner % Samples::kHalves],
-      radiosity,
-      1.0 / Samples::kDirections);
+  MetSurface& surface = met[point - probes.size()];
+  surface.reflecting = light.reflecting;
+  AddScaled(&probes[surface.owner / Samples::kHalves]
+                 .arriving[surface.owner % Samples::kHalves],
+            light.radiosity,
+            1.0 / Samples::kDirections);
 }
 
 BatchSight ResidualRays::Look(const ProbeBatch& batch,
-                              ReflectedError* reflected) {
+                              const ReflectedError& groups) {
   BatchSight seen = NothingSeen(batch);
   const size_t probes = batch.probes.size();
   for (part_.first = 0; part_.first < probes; part_.first += part_.count) {
@@ -88,10 +89,10 @@ BatchSight ResidualRays::Look(const ProbeBatch& batch,
     Trace(batch);
     ParallelFor(part_.count, [&](size_t k) {
       const size_t i = part_.first + k;
-      seen.probes[i] = SightOf(batch, i, *reflected);
+      seen.probes[i] = SightOf(batch, i, groups);
     });
     for (size_t i = part_.first; i < part_.first + part_.count; ++i) {
-      NoteMet(batch, i, reflected, &seen);
+      NoteMet(i, &seen);
     }
   }
   return seen;
@@ -179,12 +180,12 @@ bool ResidualRays::IsNarrow(size_t i, double distance) const {
 // the groups of surface that they meet.
 ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
                                  size_t i,
-                                 const ReflectedError& reflected) {
+                                 const ReflectedError& groups) {
   const ResidualProbe& probe = batch.probes[i];
   ProbeSight sight;
-  const double near = reflected.NarrowBelow(probe.on.cell);
+  const double near = groups.NarrowBelow(probe.on.cell);
   const bool is_narrow = IsNarrow(i, near);
-  sight.group = reflected.GroupOf(probe.on.cell, probe.origin, is_narrow);
+  sight.group = groups.GroupOf(probe.on.cell, probe.origin, is_narrow);
   std::optional<LampChoice> lamps;
   size_t met = 0;
   for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
@@ -203,7 +204,7 @@ ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
     const Point3 y = ray.origin + ray.direction * hit.distance;
     // A point close to a probe in a narrow slot is in the slot, too.
     part_.groups[at] = static_cast<uint32_t>(
-        reflected.GroupOf(hit.cell, y, is_narrow && hit.distance < near));
+        groups.GroupOf(hit.cell, y, is_narrow && hit.distance < near));
     if (const Lamp* lamp = lamps_->Find(hit.cell, hit.patch)) {
       if (!lamps) {
         lamps.emplace(LampsOf(batch, probe));
@@ -220,22 +221,17 @@ ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
   return sight;
 }
 
-// Tells `reflected` which groups the rays of a probe connect, and notes where
-// the solution is to be looked up.
-void ResidualRays::NoteMet(const ProbeBatch& batch,
-                           size_t i,
-                           ReflectedError* reflected,
-                           BatchSight* seen) const {
-  const double share = batch.probes[i].weight /
-                       (double{Samples::kHalves} * Samples::kDirections);
+// Notes where the solution is to be looked up.
+void ResidualRays::NoteMet(size_t i, BatchSight* seen) const {
   for (size_t k = 0; k < Samples::kRaysPerProbe; ++k) {
     const size_t at = part_.FirstRayOf(i) + k;
     const TraceHit& hit = part_.hits[at];
     if (Samples::IsDirection(k) && MeetsFront(hit)) {
-      reflected->AddRay(seen->probes[i].group, part_.groups[at], share);
       seen->points.push_back({hit.cell, hit.patch, hit.a, hit.b});
-      seen->owners.push_back(
-          static_cast<uint32_t>(Samples::kHalves * i + k / Samples::kAll));
+      seen->met.push_back(
+          {static_cast<uint32_t>(Samples::kHalves * i + k / Samples::kAll),
+           part_.groups[at],
+           {}});
     }
   }
 }

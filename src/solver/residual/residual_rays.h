@@ -23,11 +23,13 @@
 #include "solver/residual/reflected_error.h"
 #include "solver/residual/residual_probes.h"
 #include "solver/solution/points_by_cell.h"
+#include "solver/solution/solution.h"
 #include "visibility/ray_tracer.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -63,23 +65,29 @@ struct ProbeSight {
 
 // What the probes of a batch see.
 struct BatchSight {
+  // A surface that a ray of a probe has met.
+  struct MetSurface {
+    uint32_t owner = 0;                    // kHalves * probe + half
+    uint32_t group = 0;                    // of surface (reflected_error.h)
+    std::optional<MaterialId> reflecting;  // once the point is looked up
+  };
+
   // The bytes for each probe, those for looking up the solution included.
   static constexpr uint64_t kBytesPerProbe =
       (1 + ResidualSamples::kPointsPerProbe) *
-          (sizeof(PatchPoint) + sizeof(uint32_t) +
+          (sizeof(PatchPoint) + sizeof(MetSurface) +
            PointsByCell::kBytesPerPoint) +
       sizeof(ProbeSight);
 
-  // Adds the solution's radiosity, W/m2, at one of the points. The irradiance
-  // is complete after all points; its bits depend on their order.
-  void AddRadiosity(size_t point, const Rgb& radiosity);
+  // Adds the solution's light at one of the points. The irradiance is complete
+  // after all points; its bits depend on their order.
+  void AddLight(size_t point, const LightAtPoint& light);
 
   std::vector<ProbeSight> probes;
   // Where the solution is to be looked up: at the probes, in their order, then
   // wherever their rays have met a front.
   std::vector<PatchPoint> points;
-  std::vector<uint32_t> owners;  // of the points that are no probes: kHalves *
-                                 // probe + half
+  std::vector<MetSurface> met;  // at the points that are no probes
 };
 
 class ResidualRays {
@@ -102,9 +110,9 @@ class ResidualRays {
         offset_m_(offset_m),
         most_traced_(most_traced) {}
 
-  // Finds what the probes see, and tells `reflected` which groups of surface
-  // their rays connect. All random numbers come from the keys of the probes.
-  BatchSight Look(const ProbeBatch& batch, ReflectedError* reflected);
+  // Finds what the probes see; `groups` says to which group of surface a point
+  // belongs. All random numbers come from the keys of the probes.
+  BatchSight Look(const ProbeBatch& batch, const ReflectedError& groups);
 
  private:
   // The rays of some probes of a batch.
@@ -131,11 +139,8 @@ class ResidualRays {
                  size_t ray_index);
   ProbeSight SightOf(const ProbeBatch& batch,
                      size_t i,
-                     const ReflectedError& reflected);
-  void NoteMet(const ProbeBatch& batch,
-               size_t i,
-               ReflectedError* reflected,
-               BatchSight* seen) const;
+                     const ReflectedError& groups);
+  void NoteMet(size_t i, BatchSight* seen) const;
   [[nodiscard]] bool IsNarrow(size_t i, double distance) const;
   [[nodiscard]] LampChoice LampsOf(const ProbeBatch& batch,
                                    const ResidualProbe& probe) const;

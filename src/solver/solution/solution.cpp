@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <type_traits>
 #include <utility>
 
 namespace enfilade {
@@ -75,11 +76,11 @@ struct Solution::Impl {
   template <typename PatchLike>
   [[nodiscard]] Rgb RadiosityOf(const PatchLike& patch,
                                 const Rgb& irradiance) const;
-  [[nodiscard]] Rgb RadiosityAt(const LoadedCell& cell,
-                                const PatchPoint& point) const;
+  [[nodiscard]] LightAtPoint LightAt(const LoadedCell& cell,
+                                     const PatchPoint& point) const;
 
   // Calls visit(i, value_at(cell, point)) for all points: `visit` from this
-  // thread, in the order that ForEachRadiosity() states, and `value_at` in
+  // thread, in the order that ForEachLight() states, and `value_at` in
   // parallel.
   template <typename ValueAt, typename Visit>
   void ForEachValue(std::span<const PatchPoint> points,
@@ -204,7 +205,9 @@ void Solution::Impl::ForEachValue(std::span<const PatchPoint> points,
                                   const Visit& visit) const {
   const PointsByCell by_cell(points, loader.CellCount());
   const std::span<const CellId> cells = by_cell.Cells();
-  std::vector<Rgb> values(std::min(points.size(), kPointsAtATime));
+  using Value =
+      std::invoke_result_t<ValueAt, const LoadedCell&, const PatchPoint&>;
+  std::vector<Value> values(std::min(points.size(), kPointsAtATime));
   for (size_t first = 0; first < cells.size();) {
     const LoadedCells loaded = loader.LoadSome(cells.subspan(first));
     auto left = by_cell.From(loaded.ids.front(), loaded.ids.back());
@@ -223,10 +226,15 @@ void Solution::Impl::ForEachValue(std::span<const PatchPoint> points,
   }
 }
 
-Rgb Solution::Impl::RadiosityAt(const LoadedCell& cell,
-                                const PatchPoint& point) const {
-  return RadiosityOf(cell.geometry.at(point.patch.Index()),
-                     IrradianceAt(cell, point));
+LightAtPoint Solution::Impl::LightAt(const LoadedCell& cell,
+                                     const PatchPoint& point) const {
+  const PatchGeometry& patch = cell.geometry.at(point.patch.Index());
+  LightAtPoint light;
+  light.radiosity = RadiosityOf(patch, IrradianceAt(cell, point));
+  if (patch.reflects) {
+    light.reflecting = patch.material;
+  }
+  return light;
 }
 
 Solution::Solution(const BlockStorage& store, MemoryBudget& budget) {
@@ -270,18 +278,19 @@ std::vector<Rgb> Solution::Irradiance(
 
 std::vector<Rgb> Solution::Radiosity(std::span<const PatchPoint> points) const {
   std::vector<Rgb> values(points.size());
-  ForEachRadiosity(points,
-                   [&](size_t i, const Rgb& value) { values[i] = value; });
+  ForEachLight(points, [&](size_t i, const LightAtPoint& light) {
+    values[i] = light.radiosity;
+  });
   return values;
 }
 
-void Solution::ForEachRadiosity(
+void Solution::ForEachLight(
     std::span<const PatchPoint> points,
-    const std::function<void(size_t, const Rgb&)>& visit) const {
+    const std::function<void(size_t, const LightAtPoint&)>& visit) const {
   impl_->ForEachValue(
       points,
       [this](const LoadedCell& cell, const PatchPoint& p) {
-        return impl_->RadiosityAt(cell, p);
+        return impl_->LightAt(cell, p);
       },
       visit);
 }

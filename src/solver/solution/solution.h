@@ -17,6 +17,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -55,6 +56,12 @@ Rgb RadiosityOf(const PatchLike& patch,
   return radiosity;
 }
 
+// The light that leaves a point, and what the surface there reflects.
+struct LightAtPoint {
+  Rgb radiosity{};                       // W/m2
+  std::optional<MaterialId> reflecting;  // none if the side reflects nothing
+};
+
 struct LoadedCell;
 
 class Solution {
@@ -80,12 +87,12 @@ class Solution {
   [[nodiscard]] std::vector<Rgb> Radiosity(
       std::span<const PatchPoint> points) const;
 
-  // As Radiosity(), without an array of all values: calls visit(i, radiosity)
-  // from this thread, cell by cell in ascending order, and within a cell in the
+  // As Radiosity(), without an array of all values: calls visit(i, light) from
+  // this thread, cell by cell in ascending order, and within a cell in the
   // order of the points.
-  void ForEachRadiosity(
+  void ForEachLight(
       std::span<const PatchPoint> points,
-      const std::function<void(size_t, const Rgb&)>& visit) const;
+      const std::function<void(size_t, const LightAtPoint&)>& visit) const;
 
   // Visits the leaves of a cell in a fixed order.
   void ForEachLeaf(CellId cell,

@@ -45,7 +45,8 @@ class ErrorOfCells {
       const size_t group = GroupOf(cell);
       error_.AddProbe({group, kSurfaceArea, {r, r, r}, reflectance_});
       for (uint32_t to = 0; to < kCells; ++to) {
-        error_.AddRay(group, GroupOf(to), kSurfaceArea * share(cell, to));
+        error_.AddRay(
+            group, GroupOf(to), kSurfaceArea * share(cell, to), reflectance_);
       }
     }
     return error_.Integral();
@@ -159,11 +160,36 @@ TEST(ReflectedError, WhatIsNarrowIsItsOwn) {
     const size_t group = in_slot ? slot : room;
     const double r = in_slot ? kResidual : 0.0;
     error.AddProbe({group, kSurfaceArea, {r, r, r}, {kRho, kRho, kRho}});
-    error.AddRay(group, group, in_slot ? kSurfaceArea : 0.5 * kSurfaceArea);
+    error.AddRay(group,
+                 group,
+                 in_slot ? kSurfaceArea : 0.5 * kSurfaceArea,
+                 {kRho, kRho, kRho});
   }
   const double whole = kResidual / (1 - kRho);
   EXPECT_NEAR(error.Integral().value,
               kSurfaceArea / 10 * (whole * whole - kResidual * kResidual),
+              1e-9);
+}
+
+// Half of what the probes of a group see is black: it belongs to the group, but
+// sends no error back.
+TEST(ReflectedError, BlackSurfacesSendNothingBack) {
+  MemoryBudget budget(16ULL << 20);
+  ReflectedError error(Cells(1), budget);
+  const size_t group = error.GroupOf(CellId(0U), {0.25, 0.25, 0.25}, true);
+  constexpr double kRho = 0.8;
+  constexpr double kResidual = 0.1;
+  for (int i = 0; i < 160; ++i) {
+    error.AddProbe({group,
+                    kSurfaceArea,
+                    {kResidual, kResidual, kResidual},
+                    {kRho, kRho, kRho}});
+    error.AddRay(group, group, 0.5 * kSurfaceArea, {kRho, kRho, kRho});
+    error.AddRay(group, group, 0.5 * kSurfaceArea, {0, 0, 0});
+  }
+  const double whole = kResidual / (1 - kRho / 2);
+  EXPECT_NEAR(error.Integral().value,
+              kSurfaceArea * (whole * whole - kResidual * kResidual),
               1e-9);
 }
 
@@ -191,7 +217,7 @@ TEST(ReflectedError, TakesAnyNumberOfCells) {
       ASSERT_LT(group, 256U) << i << " of " << count;
       for (int half = 0; half < 2; ++half) {
         error.AddProbe({group, 1, {1, 1, 1}, {0.5, 0.5, 0.5}});
-        error.AddRay(group, group, 1);
+        error.AddRay(group, group, 1, {0.5, 0.5, 0.5});
       }
     }
     EXPECT_GT(error.Integral().value, 0);
