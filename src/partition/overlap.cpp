@@ -3,6 +3,7 @@
 #include "base/stop.h"
 #include "partition/overlap_pairs.h"
 #include "partition/overlap_pieces.h"
+#include "partition/overlap_rims.h"
 #include "partition/overlap_sizes.h"
 #include "partition/patch_cutter.h"
 #include "scene/box_tree.h"
@@ -30,9 +31,10 @@ void SettleAll(std::span<const uint32_t> ranks, OverlapPieces* pieces) {
   }
 }
 
-// The patches after all pieces are settled.
+// The patches after all pieces are settled. `rims`: by patch.
 std::vector<Patch> Replaced(std::span<const Patch> patches,
-                            const OverlapPieces& pieces) {
+                            const OverlapPieces& pieces,
+                            std::span<const RimCut> rims) {
   // The two sides of a touched face are no longer in one place, so each of them
   // blocks rays by itself.
   std::unordered_set<uint32_t> touched_faces;
@@ -41,10 +43,17 @@ std::vector<Patch> Replaced(std::span<const Patch> patches,
       touched_faces.insert(patches[i].face.value);
     }
   }
+  for (const RimCut& rim : rims) {
+    touched_faces.insert(patches[rim.patch].face.value);
+  }
   std::vector<Patch> kept;
+  auto rim = rims.begin();
   for (uint32_t i = 0; i < patches.size(); ++i) {
     Patch patch = patches[i];
     patch.is_twin = patch.is_twin && !touched_faces.contains(patch.face.value);
+    for (; rim != rims.end() && rim->patch == i; ++rim) {
+      patch = WithoutRim(patch, *rim);
+    }
     const std::vector<OverlapPiece>* left = pieces.Find(i);
     if (left == nullptr) {
       kept.push_back(patch);
@@ -74,11 +83,14 @@ OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
     return {};
   }
   pieces.RaiseAll();
+  GrowingCharge rims_charge(budget, "the rims of surfaces that were moved");
+  const std::vector<RimCut> rims =
+      FindRims(patches, tree, pieces, &rims_charge);
   // A growing vector takes twice its size.
   const MemoryCharge charge(budget,
                             2 * pieces.MostPatches() * sizeof(Patch),
                             "surfaces that lie in one another");
-  patches = Replaced(patches, pieces);
+  patches = Replaced(patches, pieces, rims);
   return pieces.Counts();
 }
 
