@@ -69,6 +69,20 @@ std::vector<Patch> Replaced(std::span<const Patch> patches,
   return kept;
 }
 
+// The area of all the strips. `rims`: by patch.
+double AreaOf(std::span<const RimCut> rims, std::span<const Patch> patches) {
+  double area = 0;
+  for (auto rim = rims.begin(); rim != rims.end();) {
+    const uint32_t i = rim->patch;
+    Patch left = patches[i];
+    for (; rim != rims.end() && rim->patch == i; ++rim) {
+      left = WithoutRim(left, *rim);
+    }
+    area += PatchArea(patches[i]) - PatchArea(left);
+  }
+  return area;
+}
+
 }  // namespace
 
 OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
@@ -90,8 +104,10 @@ OverlapCounts SeparateOverlaps(std::vector<Patch>& patches,
   const MemoryCharge charge(budget,
                             2 * pieces.MostPatches() * sizeof(Patch),
                             "surfaces that lie in one another");
+  OverlapCounts counts = pieces.Counts();
+  counts.area_m2 += AreaOf(rims, patches);
   patches = Replaced(patches, pieces, rims);
-  return pieces.Counts();
+  return counts;
 }
 
 uint64_t SeparateOverlapsBytes(size_t patches) {

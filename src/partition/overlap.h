@@ -31,7 +31,7 @@ inline constexpr double kLeastFacing = 0.9994;
 
 struct OverlapCounts {
   uint64_t dropped = 0;  // patches of which a part was there twice
-  double area_m2 = 0;    // of those parts
+  double area_m2 = 0;    // of those parts, and of the strips cut off
   uint64_t moved = 0;    // patches put in front of another
 };
 
@@ -49,7 +49,7 @@ struct OverlapCounts {
 // - Otherwise the smaller surface (overlap_sizes.h), as a whole, is seen. One
 //   that emits counts as smaller than one that does not, and the inside of a
 //   solid as smaller than all others. It is put kApartM in front of the other,
-//   on the side it faces.
+//   on the side it faces. What stands on it begins there (overlap_rims.h).
 //
 // Patches that are not touched keep their order; the pieces of a patch take its
 // place. The memory of the pieces is charged to the budget. `faces`: by FaceId.

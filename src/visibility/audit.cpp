@@ -24,6 +24,25 @@ constexpr size_t kMostAuditBatch = 1U << 18;
 constexpr size_t kAuditRaysPerTask = 1024;
 constexpr size_t kMostMissedKept = 10;
 
+// Whether a point lies straight behind a patch that was put in front of others,
+// in the gap between the patch and where it lay.
+bool IsInGapBehind(const Patch& patch, Point3 p) {
+  if (patch.layer == 0) {
+    return false;
+  }
+  const Vec3 d = p - patch.origin;
+  const double height = Dot(d, PatchNormal(patch));
+  const double uu = Dot(patch.u, patch.u);
+  const double uv = Dot(patch.u, patch.v);
+  const double vv = Dot(patch.v, patch.v);
+  const double det = uu * vv - uv * uv;
+  const double s = (vv * Dot(d, patch.u) - uv * Dot(d, patch.v)) / det;
+  const double t = (uu * Dot(d, patch.v) - uv * Dot(d, patch.u)) / det;
+  const double most_t = patch.shape == PatchShape::kTriangle ? 1 - s : 1;
+  return height < 0 && height > -patch.layer * kApartM && s >= 0 && s <= 1 &&
+         t >= 0 && t <= most_t;
+}
+
 class Auditor {
  public:
   Auditor(const BlockStorage& store, MemoryBudget& budget)
@@ -248,9 +267,23 @@ class Auditor {
            locator_->Locate(end - inwards) == s.hit.cell;
   }
 
+  // Whether a point lies between a patch of the cell and the surface that this
+  // patch was put in front of. What stands on the patch begins there
+  // (overlap_rims.h), so that such gaps may join those of the next cell; no
+  // light gets into them.
+  [[nodiscard]] bool IsBehindMovedPatch(CellId cell, Point3 p) const {
+    const CellPatches content = LoadCellPatches(*store_, cell);
+    return std::any_of(
+        content.patches.begin(),
+        content.patches.end(),
+        [&](const Patch& patch) { return IsInGapBehind(patch, p); });
+  }
+
   void Convict(const Suspect& s, std::span<const TraceHit> beside) {
+    const Point3 end = s.ray.origin + s.ray.direction * s.hit.distance;
     const bool is_real =
-        IsBetweenItsCells(s) &&
+        IsBetweenItsCells(s) && !IsBehindMovedPatch(s.origin, s.ray.origin) &&
+        !IsBehindMovedPatch(s.hit.cell, end) &&
         std::all_of(beside.begin(), beside.end(), [&](const TraceHit& hit) {
           return hit.hit && hit.on_front && hit.cell == s.hit.cell;
         });
