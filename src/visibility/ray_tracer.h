@@ -7,8 +7,9 @@
 // them.
 //
 // Positions are exact to about 1e-5 m where a chunk is less than 64 m wide, and
-// to a float's step of its width elsewhere (trace_chunk.h). A ray that leaves a surface should start
-// kRayOffsetMetres off the surface, on the side that the ray leaves from.
+// to a float's step of its width elsewhere (trace_chunk.h). A ray that leaves a
+// surface should start kRayOffsetMetres off the surface, on the side that the
+// ray leaves from.
 
 #pragma once
 
