@@ -17,11 +17,11 @@ namespace {
 
 using testing::Separate;
 
-constexpr uint32_t kFloor = 0;
+constexpr uint32_t kGround = 0;
 constexpr uint32_t kPlate = 1;
-constexpr uint32_t kWall = 2;
+constexpr uint32_t kStanding = 2;
 
-Patch PatchOf(uint32_t face, Point3 origin, Vec3 u, Vec3 v) {
+Patch RimPatch(uint32_t face, Point3 origin, Vec3 u, Vec3 v) {
   Patch p;
   p.origin = origin;
   p.u = u;
@@ -33,13 +33,13 @@ Patch PatchOf(uint32_t face, Point3 origin, Vec3 u, Vec3 v) {
 
 // A floor, and a plate of 1 m in its plane.
 std::vector<Patch> FloorAndPlate() {
-  return {PatchOf(kFloor, {-5, -5, 0}, {10, 0, 0}, {0, 10, 0}),
-          PatchOf(kPlate, {0, 0, 0}, {1, 0, 0}, {0, 1, 0})};
+  return {RimPatch(kGround, {-5, -5, 0}, {10, 0, 0}, {0, 10, 0}),
+          RimPatch(kPlate, {0, 0, 0}, {1, 0, 0}, {0, 1, 0})};
 }
 
 // A wall of 0.5 m that stands on the line y = 0 and faces +y.
 Patch WallFrom(double from_x, double to_x) {
-  return PatchOf(kWall, {to_x, 0, 0}, {from_x - to_x, 0, 0}, {0, 0, 0.5});
+  return RimPatch(kStanding, {to_x, 0, 0}, {from_x - to_x, 0, 0}, {0, 0, 0.5});
 }
 
 // The heights of a patch above the floor.
@@ -56,7 +56,8 @@ std::pair<double, double> HeightsOf(const Patch& patch) {
 // The patches of the wall after overlaps are separated.
 std::vector<Patch> WallsAmong(std::vector<Patch> patches) {
   Separate(patches);
-  std::erase_if(patches, [](const Patch& p) { return p.face.value != kWall; });
+  std::erase_if(patches,
+                [](const Patch& p) { return p.face.value != kStanding; });
   return patches;
 }
 
@@ -75,9 +76,9 @@ TEST(OverlapRims, WhateverEdgeItStandsOn) {
   const Patch wall = WallFrom(0, 1);
   const std::vector<Patch> alike = {
       wall,
-      PatchOf(kWall, wall.origin + wall.u, wall.v, -wall.u),
-      PatchOf(kWall, wall.origin + wall.u + wall.v, -wall.u, -wall.v),
-      PatchOf(kWall, wall.origin + wall.v, -wall.v, wall.u)};
+      RimPatch(kStanding, wall.origin + wall.u, wall.v, -wall.u),
+      RimPatch(kStanding, wall.origin + wall.u + wall.v, -wall.u, -wall.v),
+      RimPatch(kStanding, wall.origin + wall.v, -wall.v, wall.u)};
   for (Patch turned : alike) {
     for (const PatchShape shape :
          {PatchShape::kParallelogram, PatchShape::kTriangle}) {
@@ -102,7 +103,7 @@ TEST(OverlapRims, OnlyWhereTheSurfaceCoversTheWholeEdge) {
   patches.push_back(WallFrom(0, 1.5));
   EXPECT_EQ(HeightsOf(WallsAmong(patches).at(0)).first, 0);
   // Two plates cover the edge together.
-  patches.push_back(PatchOf(3, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  patches.push_back(RimPatch(3, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}));
   EXPECT_NEAR(HeightsOf(WallsAmong(patches).at(0)).first, kApartM, 1e-12);
 }
 
