@@ -83,7 +83,7 @@ uint32_t PagedBlockers::Occlude(const SegmentPacket& packet, uint32_t blocked) {
 
 bool PagedBlockers::LeaveEmpty(const Shaft& shaft) {
   return std::all_of(cells_.begin(), cells_.end(), [&](const Cell& cell) {
-    if (!shaft.box.Overlaps(cell.box)) {
+    if (!shaft.hull.Overlaps(cell.box)) {
       return true;
     }
     const std::lock_guard lock(mutex_);

@@ -18,12 +18,10 @@ BoxOctet::BoxOctet() {
 }
 
 void BoxOctet::Set(size_t i, const Box& box) {
-  low_x[i] = box.low.x;
-  low_y[i] = box.low.y;
-  low_z[i] = box.low.z;
-  high_x[i] = box.high.x;
-  high_y[i] = box.high.y;
-  high_z[i] = box.high.z;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    low[axis][i] = box.low[axis];
+    high[axis][i] = box.high[axis];
+  }
 }
 
 BoxOctets::BoxOctets(std::span<const Box> boxes) {

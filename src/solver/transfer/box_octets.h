@@ -14,6 +14,12 @@
 
 namespace enfilade {
 
+// The points p with normal . p > offset.
+struct HalfSpace {
+  Vec3f normal;
+  float offset = 0;
+};
+
 // Eight boxes. A box that is not set overlaps nothing within Box::kFar.
 struct BoxOctet {
   static constexpr size_t kCount = 8;
@@ -21,8 +27,8 @@ struct BoxOctet {
   static constexpr std::array<uint32_t, kCount> kBits = {
       1, 2, 4, 8, 16, 32, 64, 128};
 
-  Lanes low_x{}, low_y{}, low_z{};
-  Lanes high_x{}, high_y{}, high_z{};
+  std::array<Lanes, 3> low{};  // by axis
+  std::array<Lanes, 3> high{};
 
   BoxOctet();
 
@@ -32,12 +38,27 @@ struct BoxOctet {
   [[nodiscard]] uint32_t Overlapping(const Box& box) const {
     uint32_t bits = 0;
     for (size_t i = 0; i < kCount; ++i) {  // becomes vector code
-      bits |= kBits[i] & (low_x[i] <= box.high.x ? ~0U : 0U) &
-              (box.low.x <= high_x[i] ? ~0U : 0U) &
-              (low_y[i] <= box.high.y ? ~0U : 0U) &
-              (box.low.y <= high_y[i] ? ~0U : 0U) &
-              (low_z[i] <= box.high.z ? ~0U : 0U) &
-              (box.low.z <= high_z[i] ? ~0U : 0U);
+      bits |= kBits[i] & (low[0][i] <= box.high.x ? ~0U : 0U) &
+              (box.low.x <= high[0][i] ? ~0U : 0U) &
+              (low[1][i] <= box.high.y ? ~0U : 0U) &
+              (box.low.y <= high[1][i] ? ~0U : 0U) &
+              (low[2][i] <= box.high.z ? ~0U : 0U) &
+              (box.low.z <= high[2][i] ? ~0U : 0U);
+    }
+    return bits;
+  }
+
+  // Bit i of the result: box i lies wholly in `beyond`.
+  [[nodiscard]] uint32_t Within(const HalfSpace& beyond) const {
+    const Vec3f n = beyond.normal;
+    // Of the corner that lies least far beyond.
+    const Lanes& x = n.x > 0 ? low[0] : high[0];
+    const Lanes& y = n.y > 0 ? low[1] : high[1];
+    const Lanes& z = n.z > 0 ? low[2] : high[2];
+    uint32_t bits = 0;
+    for (size_t i = 0; i < kCount; ++i) {  // becomes vector code
+      bits |= kBits[i] &
+              (n.x * x[i] + n.y * y[i] + n.z * z[i] > beyond.offset ? ~0U : 0U);
     }
     return bits;
   }

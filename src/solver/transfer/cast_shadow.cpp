@@ -136,12 +136,12 @@ uint32_t CastShadow::MayMeet(const BoxOctet& boxes) const {
   }
   uint32_t bits = 0;
   for (size_t i = 0; i < BoxOctet::kCount; ++i) {  // becomes vector code
-    const float middle_x = (boxes.low_x[i] + boxes.high_x[i]) * 0.5F;
-    const float middle_y = (boxes.low_y[i] + boxes.high_y[i]) * 0.5F;
-    const float middle_z = (boxes.low_z[i] + boxes.high_z[i]) * 0.5F;
-    const float half_x = (boxes.high_x[i] - boxes.low_x[i]) * 0.5F;
-    const float half_y = (boxes.high_y[i] - boxes.low_y[i]) * 0.5F;
-    const float half_z = (boxes.high_z[i] - boxes.low_z[i]) * 0.5F;
+    const float middle_x = (boxes.low[0][i] + boxes.high[0][i]) * 0.5F;
+    const float middle_y = (boxes.low[1][i] + boxes.high[1][i]) * 0.5F;
+    const float middle_z = (boxes.low[2][i] + boxes.high[2][i]) * 0.5F;
+    const float half_x = (boxes.high[0][i] - boxes.low[0][i]) * 0.5F;
+    const float half_y = (boxes.high[1][i] - boxes.low[1][i]) * 0.5F;
+    const float half_z = (boxes.high[2][i] - boxes.low[2][i]) * 0.5F;
     uint32_t meets = BoxOctet::kBits[i];
     for (const HalfSpace& h : within_) {
       const float most =

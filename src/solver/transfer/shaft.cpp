@@ -96,80 +96,75 @@ Box Grown(Box box, float margin) {
   return box;
 }
 
+ShaftEnd EndOf(const PatchGeometry& patch, ElementFrame frame) {
+  ShaftEnd end;
+  end.patch = &patch;
+  end.on_plane = patch.origin;
+  const Corners corners = CornersOf(patch, frame);
+  for (const Vec3f p : corners.View()) {
+    end.points[end.count++] = p;
+    end.box.Add(p);
+  }
+  return end;
+}
+
+ShaftEnd EndOf(const Box& box) {
+  ShaftEnd end;
+  for (; end.count < kBoxCorners; ++end.count) {
+    const size_t i = end.count;
+    end.points[i] = {(i & 1) != 0 ? box.high.x : box.low.x,
+                     (i & 2) != 0 ? box.high.y : box.low.y,
+                     (i & 4) != 0 ? box.high.z : box.low.z};
+  }
+  end.box = box;
+  return end;
+}
+
+Shaft ShaftOf(const ShaftEnd& receiver, const ShaftEnd& source) {
+  return {receiver, source, BoxHull(receiver.box, source.box)};
+}
+
+// The end for tests against portals (AcrossPortals).
+ShaftEnd PutBack(ShaftEnd end) {
+  constexpr auto kApart = static_cast<float>(kApartM);
+  if (end.patch == nullptr) {
+    // Any patch in the box may have been moved by its layer, in any direction.
+    return EndOf(Grown(end.box, kApart * kMostLayers));
+  }
+  const Vec3f back =
+      end.patch->normal * (-kApart * static_cast<float>(end.patch->layer));
+  end.on_plane = end.on_plane + back;
+  for (Vec3f& p : std::span(end.points).first(end.count)) {
+    p = p + back;
+    end.box.Add(p);
+  }
+  end.box = Grown(end.box, kBeyond);
+  return end;
+}
+
+// What lies behind an end, or nearly in its plane.
+HalfSpace Behind(const ShaftEnd& end, float near_m, const Box& bounds) {
+  const Vec3f back = end.patch->normal * -1.0F;
+  return HalfSpaceBeyond(back, Dot(back, end.on_plane) - near_m, bounds);
+}
+
 }  // namespace
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const PatchGeometry& source,
                    ElementFrame source_frame) {
-  Shaft shaft;
-  shaft.receiver = &receiver;
-  shaft.source = &source;
-  shaft.on_receiver = receiver.origin;
-  shaft.on_source = source.origin;
-  const Corners r = CornersOf(receiver, receiver_frame);
-  const Corners s = CornersOf(source, source_frame);
-  for (const Corners* c : {&r, &s}) {
-    for (const Vec3f p : c->View()) {
-      shaft.ends[shaft.count++] = p;
-      shaft.box.Add(p);
-    }
-  }
-  return shaft;
+  return ShaftOf(EndOf(receiver, receiver_frame), EndOf(source, source_frame));
 }
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
                    ElementFrame receiver_frame,
                    const Box& source) {
-  Shaft shaft;
-  shaft.receiver = &receiver;
-  shaft.on_receiver = receiver.origin;
-  const Corners r = CornersOf(receiver, receiver_frame);
-  for (const Vec3f p : r.View()) {
-    shaft.ends[shaft.count++] = p;
-    shaft.box.Add(p);
-  }
-  const auto corner = [&](size_t i) {
-    return Vec3f{(i & 1) != 0 ? source.high.x : source.low.x,
-                 (i & 2) != 0 ? source.high.y : source.low.y,
-                 (i & 4) != 0 ? source.high.z : source.low.z};
-  };
-  for (size_t i = 0; i < kBoxCorners; ++i) {
-    shaft.ends[shaft.count++] = corner(i);
-  }
-  shaft.box.Add(source);
-  return shaft;
+  return ShaftOf(EndOf(receiver, receiver_frame), EndOf(source));
 }
 
-Shaft AcrossPortals(Shaft shaft) {
-  constexpr auto kApart = static_cast<float>(kApartM);
-  const size_t of_receiver = CornerCount(shaft.receiver->shape);
-  const auto put_back = [&](const PatchGeometry& end, auto points, Vec3f* on) {
-    const Vec3f back = end.normal * (-kApart * static_cast<float>(end.layer));
-    *on = *on + back;
-    for (Vec3f& p : points) {
-      p = p + back;
-      shaft.box.Add(p);
-    }
-  };
-  const auto ends = std::span(shaft.ends).first(shaft.count);
-  shaft.box = Grown(shaft.box, kBeyond);
-  put_back(*shaft.receiver, ends.first(of_receiver), &shaft.on_receiver);
-  if (shaft.source != nullptr) {
-    put_back(*shaft.source, ends.subspan(of_receiver), &shaft.on_source);
-    return shaft;
-  }
-  // Any patch in the source box may have been moved by its layer, in any
-  // direction.
-  constexpr float kMost = kApart * kMostLayers;
-  for (size_t i = 0; i < kBoxCorners; ++i) {
-    Vec3f& corner = shaft.ends[of_receiver + i];
-    corner = corner + Vec3f{(i & 1) != 0 ? kMost : -kMost,
-                            (i & 2) != 0 ? kMost : -kMost,
-                            (i & 4) != 0 ? kMost : -kMost};
-    shaft.box.Add(corner);
-  }
-  return shaft;
+Shaft AcrossPortals(const Shaft& shaft) {
+  return ShaftOf(PutBack(shaft.receiver), PutBack(shaft.source));
 }
 
 ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
@@ -194,43 +189,53 @@ ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
 }
 
 bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
-  const auto both = std::span<const Vec3f>(shaft.ends).first(shaft.count);
   const std::span<const Vec3f> blocker = CornersOfBlocker(i);
   const auto has_both_on = [&](float sign) {
-    return AllOnSide(both, blocker[0], normals_[i], sign, coplanar_m_);
+    const auto has = [&](const ShaftEnd& end) {
+      return AllOnSide(
+          end.Corners(), blocker[0], normals_[i], sign, coplanar_m_);
+    };
+    return has(shaft.receiver) && has(shaft.source);
   };
-  const auto is_behind = [&](const PatchGeometry& end, Vec3f on) {
-    return AllOnSide(blocker, on, end.normal, -1, coplanar_m_);
+  const auto is_behind = [&](const ShaftEnd& end) {
+    return end.patch != nullptr &&
+           AllOnSide(blocker, end.on_plane, end.patch->normal, -1, coplanar_m_);
   };
-  return !has_both_on(1) && !has_both_on(-1) &&
-         !is_behind(*shaft.receiver, shaft.on_receiver) &&
-         (shaft.source == nullptr ||
-          !is_behind(*shaft.source, shaft.on_source));
+  return !has_both_on(1) && !has_both_on(-1) && !is_behind(shaft.receiver) &&
+         !is_behind(shaft.source);
 }
 
 bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
   const std::span<const Vec3f> portal = CornersOfBlocker(i);
   const Box opening = Grown(BoxAround(portal), kBeyond);
-  const auto holds =
-      [&](std::span<const Vec3f> end, const PatchGeometry& patch, Vec3f on) {
-        return std::abs(Dot(patch.normal, normals_[i])) > kNearlyParallel &&
-               opening.Overlaps(BoxAround(end)) &&
-               !AllOnSide(portal, on, patch.normal, -1, -kBeyond);
-      };
-  const size_t of_receiver = CornerCount(shaft.receiver->shape);
-  const auto ends = std::span<const Vec3f>(shaft.ends).first(shaft.count);
-  return holds(ends.first(of_receiver), *shaft.receiver, shaft.on_receiver) ||
-         (shaft.source != nullptr &&
-          holds(ends.subspan(of_receiver), *shaft.source, shaft.on_source));
+  const auto holds = [&](const ShaftEnd& end) {
+    return end.patch != nullptr &&
+           std::abs(Dot(end.patch->normal, normals_[i])) > kNearlyParallel &&
+           opening.Overlaps(BoxAround(end.Corners())) &&
+           !AllOnSide(portal, end.on_plane, end.patch->normal, -1, -kBeyond);
+  };
+  return holds(shaft.receiver) || holds(shaft.source);
 }
 
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
-  return boxes_.VisitAll(
-      [&](const BoxOctet& boxes) { return boxes.Overlapping(shaft.box); },
-      [&](size_t i) {
-        return !MayCut(i, shaft) &&
-               !(kind_ == BlockerKind::kPortals && MayHold(i, shaft));
-      });
+  const auto behind = [&](const ShaftEnd& end) {
+    // What is nearer to the plane is left to MayCut.
+    return Behind(end, coplanar_m_ / 2, shaft.hull.Bounds());
+  };
+  const HalfSpace behind_receiver = behind(shaft.receiver);
+  const HalfSpace behind_source =
+      shaft.source.patch == nullptr ? behind_receiver : behind(shaft.source);
+  const auto reaches = [&](const BoxOctet& boxes) {
+    uint32_t bits = shaft.hull.Overlapping(boxes);
+    if (kind_ == BlockerKind::kSurfaces) {
+      bits &= ~(boxes.Within(behind_receiver) | boxes.Within(behind_source));
+    }
+    return bits;
+  };
+  return boxes_.VisitAll(reaches, [&](size_t i) {
+    return !MayCut(i, shaft) &&
+           !(kind_ == BlockerKind::kPortals && MayHold(i, shaft));
+  });
 }
 
 ShadowSum ShaftBlockers::SumOfShadows(const CastShadow& shadow,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "solver/elements/geometry.h"
+#include "solver/transfer/box_hull.h"
 #include "solver/transfer/box_octets.h"
 #include "solver/transfer/cast_shadow.h"
 
@@ -14,16 +15,24 @@
 
 namespace enfilade {
 
-// The space between two elements.
-struct Shaft {
-  const PatchGeometry* receiver = nullptr;
-  const PatchGeometry* source = nullptr;  // null: a box of patches
-  std::array<Vec3f, 12> ends;             // the corners of both ends
+// An end of a shaft: an element, or a box of patches.
+struct ShaftEnd {
+  const PatchGeometry* patch = nullptr;  // null: a box
+  Vec3f on_plane;                        // a point in the plane of the patch
+  std::array<Vec3f, 8> points;           // the corners
   size_t count = 0;
-  Box box;  // bounds of both ends
-  // A point in the plane of each end.
-  Vec3f on_receiver;
-  Vec3f on_source;
+  Box box;  // bounds of the end
+
+  [[nodiscard]] std::span<const Vec3f> Corners() const {
+    return std::span(points).first(count);
+  }
+};
+
+// The space between an element and another, or a box.
+struct Shaft {
+  ShaftEnd receiver;
+  ShaftEnd source;
+  BoxHull hull;  // of the boxes of both ends
 };
 
 Shaft ShaftBetween(const PatchGeometry& receiver,
@@ -38,9 +47,9 @@ Shaft ShaftBetween(const PatchGeometry& receiver,
 
 // The shaft for tests against portals. Portals lie where surfaces lie in the
 // scene, but a surface may have been moved in front of a portal (Patch::layer).
-// The ends therefore move back, and the box holds both positions and the
+// The ends therefore move back, and their boxes hold both positions and the
 // distance by which ends may stick out of their cells.
-Shaft AcrossPortals(Shaft shaft);
+Shaft AcrossPortals(const Shaft& shaft);
 
 // The kind of blockers that are tested against shafts.
 enum class BlockerKind : uint8_t { kSurfaces, kPortals };
@@ -61,7 +70,7 @@ class ShaftBlockers {
                          BlockerKind kind = BlockerKind::kSurfaces);
 
   // True only if no blocker can cut a segment between the two ends: every
-  // blocker lies outside the box of both ends, or has both ends on one side of
+  // blocker lies outside the hull of both ends, or has both ends on one side of
   // the blocker's plane, or lies behind one end or in that end's plane (unless
   // the blocker is a portal that an end may stick out of).
   [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;

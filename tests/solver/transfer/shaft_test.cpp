@@ -194,6 +194,21 @@ TEST(Shaft, WhatStandsBetweenOrBesideIsToldApart) {
   EXPECT_TRUE(proves({0.4, 0.4, -1}));   // below the receiver
 }
 
+// The blocker stands within the box around both ends, beside the hull.
+TEST(Shaft, WhatStandsBesideTheDiagonalIsNotBetween) {
+  const auto ends =
+      GeometryOf({test::Rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                  test::Rectangle({9, 0, 5}, {0, 0, 1}, {0, 1, 0})});
+  const auto proves = [&](Point3 corner) {
+    const BlockerModel blocker(
+        BoxPatches({corner, corner + Vec3{0.5, 1, 0.5}}, false));
+    return blocker.Proves(ends[0], {}, ends[1], {});
+  };
+  EXPECT_FALSE(proves({4, 0, 2.5}));
+  EXPECT_TRUE(proves({7, 0, 1}));
+  EXPECT_TRUE(proves({1, 0, 4}));
+}
+
 TEST(Shaft, PartsOfAWallSeePastABoxThatHidesTheRest) {
   std::vector<Patch> patches = BoxPatches({{0, 0, 0}, {4, 4, 3}}, true);
   Append(patches, BoxPatches({{1, 1, 1}, {1.5, 1.5, 2}}, false));
