@@ -33,8 +33,8 @@ class BoxHull {
 
  private:
   // Along each axis, seen so that it is a point, the hull is that of two
-  // rectangles. Its slanted edges join like corners, of which there are four.
-  static constexpr size_t kMostSlanted = 3 * 4;
+  // rectangles. Its slanted edges join like corners, at most four a side.
+  static constexpr size_t kMostSlanted = 12;
 
   void AddSlanted(const Box& a, const Box& b, size_t x, size_t y);
 

@@ -1,0 +1,49 @@
+// One cell's turn in a sweep: it receives light from all that it sees, and its
+// own light is balanced.
+
+#pragma once
+
+#include "base/ids.h"
+#include "solver/checkpoints.h"
+#include "solver/receiver_cell.h"
+#include "solver/solve_context.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+// Both kinds of turns go on where the state's cursor is, and move it. All they
+// do is in the store or the state at each commit, so that a run that resumes
+// after it yields the same bits.
+class CellTurn {
+ public:
+  CellTurn(SolveContext& context, Checkpoints& checkpoints, CellId cell);
+  ~CellTurn();
+  CellTurn(const CellTurn&) = delete;
+  CellTurn& operator=(const CellTurn&) = delete;
+
+  // Makes the cell's links anew and gathers over them.
+  void Refine();
+
+  // Gathers what sources have sent since the cell's last turn.
+  void Propagate();
+
+  // Whether a turn of Propagate would find anything new.
+  static bool HasNews(SolveContext& context, CellId cell);
+
+ private:
+  void BeginRefinement();
+  void RefinePairs(bool begins);
+  // Returns the number of rays traced.
+  uint64_t FindReceivers();
+  void GatherPair(CellId source);
+  // Balances the light within the cell and updates its row.
+  void Settle();
+  void KeepForReaders();
+
+  SolveContext* context_;
+  Checkpoints* checkpoints_;
+  ReceiverCell r_;
+};
+
+}  // namespace enfilade

@@ -1,0 +1,89 @@
+#include "solver/checkpoints.h"
+
+#include "base/stop.h"
+#include "base/stopwatch.h"
+
+#include <fmt/format.h>
+
+namespace enfilade {
+namespace {
+
+constexpr double kTellSeconds = 0.5;  // between two reports of progress
+
+// Names the current phase and the error that earlier rounds have reached.
+std::string PhaseText(const SolveState& state) {
+  std::string text =
+      fmt::format("round {} {}",
+                  state.rounds.size() + 1,
+                  state.phase == SolvePhase::kRefine ? "refine" : "propagate");
+  if (!state.rounds.empty()) {
+    text += fmt::format(", error {:.3f} so far",
+                        state.rounds.back().estimated_error);
+  }
+  return text;
+}
+
+}  // namespace
+
+Checkpoints::Checkpoints(SolveContext& context)
+    : context_(&context),
+      clock_(context.options.commit_seconds),
+      last_told_(std::chrono::steady_clock::now()) {}
+
+void Checkpoints::Pass() {
+  const SolveOptions& options = context_->options;
+  const bool stop = options.stop != nullptr && options.stop->load();
+  if (stop) {
+    TakeReads();
+  }
+  const bool commits = stop || clock_.IsDue();
+  if (commits) {
+    Commit();
+  }
+  if (stop) {
+    throw InterruptedError("stopped as asked; all work is kept");
+  }
+  if (commits || IsTimeToTell()) {
+    Tell(ShareOfSweep(), PhaseText(context_->state));
+  }
+}
+
+void Checkpoints::Commit() {
+  SolveState& state = context_->state;
+  const Stopwatch watch(&state.times.store_seconds);
+  clock_.Begin();
+  context_->chunks.Finish();
+  if (save_turn_) {
+    save_turn_();
+  }
+  context_->pager.Flush();
+  SaveSolveState(state, context_->store);
+  context_->store.Commit();
+  clock_.End();
+}
+
+void Checkpoints::TakeReads() {
+  const TracedReads reads = context_->pager.Trace().TakeReads();
+  SolveTimes& times = context_->state.times;
+  times.bytes_read += reads.read;
+  times.bytes_belady += reads.belady;
+  times.bytes_compulsory += reads.compulsory;
+}
+
+bool Checkpoints::IsTimeToTell() const {
+  return SecondsSince(last_told_) >= kTellSeconds;
+}
+
+void Checkpoints::Tell(double fraction, const std::string& phase) {
+  if (context_->options.progress) {
+    context_->options.progress(fraction, phase);
+    last_told_ = std::chrono::steady_clock::now();
+  }
+}
+
+double Checkpoints::ShareOfSweep() const {
+  return (static_cast<double>(context_->state.next_cell) + share_of_cell_) /
+         static_cast<double>(context_->state.cells.size());
+}
+
+}  // namespace enfilade

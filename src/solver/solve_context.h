@@ -1,0 +1,73 @@
+// What all steps of a solve share: what is known of the building, what of it is
+// in memory, and how far the solve is.
+
+#pragma once
+
+#include "base/block_storage.h"
+#include "base/memory.h"
+#include "partition/partition.h"
+#include "scene/scene_store.h"
+#include "solver/elements/element_tree.h"
+#include "solver/elements/push_pull.h"
+#include "solver/links/link_store.h"
+#include "solver/paging/cell_pager.h"
+#include "solver/solve.h"
+#include "solver/state/solve_state.h"
+#include "visibility/occlusion.h"
+
+#include <cstdint>
+
+namespace enfilade {
+
+struct SolveContext {
+  // Reads scene and partition, and the state if the store has one; otherwise
+  // the state is an empty one.
+  SolveContext(BlockStorage& of_store,
+               const SolveOptions& of_solve,
+               MemoryBudget& of_memory);
+
+  // Whether the cell sends more than a vanishing share of the mean reflected
+  // radiosity.
+  [[nodiscard]] bool IsLit(CellId cell) const;
+
+  // The seed of what is drawn in this round.
+  [[nodiscard]] uint64_t SeedOfRound() const;
+
+  // Runs `read`, and records its bytes as data that a cell's turn reads only
+  // once.
+  template <typename Read>
+  auto ReadOnce(const Read& read) {
+    const uint64_t before = store.Stats().bytes_read;
+    auto result = read();
+    pager.Trace().AddReadOnce(store.Stats().bytes_read - before);
+    return result;
+  }
+
+  BlockStorage& store;
+  const SolveOptions options;
+  MemoryBudget& budget;
+
+  const SceneInfo scene;
+  const MemoryCharge scene_charge;
+  GrowingCharge portals_charge;
+  const Partition partition;
+  const MemoryCharge cells_charge;
+  const Basis basis;
+  const TreeShape shape;
+  const SurfaceTable surfaces;
+  const OcclusionDevice device;
+  CellPager pager;
+  ChunkWriter chunks;  // tells the pager of what it has written
+  SolveState state;
+  bool is_resumed = false;  // the state is the store's
+
+  // Of all reflecting patches, m2, or of all patches if none reflects.
+  double area = 0;
+  // True if nothing reflects: the solve is then for the irradiance, and
+  // measures its error as if all surfaces had kLeastWeightReflectance.
+  bool is_black = false;
+  // RefineSide::least_reflectance of all receivers.
+  float least_reflectance = kLeastWeightReflectance;
+};
+
+}  // namespace enfilade
