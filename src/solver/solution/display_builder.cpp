@@ -1,6 +1,7 @@
 #include "solver/solution/display_builder.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 #include "solver/solution/plane_index.h"
 
 #include <algorithm>
@@ -81,6 +82,7 @@ void DisplayMeshBuilder::WeldCorners() {
 void DisplayMeshBuilder::FindHanging() {
   std::vector<uint32_t> touching;
   for (uint32_t vertex = 0; vertex < welded_.size(); ++vertex) {
+    ThrowIfStopRequested();
     forest_.LeavesAt(welded_[vertex], &touching);
     for (const uint32_t element : touching) {
       AddHanging(mesh_.leaf_of_element_[element], vertex);
@@ -168,6 +170,7 @@ void DisplayMeshBuilder::TakeValues() {
   centres_.reserve(mesh_.leaves_.size());
   weights_.reserve(mesh_.rings_.size());
   for (size_t leaf = 0; leaf < mesh_.leaves_.size(); ++leaf) {
+    ThrowIfStopRequested();
     TakeLeafValues(leaf);
     WeighLeaf(leaf);
   }

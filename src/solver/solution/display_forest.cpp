@@ -1,6 +1,7 @@
 #include "solver/solution/display_forest.h"
 
 #include "base/check.h"
+#include "base/stop.h"
 #include "partition/patch_points.h"
 #include "partition/polygon.h"
 
@@ -10,6 +11,9 @@
 namespace enfilade {
 namespace {
 
+// Balancing makes no leaves lower than this, metres. Quarters of a sliver are
+// slivers: beside a crumb, they would become as narrow as atoms.
+constexpr double kLeastHeightM = kCrackM;
 // Rounding may make a leaf's edge exceed twice the edge of another.
 constexpr double kEdgeRatio = 2 * (1 + 1e-6);
 constexpr double kHeightsPerTolerance = 8;
@@ -19,7 +23,7 @@ constexpr double kShareOfMesh = 0.2;
 // Element frames are exact in single precision down to this scale.
 constexpr float kLeastScale = 1.0F / (1 << kMaxLevel);
 
-double Least(const ElementFrame& frame, double root_m) {
+double Scaled(const ElementFrame& frame, double root_m) {
   return static_cast<double>(std::abs(frame.scale)) * root_m;
 }
 
@@ -139,7 +143,7 @@ void DisplayForest::EndPass() {
   double least_m = kHeightsPerTolerance * kCrackM;
   for (const DisplayElement& e : elements_) {
     if (e.first_child == 0) {
-      least_m = std::min(least_m, Least(e.frame, roots_[e.root].height_m));
+      least_m = std::min(least_m, Scaled(e.frame, roots_[e.root].height_m));
     }
   }
   tolerance_m_ = least_m / kHeightsPerTolerance;
@@ -154,6 +158,7 @@ void DisplayForest::Balance() {
   }
   std::vector<uint32_t> touching;
   while (!work.empty()) {
+    ThrowIfStopRequested();
     const uint32_t e = work.back();
     const size_t others = work.size();
     const double most_m = kEdgeRatio * EdgeOf(e);
@@ -172,12 +177,12 @@ void DisplayForest::Balance() {
   EndPass();
 }
 
-// Splits leaf e if its longest edge exceeds `most_m`, and adds its children to
-// `work`.
+// Splits leaf e if its longest edge exceeds `most_m` and it is not too low, and
+// adds its children to `work`.
 void DisplayForest::SplitIfLarger(size_t e,
                                   double most_m,
                                   std::vector<uint32_t>* work) {
-  if (EdgeOf(e) <= most_m ||
+  if (EdgeOf(e) <= most_m || HeightOf(e) < 2 * kLeastHeightM ||
       std::abs(elements_[e].frame.scale) <= kLeastScale) {
     return;
   }
@@ -218,7 +223,11 @@ UnitPoint DisplayForest::LocalOf(size_t e, PlanePoint p) const {
 }
 
 double DisplayForest::EdgeOf(size_t e) const {
-  return Least(elements_[e].frame, roots_[elements_[e].root].longest_m);
+  return Scaled(elements_[e].frame, roots_[elements_[e].root].longest_m);
+}
+
+double DisplayForest::HeightOf(size_t e) const {
+  return Scaled(elements_[e].frame, roots_[elements_[e].root].height_m);
 }
 
 bool DisplayForest::Contains(size_t e, PlanePoint p, double margin_m) const {

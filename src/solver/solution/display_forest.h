@@ -2,7 +2,8 @@
 // balanced: touching leaves differ by at most one level (Willmott and Heckbert
 // 1997, section 2.5). Since patches have no common levels, the rule compares
 // lengths: the longest edge of a leaf is at most twice that of every leaf that
-// it touches, even if only at a corner.
+// it touches, even if only at a corner. A leaf lower than twice kCrackM is not
+// split for that.
 
 #pragma once
 
@@ -76,6 +77,9 @@ class DisplayForest {
 
   // The longest edge, metres.
   [[nodiscard]] double EdgeOf(size_t e) const;
+
+  // The height over the longest edge, metres.
+  [[nodiscard]] double HeightOf(size_t e) const;
 
   // Points closer than this are one point, metres: kCrackM or, if the lowest
   // leaf is lower than 8 kCrackM, an eighth of its height.

@@ -413,6 +413,24 @@ TEST_F(DisplayBorderTest, ElementsThatMeetAtACornerAreNotAveraged) {
   }
 }
 
+// A sliver of 3 m by 0.02 mm runs along a wall to a crumb of 0.2 mm. Quarters
+// of the sliver that are no longer than the crumb would be thousands, side by
+// side.
+TEST_F(DisplayBorderTest, ACrumbDoesNotGrindASliver) {
+  const std::vector<Patch> patches = {
+      MakePatch({0, 0}, {6, 0}, {0, 3}),
+      MakePatch({0, -2e-5}, {3, 0}, {0, 2e-5}),
+      MakePatch({3, -2e-4}, {2e-4, 0}, {0, 2e-4})};
+  const Basis haar(1);
+  const auto geometry = GeometryOf(patches);
+  const CellTree tree({&haar, kRgbChannels}, geometry);
+  const CoplanarPatches cell(patches);
+  const DisplayMesh mesh(tree, ZerosFor(tree), cell, 0, {}, budget_);
+  // The wall is graded towards the crumb: some leaves at each of 15 levels.
+  EXPECT_GT(mesh.Forest().Size(), 15 * 4U);
+  EXPECT_LT(mesh.Forest().Size(), 1500U);
+}
+
 // Slivers that are thinner than the cracks between faces and do not quite touch
 // are not welded away: a point moves by an eighth of the least height at most.
 // Means stay within the range of the values that they average.
