@@ -1,9 +1,9 @@
 // The request that the whole process stop, made by a signal.
 //
-// Long loops of the stages before the solve call ThrowIfStopRequested some ten
-// times a second and leave by InterruptedError, because a stage keeps nothing
-// before its end. The solve gets the flag by its options and commits before it
-// stops, as the reference methods do after each fineness.
+// Long loops of the stages before and after the solve call ThrowIfStopRequested
+// some ten times a second and leave by InterruptedError, because a stage keeps
+// nothing before its end. The solve gets the flag by its options and commits
+// before it stops, as the reference methods do after each fineness.
 
 #pragma once
 

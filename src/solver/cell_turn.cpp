@@ -4,6 +4,7 @@
 #include "solver/cell_balance.h"
 #include "solver/error_control.h"
 #include "solver/least_memory.h"
+#include "solver/links/gather.h"
 #include "solver/pair_refinement.h"
 #include "solver/refine/cover.h"
 
@@ -43,26 +44,26 @@ bool HasSent(const SolveState& state, CellId source, CellId cell) {
 }  // namespace
 
 CellTurn::CellTurn(SolveContext& context, Checkpoints& checkpoints, CellId cell)
-    : context_(&context), checkpoints_(&checkpoints), r_(context, cell) {}
+    : context_(&context), checkpoints_(&checkpoints), cell_(context, cell) {}
 
 CellTurn::~CellTurn() {
-  checkpoints_->SaveWith({});
-  checkpoints_->SetShareOfCell(0);
+  checkpoints_->SaveWith(nullptr);
+  checkpoints_->SetShareOfTurn(0);
 }
 
 // -------------------------------------------------------------- refinement
 
 void CellTurn::Refine() {
   CellPager& pager = context_->pager;
-  const size_t patches = r_.geometry->patches.size();
-  r_.care_charge =
+  const size_t patches = cell_.geometry->patches.size();
+  cell_.care_charge =
       pager.Reserve(patches * sizeof(PatchCare), "the care of a cell");
-  r_.care = context_->ReadOnce(
-      [&] { return LoadCellCare(context_->store, r_.id, patches); });
+  cell_.care = context_->ReadOnce(
+      [&] { return LoadCellCare(context_->store, cell_.id, patches); });
   checkpoints_->SaveWith([this] {
     KeepForReaders();
-    if (!r_.care.empty()) {
-      SaveCellCare(r_.care, r_.id, context_->store);
+    if (!cell_.care.empty()) {
+      SaveCellCare(cell_.care, cell_.id, context_->store);
     }
   });
   const bool begins = IsAtStart(context_->state.cursor);
@@ -70,27 +71,27 @@ void CellTurn::Refine() {
     BeginRefinement();
   }
   // All pairs are done if the solve was stopped while light was balanced.
-  if (context_->state.cursor.source < r_.sources.size()) {
+  if (context_->state.cursor.source < cell_.sources.size()) {
     RefinePairs(begins);
   }
-  FreeVector(&r_.care);
-  r_.care_charge.Reset();
+  FreeVector(&cell_.care);
+  cell_.care_charge.Reset();
   Settle();
-  ReceivedLight::ForgetKept(context_->store, r_.id);
+  ReceivedLight::ForgetKept(context_->store, cell_.id);
 }
 
 void CellTurn::BeginRefinement() {
-  for (PatchCare& care : r_.care) {
+  for (PatchCare& care : cell_.care) {
     care.links = 0;
   }
-  CellRow& row = context_->state.cells[r_.id.Index()];
+  CellRow& row = context_->state.cells[cell_.id.Index()];
   row.links = 0;
   row.squared_error = 0;
   row.hold = 0;
   row.most_radius = 1;
-  r_.received->SetZero();
-  context_->pager.ForgetDelta(r_.id);
-  context_->pager.MarkReceivedDirty(r_.id);
+  cell_.received->SetZero();
+  context_->pager.ForgetDelta(cell_.id);
+  context_->pager.MarkReceivedDirty(cell_.id);
 }
 
 // If a commit falls within a cell's refinement, readers of the store get the
@@ -98,10 +99,8 @@ void CellTurn::BeginRefinement() {
 void CellTurn::KeepForReaders() {
   const SolveState& state = context_->state;
   if (state.round > 0 && !IsAtStart(state.cursor)) {
-    context_->ReadOnce([&] {
-      ReceivedLight::KeepForReaders(context_->store, r_.id);
-      return true;
-    });
+    context_->ReadOnce(
+        [&] { ReceivedLight::KeepForReaders(context_->store, cell_.id); });
   }
 }
 
@@ -112,42 +111,46 @@ void CellTurn::RefinePairs(bool begins) {
       context_->pager.Reserve(kRefineWorkspaceBytes, "the links of a cell");
   const uint64_t rays = FindReceivers();
   state.rays += begins ? rays : 0;  // not again if resumed
-  PairRefinement pairs(*context_, *checkpoints_, r_);
-  while (state.cursor.source < r_.sources.size()) {
-    pairs.Refine(r_.sources[state.cursor.source]);
+  PairRefinement pairs(*context_, *checkpoints_, cell_);
+  while (state.cursor.source < cell_.sources.size()) {
+    pairs.Refine(cell_.sources[state.cursor.source]);
     state.cursor = {state.cursor.source + 1, {}, 0, 0};
     checkpoints_->Pass();
   }
   context_->chunks.Finish();
-  SaveCellCare(r_.care, r_.id, context_->store);
-  r_.receivers.reset();
-  FreeVector(&r_.weights);
-  r_.receivers_charge.Reset();
+  SaveCellCare(cell_.care, cell_.id, context_->store);
+  cell_.receivers.reset();
+  FreeVector(&cell_.weights);
+  cell_.receivers_charge.Reset();
 }
 
 uint64_t CellTurn::FindReceivers() {
   SolveState& state = context_->state;
   const Stopwatch watch(&state.times.refine_seconds);
-  const auto& patches = r_.geometry->patches;
-  const ReflectedLight light(*r_.tree, patches, context_->surfaces, r_.care);
+  const auto& patches = cell_.geometry->patches;
+  const ReflectedLight light(
+      *cell_.tree, patches, context_->surfaces, cell_.care);
   CoverOptions options;
   options.tau = kCoverShare * state.tau;
   options.seed = context_->SeedOfRound();
-  const auto occluder = context_->pager.Occluder(r_.id);
-  Covers covers = FindCovers(
-      options,
-      {r_.id, patches, r_.geometry->clusters.get(), occluder.get(), &light});
-  r_.receivers_charge =
+  const auto occluder = context_->pager.Occluder(cell_.id);
+  Covers covers = FindCovers(options,
+                             {cell_.id,
+                              patches,
+                              cell_.geometry->clusters.get(),
+                              occluder.get(),
+                              &light});
+  cell_.receivers_charge =
       context_->pager.Reserve(ClusterTree::BytesFor(covers.receivers.size()) +
                                   covers.receivers.size() * sizeof(float),
                               "the receivers of a cell");
-  r_.receivers =
+  cell_.receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
-  r_.weights =
-      ReceiverWeights({.id = r_.id,
+  cell_.weights =
+      ReceiverWeights({.id = cell_.id,
                        .patches = patches,
-                       .clusters = r_.receivers.get(),
-                       .care = r_.care,
+                       .clusters = cell_.receivers.get(),
+                       .care = cell_.care,
                        .least_reflectance = context_->least_reflectance});
   return covers.rays;
 }
@@ -164,11 +167,11 @@ bool CellTurn::HasNews(SolveContext& context, CellId cell) {
 void CellTurn::Propagate() {
   PairCursor& cursor = context_->state.cursor;
   if (cursor.source == 0) {
-    context_->pager.ForgetDelta(r_.id);
+    context_->pager.ForgetDelta(cell_.id);
   }
-  while (cursor.source < r_.sources.size()) {
-    const CellId source = r_.sources[cursor.source].source;
-    if (HasSent(context_->state, source, r_.id)) {
+  while (cursor.source < cell_.sources.size()) {
+    const CellId source = cell_.sources[cursor.source].source;
+    if (HasSent(context_->state, source, cell_.id)) {
       GatherPair(source);
     }
     ++cursor.source;
@@ -181,10 +184,10 @@ void CellTurn::GatherPair(CellId source) {
   CellPager& pager = context_->pager;
   // Half of all visible pairs have no links, and reading a tree for nothing is
   // expensive: docs/decisions/schedules.md.
-  if (!pager.Order().IsLinked(r_.id, source)) {
+  if (!pager.Order().IsLinked(cell_.id, source)) {
     return;
   }
-  pager.Order().MoveTo(r_.id, source);
+  pager.Order().MoveTo(cell_.id, source);
   const auto geometry = pager.Geometry(source);
   const auto tree = pager.Elements(source);
   const auto delta = pager.Delta(source);
@@ -193,16 +196,16 @@ void CellTurn::GatherPair(CellId source) {
   }
   const Stopwatch watch(&context_->state.times.gather_seconds);
   pager.VisitLinks(
-      {r_.id, source},
-      {r_.tree->Size(), tree->Size(), geometry->groups.All().size()},
+      {cell_.id, source},
+      {cell_.tree->Size(), tree->Size(), geometry->groups.All().size()},
       [&](const LinkBlock& block) {
         Gather(block,
-               {r_.geometry->patches, r_.tree.get(), nullptr},
+               {cell_.geometry->patches, cell_.tree.get(), nullptr},
                SourceSide(*geometry, *tree),
                *delta,
-               r_.received->gathered);
+               cell_.received->gathered);
       });
-  pager.MarkReceivedDirty(r_.id);
+  pager.MarkReceivedDirty(cell_.id);
 }
 
 // ------------------------------------------------------------- the balance
@@ -210,15 +213,15 @@ void CellTurn::GatherPair(CellId source) {
 void CellTurn::Settle() {
   CellPager& pager = context_->pager;
   SolveState& state = context_->state;
-  pager.Order().MoveTo(r_.id, r_.id);
-  pager.ForgetWeights(r_.id);
-  CellRow& row = state.cells[r_.id.Index()];
-  const auto delta = pager.Delta(r_.id);
-  CellBalance balance({r_.id,
-                       r_.geometry.get(),
-                       r_.tree.get(),
+  pager.Order().MoveTo(cell_.id, cell_.id);
+  pager.ForgetWeights(cell_.id);
+  CellRow& row = state.cells[cell_.id.Index()];
+  const auto delta = pager.Delta(cell_.id);
+  CellBalance balance({cell_.id,
+                       cell_.geometry.get(),
+                       cell_.tree.get(),
                        delta.get(),
-                       r_.received.get(),
+                       cell_.received.get(),
                        &row},
                       context_->surfaces,
                       pager,
@@ -230,36 +233,36 @@ void CellTurn::Settle() {
     ++state.cursor.cycle;
     checkpoints_->Pass();
   }
-  const bool was_lit = context_->IsLit(r_.id);
-  const auto& patches = r_.geometry->patches;
+  const bool was_lit = context_->IsLit(cell_.id);
+  const auto& patches = cell_.geometry->patches;
   const CellBalance::Light light = balance.Sum();
   row.residual = light.unsent;
   row.reflected =
       context_->is_black
-          ? LeavingFlux({*r_.tree,
+          ? LeavingFlux({*cell_.tree,
                          patches,
                          AllGrey(context_->surfaces, kLeastWeightReflectance),
-                         &r_.received->gathered})
+                         &cell_.received->gathered})
           : light.leaving - EmittedFlux(patches, context_->surfaces);
-  row.peak = r_.tree->Sent().MaxAbs();
-  row.elements = r_.tree->Size();
+  row.peak = cell_.tree->Sent().MaxAbs();
+  row.elements = cell_.tree->Size();
   row.processed = ++state.tick;
   if (state.phase == SolvePhase::kRefine) {
-    row.changed = SumOverLeaves(*r_.tree, patches, *delta).squared;
+    row.changed = SumOverLeaves(*cell_.tree, patches, *delta).squared;
   }
-  const bool sends = r_.sources.size() > 1;
+  const bool sees_others = cell_.sources.size() > 1;
   if (delta->MaxAbs() > 0) {
     row.published = state.tick;
-    state.published_in_sweep |= sends;
+    state.published_in_sweep |= sees_others;
   }
-  if (!was_lit && context_->IsLit(r_.id) && sends) {
+  if (!was_lit && context_->IsLit(cell_.id) && sees_others) {
     row.lit_late_in = state.round + uint64_t{1};
   }
-  r_.tree->UpdateDetail();
-  assert(r_.tree->IsValid() && delta->IsFinite());
-  pager.MarkDirty(r_.id);
-  pager.MarkReceivedDirty(r_.id);
-  pager.RenewWeights(r_.id);
+  cell_.tree->UpdateDetail();
+  assert(cell_.tree->IsValid() && delta->IsFinite());
+  pager.MarkDirty(cell_.id);
+  pager.MarkReceivedDirty(cell_.id);
+  pager.RenewWeights(cell_.id);
 }
 
 }  // namespace enfilade

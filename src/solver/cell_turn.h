@@ -12,9 +12,10 @@
 
 namespace enfilade {
 
-// Both kinds of turns go on where the state's cursor is, and move it. All they
-// do is in the store or the state at each commit, so that a run that resumes
-// after it yields the same bits.
+// A turn goes on where the state's cursor is, moves it, and ends with the
+// balance; the caller then goes on to the next cell. At each commit in between,
+// all that was done is in the store or the state, so that a run that resumes
+// yields the same bits.
 class CellTurn {
  public:
   CellTurn(SolveContext& context, Checkpoints& checkpoints, CellId cell);
@@ -22,10 +23,12 @@ class CellTurn {
   CellTurn(const CellTurn&) = delete;
   CellTurn& operator=(const CellTurn&) = delete;
 
-  // Makes the cell's links anew and gathers over them.
+  // Makes the cell's links anew and gathers over them. Requires the phase
+  // kRefine.
   void Refine();
 
-  // Gathers what sources have sent since the cell's last turn.
+  // Gathers what sources have sent since the cell's last turn. Requires the
+  // phase kPropagate.
   void Propagate();
 
   // Whether a turn of Propagate would find anything new.
@@ -43,7 +46,7 @@ class CellTurn {
 
   SolveContext* context_;
   Checkpoints* checkpoints_;
-  ReceiverCell r_;
+  ReceiverCell cell_;
 };
 
 }  // namespace enfilade

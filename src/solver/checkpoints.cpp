@@ -1,6 +1,6 @@
 #include "solver/checkpoints.h"
 
-#include "base/stop.h"
+#include "base/error.h"
 #include "base/stopwatch.h"
 
 #include <fmt/format.h>
@@ -54,7 +54,7 @@ void Checkpoints::Commit() {
   clock_.Begin();
   context_->chunks.Finish();
   if (save_turn_) {
-    save_turn_();
+    save_turn_();  // before the light of earlier turns is written over
   }
   context_->pager.Flush();
   SaveSolveState(state, context_->store);
@@ -82,7 +82,7 @@ void Checkpoints::Tell(double fraction, const std::string& phase) {
 }
 
 double Checkpoints::ShareOfSweep() const {
-  return (static_cast<double>(context_->state.next_cell) + share_of_cell_) /
+  return (static_cast<double>(context_->state.next_cell) + share_of_turn_) /
          static_cast<double>(context_->state.cells.size());
 }
 

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <functional>
 #include <string>
+#include <utility>
 
 namespace enfilade {
 
@@ -26,8 +27,8 @@ class Checkpoints {
   // Makes a commit due at the end of the step.
   void MakeCommitDue() { clock_.MakeDue(); }
 
-  // What a cell's turn holds beside the pager is saved by `save` at each
-  // commit until the turn ends, when `save` is empty.
+  // Each commit calls `save` before the pager writes anything, for what a
+  // cell's turn holds beside the pager, until SaveWith(nullptr).
   void SaveWith(std::function<void()> save) { save_turn_ = std::move(save); }
 
   // Adds the bytes read since the last call, and the bytes that an optimal
@@ -35,7 +36,7 @@ class Checkpoints {
   void TakeReads();
 
   // The share of the current cell's turn that is done.
-  void SetShareOfCell(double share) { share_of_cell_ = share; }
+  void SetShareOfTurn(double share) { share_of_turn_ = share; }
 
   // Whether the last report of progress was long ago.
   [[nodiscard]] bool IsTimeToTell() const;
@@ -48,7 +49,7 @@ class Checkpoints {
 
   SolveContext* context_;
   std::function<void()> save_turn_;
-  double share_of_cell_ = 0;
+  double share_of_turn_ = 0;
   CommitClock clock_;
   std::chrono::steady_clock::time_point last_told_;
 };

@@ -60,7 +60,7 @@ void Engine::Run() {
     }
     checkpoints_.Pass();
   }
-  checkpoints_.Commit();
+  checkpoints_.Commit();  // a request alone has changed the state, too
 }
 
 void Engine::Start() {

@@ -1,6 +1,7 @@
 #include "solver/pair_refinement.h"
 
 #include "base/stopwatch.h"
+#include "solver/links/gather.h"
 #include "solver/refine/apply_links.h"
 #include "solver/refine/refined_parts.h"
 
@@ -14,13 +15,10 @@ constexpr double kWeakShare = 0.5;
 
 }  // namespace
 
-GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
-  return {geometry.patches, &tree, &geometry.groups};
-}
-
 void PairRefinement::Unlink(CellId source) {
-  context_->store.EraseAll(BlockKind::kLinks, r_->id.value, source.value);
-  context_->pager.Order().SetLinked(r_->id, source, false);
+  context_->store.EraseAll(
+      BlockKind::kLinks, receiver_->id.value, source.value);
+  context_->pager.Order().SetLinked(receiver_->id, source, false);
 }
 
 void PairRefinement::Refine(const VisibleCell& source) {
@@ -29,7 +27,7 @@ void PairRefinement::Refine(const VisibleCell& source) {
     Unlink(source.source);
     return;
   }
-  pager.Order().MoveTo(r_->id, source.source);
+  pager.Order().MoveTo(receiver_->id, source.source);
   SourceCell s{source.source, pager.Geometry(source.source), nullptr};
   const auto weights = pager.Weights(s.id);
   PairWork work = WorkOf(s, source, *weights);
@@ -39,18 +37,18 @@ void PairRefinement::Refine(const VisibleCell& source) {
   }
   s.tree = pager.Tree(s.id);
   std::vector<const ShaftBlockers*> gates;
-  if (s.id != r_->id) {
-    gates = {r_->geometry->portals.get(), s.geometry->portals.get()};
+  if (s.id != receiver_->id) {
+    gates = {receiver_->geometry->portals.get(), s.geometry->portals.get()};
   }
-  CellsBetween between(pager, r_->id, source, gates);
+  CellsBetween between(pager, receiver_->id, source, gates);
   const Refiner refiner(std::move(work), *s.tree, between.All());
   LinkWriter writer(context_->store,
                     context_->chunks,
-                    {r_->id, s.id},
+                    {receiver_->id, s.id},
                     context_->state.cursor.chunk,
                     [&](const LinkBlock& links) { GatherNew(s, links); });
   WriteLinks(s, refiner, &between, &writer);
-  pager.Order().SetLinked(r_->id, s.id, writer.Chunks() > 0);
+  pager.Order().SetLinked(receiver_->id, s.id, writer.Chunks() > 0);
 }
 
 PairWork PairRefinement::WorkOf(const SourceCell& s,
@@ -62,14 +60,14 @@ PairWork PairRefinement::WorkOf(const SourceCell& s,
   options.seed = context_->SeedOfRound();
   options.counts_black = context_->is_black;
   return {options,
-          {.id = r_->id,
-           .part = context_->pager.BoxOf(r_->id, source.of_receiver),
-           .patches = r_->geometry->patches,
-           .tree = r_->tree.get(),
-           .clusters = r_->receivers.get(),
-           .care = r_->care,
+          {.id = receiver_->id,
+           .part = context_->pager.BoxOf(receiver_->id, source.of_receiver),
+           .patches = receiver_->geometry->patches,
+           .tree = receiver_->tree.get(),
+           .clusters = receiver_->receivers.get(),
+           .care = receiver_->care,
            .least_reflectance = context_->least_reflectance,
-           .weights = r_->weights},
+           .weights = receiver_->weights},
           {.id = s.id,
            .part = context_->pager.BoxOf(s.id, source.of_source),
            .patches = s.geometry->patches,
@@ -100,7 +98,7 @@ void PairRefinement::WriteLinks(const SourceCell& s,
       ApplyPart(*links, s, &writer->Pending());
       parts.Pop();
       state.cursor.work = parts.Next();
-      checkpoints_->SetShareOfCell(ShareOfTurn(refiner.ItemCount()));
+      checkpoints_->SetShareOfTurn(ShareOfTurn(refiner.ItemCount()));
       if (writer->Full()) {
         writer->Flush();
         state.cursor.chunk = writer->Chunks();
@@ -119,7 +117,8 @@ double PairRefinement::ShareOfTurn(size_t items) const {
   const PairCursor& cursor = context_->state.cursor;
   return (static_cast<double>(cursor.source) +
           static_cast<double>(cursor.work.item) / static_cast<double>(items)) /
-         static_cast<double>(r_->sources.size() + 1);  // + 1: the balance
+         static_cast<double>(receiver_->sources.size() +
+                             1);  // + 1: the balance
 }
 
 // Appends the part's links to the block, makes the elements that they name, and
@@ -128,21 +127,21 @@ void PairRefinement::ApplyPart(const RawLinks& part,
                                const SourceCell& s,
                                LinkBlock* block) {
   SolveState& state = context_->state;
-  state.cells[r_->id.Index()].squared_error += part.squared_error;
+  state.cells[receiver_->id.Index()].squared_error += part.squared_error;
   state.rays += part.rays;
   if (part.links.empty()) {
     return;
   }
   ApplyLinks(part,
-             {r_->geometry->patches, r_->tree.get()},
+             {receiver_->geometry->patches, receiver_->tree.get()},
              {s.geometry->patches, s.tree.get()},
-             r_->received.get(),
+             receiver_->received.get(),
              block);
-  context_->pager.MarkDirty(r_->id);
-  context_->pager.MarkReceivedDirty(r_->id);
+  context_->pager.MarkDirty(receiver_->id);
+  context_->pager.MarkReceivedDirty(receiver_->id);
   context_->pager.MarkDirty(s.id);
   for (const RawLink& link : part.links) {
-    ++r_->care[link.receiver_patch].links;
+    ++receiver_->care[link.receiver_patch].links;
   }
 }
 
@@ -151,11 +150,11 @@ void PairRefinement::GatherNew(const SourceCell& s, const LinkBlock& links) {
   SolveState& state = context_->state;
   const Stopwatch watch(&state.times.gather_seconds);
   Gather(links,
-         {r_->geometry->patches, r_->tree.get(), nullptr},
+         {receiver_->geometry->patches, receiver_->tree.get(), nullptr},
          SourceSide(*s.geometry, *s.tree),
          s.tree->Sent(),
-         r_->received->gathered);
-  state.cells[r_->id.Index()].links += links.links.size();
+         receiver_->received->gathered);
+  state.cells[receiver_->id.Index()].links += links.links.size();
 }
 
 }  // namespace enfilade

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "solver/checkpoints.h"
-#include "solver/links/gather.h"
+#include "solver/links/link_block.h"
 #include "solver/links/link_store.h"
 #include "solver/paging/cells_between.h"
 #include "solver/receiver_cell.h"
@@ -18,27 +18,25 @@
 
 namespace enfilade {
 
-// A source cell while links from it are made.
-struct SourceCell {
-  CellId id;
-  std::shared_ptr<const CellGeometry> geometry;
-  std::shared_ptr<CellTree> tree;
-};
-
-GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree);
-
 class PairRefinement {
  public:
   PairRefinement(SolveContext& context,
                  Checkpoints& checkpoints,
                  ReceiverCell& receiver)
-      : context_(&context), checkpoints_(&checkpoints), r_(&receiver) {}
+      : context_(&context), checkpoints_(&checkpoints), receiver_(&receiver) {}
 
   // Makes what is left of the links from `source` by the state's cursor, and
   // gathers over them. Commits may fall in between.
   void Refine(const VisibleCell& source);
 
  private:
+  // A source cell while links from it are made.
+  struct SourceCell {
+    CellId id;
+    std::shared_ptr<const CellGeometry> geometry;
+    std::shared_ptr<CellTree> tree;
+  };
+
   // Removes all links of the receiver from the source.
   void Unlink(CellId source);
   [[nodiscard]] PairWork WorkOf(const SourceCell& s,
@@ -54,7 +52,7 @@ class PairRefinement {
 
   SolveContext* context_;
   Checkpoints* checkpoints_;
-  ReceiverCell* r_;
+  ReceiverCell* receiver_;
 };
 
 }  // namespace enfilade

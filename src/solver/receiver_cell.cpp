@@ -46,4 +46,8 @@ ReceiverCell::ReceiverCell(SolveContext& context, CellId cell)
   received = context.pager.Received(cell);
 }
 
+GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree) {
+  return {geometry.patches, &tree, &geometry.groups};
+}
+
 }  // namespace enfilade

@@ -7,6 +7,7 @@
 #include "solver/elements/cell_care.h"
 #include "solver/elements/element_tree.h"
 #include "solver/elements/received_light.h"
+#include "solver/links/gather.h"
 #include "solver/solve_context.h"
 #include "solver/transfer/cell_geometry.h"
 #include "solver/transfer/cluster_tree.h"
@@ -31,11 +32,14 @@ struct ReceiverCell {
 
   // During refinement: what is asked of each patch, and the elements at which
   // refinement begins, with their weights (ReceiverWeights).
-  CellCare care;
   MemoryCharge care_charge;
+  CellCare care;
+  MemoryCharge receivers_charge;
   std::unique_ptr<ClusterTree> receivers;
   std::vector<float> weights;
-  MemoryCharge receivers_charge;
 };
+
+// The side of a gather that a cell's elements send from.
+GatherSide SourceSide(const CellGeometry& geometry, const CellTree& tree);
 
 }  // namespace enfilade

@@ -10,8 +10,9 @@ namespace enfilade {
 
 // Puts what rays say of the last round's error into its record, and raises the
 // care of the patches that have most of it, so that the next round brings their
-// error down to the wanted level. The round has been committed, and nothing is
-// in memory: a stop leaves the store as it is.
+// error down to the wanted level; after the first round, which is a guess,
+// none. Requires that the round was committed and that the pager was emptied,
+// since the rays need its memory. A stop leaves the store as it is.
 void CheckRound(SolveContext& context, Checkpoints& checkpoints);
 
 }  // namespace enfilade

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/block_storage.h"
+#include "base/ids.h"
 #include "base/memory.h"
 #include "partition/partition.h"
 #include "scene/scene_store.h"
@@ -11,11 +12,13 @@
 #include "solver/elements/push_pull.h"
 #include "solver/links/link_store.h"
 #include "solver/paging/cell_pager.h"
+#include "solver/refine/refine_side.h"
 #include "solver/solve.h"
 #include "solver/state/solve_state.h"
 #include "visibility/occlusion.h"
 
 #include <cstdint>
+#include <type_traits>
 
 namespace enfilade {
 
@@ -38,9 +41,17 @@ struct SolveContext {
   template <typename Read>
   auto ReadOnce(const Read& read) {
     const uint64_t before = store.Stats().bytes_read;
-    auto result = read();
-    pager.Trace().AddReadOnce(store.Stats().bytes_read - before);
-    return result;
+    const auto note = [&] {
+      pager.Trace().AddReadOnce(store.Stats().bytes_read - before);
+    };
+    if constexpr (std::is_void_v<decltype(read())>) {
+      read();
+      note();
+    } else {
+      auto result = read();
+      note();
+      return result;
+    }
   }
 
   BlockStorage& store;
@@ -61,7 +72,8 @@ struct SolveContext {
   SolveState state;
   bool is_resumed = false;  // the state is the store's
 
-  // Of all reflecting patches, m2, or of all patches if none reflects.
+  // What the error is a mean over, m2: the area of the reflecting patches. If
+  // none reflects, it is that of all patches, which Engine adds up.
   double area = 0;
   // True if nothing reflects: the solve is then for the irradiance, and
   // measures its error as if all surfaces had kLeastWeightReflectance.

@@ -130,7 +130,7 @@ TEST_F(PagedFloor, BlocksTheSameRaysAndShafts) {
     };
     const PatchGeometry& end = patches[pick(patches)];
     const PatchGeometry& other = others[pick(others)];
-    const Shaft shaft = ShaftBetween(end, {}, other, {});
+    const ShaftEnds shaft = EndsOf(end, {}, other, {});
     const bool expected = together.All().LeaveEmpty(shaft);
     ASSERT_EQ(in_turn.All().LeaveEmpty(shaft), expected) << "shaft " << i;
     empty += expected ? 1 : 0;

@@ -69,9 +69,9 @@ void ElementRefiner::Visit(const ReceiverElement& r,
     DrawWeak(r, s, {form_factor, bound, 1});
     return;
   }
-  const Shaft shaft =
-      ShaftBetween(*r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
-  if (pair_->blockers->Separate(shaft)) {
+  const ShaftEnds ends =
+      EndsOf(*r.end.patch, r.end.frame, *s.end.patch, s.end.frame);
+  if (pair_->blockers->Separate(ends)) {
     return;
   }
   LinkRays rays(*pair_->blockers, r.end, s.end, KeyOf(r, s), sink_->Rays());
@@ -82,17 +82,17 @@ void ElementRefiner::Visit(const ReceiverElement& r,
       return;
     }
   }
-  VisitSeen(r, s, shaft, blocked, &rays);
+  VisitSeen(r, s, ends, blocked, &rays);
 }
 
 // The part of a visit that needs the kernel.
 void ElementRefiner::VisitSeen(const ReceiverElement& r,
                                const SourceElement& s,
-                               const Shaft& shaft,
+                               const ShaftEnds& ends,
                                int blocked,
                                LinkRays* rays) {
   Judgement judgement = JudgeTransfer(r.end, s);
-  const Visibility look = Look(r, s, {&judgement, &shaft, blocked}, rays);
+  const Visibility look = Look(r, s, {&judgement, &ends, blocked}, rays);
   const ErrorBounds bounds = BoundErrors(r, s, look, blocked, &judgement);
   // An end that cannot be split does not count: splitting the other end instead
   // would only make more links with the same error together.
@@ -149,7 +149,7 @@ ElementRefiner::Visibility ElementRefiner::Look(const ReceiverElement& r,
                                                 const Sight& sight,
                                                 LinkRays* rays) const {
   Visibility look;
-  look.proven = pair_->blockers->LeaveEmpty(*sight.shaft);
+  look.proven = pair_->blockers->LeaveEmpty(*sight.ends);
   if (look.proven) {
     look.bits = AllPairs(r.end, s.end);
     return look;

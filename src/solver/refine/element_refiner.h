@@ -63,7 +63,7 @@ class ElementRefiner {
   // What is known of a transfer before its visibility is looked at.
   struct Sight {
     const Judgement* judgement = nullptr;
-    const Shaft* shaft = nullptr;
+    const ShaftEnds* ends = nullptr;
     int blocked = 0;
   };
 
@@ -76,7 +76,7 @@ class ElementRefiner {
 
   void VisitSeen(const ReceiverElement& r,
                  const SourceElement& s,
-                 const Shaft& shaft,
+                 const ShaftEnds& ends,
                  int blocked,
                  LinkRays* rays);
   void SplitReceiver(const ReceiverElement& r,

@@ -91,8 +91,7 @@ void GroupRefiner::Visit(const ReceiverElement& r,
     DrawWeak(r, visit, transfer);
     return;
   }
-  if (pair_->blockers->Separate(
-          ShaftBetween(*r.end.patch, r.end.frame, group.box))) {
+  if (pair_->blockers->Separate(EndsOf(*r.end.patch, r.end.frame, group.box))) {
     return;
   }
   transfer.Evaluate();

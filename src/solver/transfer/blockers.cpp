@@ -9,18 +9,19 @@ uint32_t Blockers::Occlude(const SegmentPacket& packet) const {
   return distant == nullptr ? blocked : distant->Occlude(packet, blocked);
 }
 
-bool Blockers::Separate(const Shaft& shaft) const {
+bool Blockers::Separate(const ShaftEnds& ends) const {
   if (gates.empty()) {
     return false;
   }
-  const Shaft across = AcrossPortals(shaft);
+  const Shaft across(AcrossPortals(ends));
   return std::any_of(
       gates.begin(), gates.end(), [&](const ShaftBlockers* portals) {
         return portals->LeaveEmpty(across);
       });
 }
 
-bool Blockers::LeaveEmpty(const Shaft& shaft) const {
+bool Blockers::LeaveEmpty(const ShaftEnds& ends) const {
+  const Shaft shaft(ends);
   return std::all_of(shafts.begin(),
                      shafts.end(),
                      [&](const ShaftBlockers* cell) {

@@ -46,12 +46,12 @@ struct Blockers {
   // Bit i of the result: segment i is blocked.
   [[nodiscard]] uint32_t Occlude(const SegmentPacket& packet) const;
 
-  // Whether no light crosses the shaft because it misses all portals of one
+  // Whether no light gets from end to end because it misses all portals of one
   // cell.
-  [[nodiscard]] bool Separate(const Shaft& shaft) const;
+  [[nodiscard]] bool Separate(const ShaftEnds& ends) const;
 
-  // Whether nothing stands in the shaft.
-  [[nodiscard]] bool LeaveEmpty(const Shaft& shaft) const;
+  // Whether nothing stands between the ends.
+  [[nodiscard]] bool LeaveEmpty(const ShaftEnds& ends) const;
 
   // The sum of all blockers' shadows as a share of the receiver, at most
   // `most`. Overlapping shadows count more than once, so the sum may exceed the

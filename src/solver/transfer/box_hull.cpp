@@ -2,23 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace enfilade {
-
-HalfSpace HalfSpaceBeyond(Vec3f normal, float offset, const Box& bounds) {
-  // Three products and two sums are rounded, once for the offset and once for
-  // the point; so were the normal and the offset.
-  constexpr float kRounding = 8 * std::numeric_limits<float>::epsilon();
-  const auto farthest = [](float n, float low, float high) {
-    return std::abs(n) * std::max(std::abs(low), std::abs(high));
-  };
-  return {
-      normal,
-      offset + kRounding * (farthest(normal.x, bounds.low.x, bounds.high.x) +
-                            farthest(normal.y, bounds.low.y, bounds.high.y) +
-                            farthest(normal.z, bounds.low.z, bounds.high.z))};
-}
 
 BoxHull::BoxHull(const Box& a, const Box& b) : bounds_(a) {
   bounds_.Add(b);

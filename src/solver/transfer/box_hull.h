@@ -12,10 +12,6 @@
 
 namespace enfilade {
 
-// A half-space around `normal`, a vector of any length, that holds no point
-// within `bounds` with normal . p <= offset, however that is rounded.
-HalfSpace HalfSpaceBeyond(Vec3f normal, float offset, const Box& bounds);
-
 class BoxHull {
  public:
   BoxHull() = default;
@@ -33,7 +29,7 @@ class BoxHull {
 
  private:
   // Along each axis, seen so that it is a point, the hull is that of two
-  // rectangles. Its slanted edges join like corners, at most four a side.
+  // rectangles. Its slanted edges join like corners: at most four along each.
   static constexpr size_t kMostSlanted = 12;
 
   void AddSlanted(const Box& a, const Box& b, size_t x, size_t y);

@@ -1,5 +1,8 @@
 #include "solver/transfer/box_octets.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace enfilade {
@@ -10,6 +13,20 @@ size_t OctetsFor(size_t count) {
 }
 
 }  // namespace
+
+HalfSpace HalfSpaceBeyond(Vec3f normal, float offset, const Box& bounds) {
+  // Three products and two sums are rounded, once for the offset and once for
+  // the point.
+  constexpr float kRounding = 8 * std::numeric_limits<float>::epsilon();
+  const auto farthest = [](float n, float low, float high) {
+    return std::abs(n) * std::max(std::abs(low), std::abs(high));
+  };
+  return {
+      normal,
+      offset + kRounding * (farthest(normal.x, bounds.low.x, bounds.high.x) +
+                            farthest(normal.y, bounds.low.y, bounds.high.y) +
+                            farthest(normal.z, bounds.low.z, bounds.high.z))};
+}
 
 BoxOctet::BoxOctet() {
   for (size_t i = 0; i < kCount; ++i) {

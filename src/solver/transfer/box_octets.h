@@ -16,9 +16,15 @@ namespace enfilade {
 
 // The points p with normal . p > offset.
 struct HalfSpace {
-  Vec3f normal;
+  Vec3f normal;  // of any length
   float offset = 0;
 };
+
+// The half-space in the direction of `normal` that holds no point within
+// `bounds` with normal . p <= offset, however these numbers were rounded. Nor
+// does a box that reaches beyond `bounds` lie in it for rounding: the rounded
+// sum never falls as a coordinate moves along the normal.
+HalfSpace HalfSpaceBeyond(Vec3f normal, float offset, const Box& bounds);
 
 // Eight boxes. A box that is not set overlaps nothing within Box::kFar.
 struct BoxOctet {

@@ -143,7 +143,7 @@ uint32_t CastShadow::MayMeet(const BoxOctet& boxes) const {
     const float half_y = (boxes.high[1][i] - boxes.low[1][i]) * 0.5F;
     const float half_z = (boxes.high[2][i] - boxes.low[2][i]) * 0.5F;
     uint32_t meets = BoxOctet::kBits[i];
-    for (const HalfSpace& h : within_) {
+    for (const Side& h : within_) {
       const float most =
           middle_x * h.normal.x + middle_y * h.normal.y +
           middle_z * h.normal.z +

@@ -45,7 +45,7 @@ class CastShadow {
   }
 
  private:
-  struct HalfSpace {
+  struct Side {
     Vec3f normal;
     Vec3f reach;       // absolute values of the normal
     float offset = 0;  // Dot(normal, p) >= offset within
@@ -59,7 +59,7 @@ class CastShadow {
   Box around_;  // holds all segments from the receiver to the light
   // Half-spaces whose intersection holds all segments from the receiver to the
   // light. A triangle leaves the last one unset, which holds everything.
-  std::array<HalfSpace, 6> within_;
+  std::array<Side, 6> within_;
 };
 
 // The sums of the shadows of several blockers, separately for blockers with the

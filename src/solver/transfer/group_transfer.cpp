@@ -126,8 +126,8 @@ Vec3f GroupTransfer::NormalOfCuts() const {
 
 bool GroupTransfer::IsProvenClear(const Blockers& blockers) const {
   for (size_t i = 0; i < facing_.count; ++i) {
-    if (!blockers.LeaveEmpty(ShaftBetween(
-            *receiver_->patch, receiver_->frame, PatchAt(i), {}))) {
+    if (!blockers.LeaveEmpty(
+            EndsOf(*receiver_->patch, receiver_->frame, PatchAt(i), {}))) {
       return false;
     }
   }

@@ -9,7 +9,6 @@
 namespace enfilade {
 namespace {
 
-constexpr size_t kBoxCorners = 8;
 // Above this cosine of the angle between the normals of a portal and an
 // element, the element may stick out of its cell over some length.
 constexpr float kNearlyParallel = 0.99F;
@@ -110,7 +109,7 @@ ShaftEnd EndOf(const PatchGeometry& patch, ElementFrame frame) {
 
 ShaftEnd EndOf(const Box& box) {
   ShaftEnd end;
-  for (; end.count < kBoxCorners; ++end.count) {
+  for (; end.count < ShaftEnd::kMostCorners; ++end.count) {
     const size_t i = end.count;
     end.points[i] = {(i & 1) != 0 ? box.high.x : box.low.x,
                      (i & 2) != 0 ? box.high.y : box.low.y,
@@ -118,10 +117,6 @@ ShaftEnd EndOf(const Box& box) {
   }
   end.box = box;
   return end;
-}
-
-Shaft ShaftOf(const ShaftEnd& receiver, const ShaftEnd& source) {
-  return {receiver, source, BoxHull(receiver.box, source.box)};
 }
 
 // The end for tests against portals (AcrossPortals).
@@ -142,29 +137,45 @@ ShaftEnd PutBack(ShaftEnd end) {
   return end;
 }
 
-// What lies behind an end, or nearly in its plane.
-HalfSpace Behind(const ShaftEnd& end, float near_m, const Box& bounds) {
+// What lies behind an element or nearly in its plane. Of the distance within
+// which MayCut takes a blocker for one in the plane, half is left to MayCut, so
+// that rounding leaves nothing out that MayCut would keep.
+HalfSpace BehindOf(const ShaftEnd& end, Box around) {
+  constexpr float kNearM = CoplanarM(BlockerKind::kSurfaces) / 2;
+  around.Add(end.on_plane);
   const Vec3f back = end.patch->normal * -1.0F;
-  return HalfSpaceBeyond(back, Dot(back, end.on_plane) - near_m, bounds);
+  return HalfSpaceBeyond(back, Dot(back, end.on_plane) - kNearM, around);
 }
 
 }  // namespace
 
-Shaft ShaftBetween(const PatchGeometry& receiver,
-                   ElementFrame receiver_frame,
-                   const PatchGeometry& source,
-                   ElementFrame source_frame) {
-  return ShaftOf(EndOf(receiver, receiver_frame), EndOf(source, source_frame));
+ShaftEnds EndsOf(const PatchGeometry& receiver,
+                 ElementFrame receiver_frame,
+                 const PatchGeometry& source,
+                 ElementFrame source_frame) {
+  return {EndOf(receiver, receiver_frame), EndOf(source, source_frame)};
 }
 
-Shaft ShaftBetween(const PatchGeometry& receiver,
-                   ElementFrame receiver_frame,
-                   const Box& source) {
-  return ShaftOf(EndOf(receiver, receiver_frame), EndOf(source));
+ShaftEnds EndsOf(const PatchGeometry& receiver,
+                 ElementFrame receiver_frame,
+                 const Box& source) {
+  return {EndOf(receiver, receiver_frame), EndOf(source)};
 }
 
-Shaft AcrossPortals(const Shaft& shaft) {
-  return ShaftOf(PutBack(shaft.receiver), PutBack(shaft.source));
+ShaftEnds AcrossPortals(const ShaftEnds& ends) {
+  return {PutBack(ends.receiver), PutBack(ends.source)};
+}
+
+Shaft::Shaft(const ShaftEnds& between)
+    : ends(between),
+      hull(ends.receiver.box, ends.source.box),
+      behind_receiver(BehindOf(ends.receiver, hull.Bounds())),
+      behind_source(ends.source.patch == nullptr
+                        ? behind_receiver
+                        : BehindOf(ends.source, hull.Bounds())) {}
+
+uint32_t Shaft::Behind(const BoxOctet& boxes) const {
+  return boxes.Within(behind_receiver) | boxes.Within(behind_source);
 }
 
 ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
@@ -188,24 +199,24 @@ ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
   }
 }
 
-bool ShaftBlockers::MayCut(size_t i, const Shaft& shaft) const {
+bool ShaftBlockers::MayCut(size_t i, const ShaftEnds& ends) const {
   const std::span<const Vec3f> blocker = CornersOfBlocker(i);
   const auto has_both_on = [&](float sign) {
     const auto has = [&](const ShaftEnd& end) {
       return AllOnSide(
           end.Corners(), blocker[0], normals_[i], sign, coplanar_m_);
     };
-    return has(shaft.receiver) && has(shaft.source);
+    return has(ends.receiver) && has(ends.source);
   };
   const auto is_behind = [&](const ShaftEnd& end) {
     return end.patch != nullptr &&
            AllOnSide(blocker, end.on_plane, end.patch->normal, -1, coplanar_m_);
   };
-  return !has_both_on(1) && !has_both_on(-1) && !is_behind(shaft.receiver) &&
-         !is_behind(shaft.source);
+  return !has_both_on(1) && !has_both_on(-1) && !is_behind(ends.receiver) &&
+         !is_behind(ends.source);
 }
 
-bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
+bool ShaftBlockers::MayHold(size_t i, const ShaftEnds& ends) const {
   const std::span<const Vec3f> portal = CornersOfBlocker(i);
   const Box opening = Grown(BoxAround(portal), kBeyond);
   const auto holds = [&](const ShaftEnd& end) {
@@ -214,27 +225,18 @@ bool ShaftBlockers::MayHold(size_t i, const Shaft& shaft) const {
            opening.Overlaps(BoxAround(end.Corners())) &&
            !AllOnSide(portal, end.on_plane, end.patch->normal, -1, -kBeyond);
   };
-  return holds(shaft.receiver) || holds(shaft.source);
+  return holds(ends.receiver) || holds(ends.source);
 }
 
 bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
-  const auto behind = [&](const ShaftEnd& end) {
-    // What is nearer to the plane is left to MayCut.
-    return Behind(end, coplanar_m_ / 2, shaft.hull.Bounds());
-  };
-  const HalfSpace behind_receiver = behind(shaft.receiver);
-  const HalfSpace behind_source =
-      shaft.source.patch == nullptr ? behind_receiver : behind(shaft.source);
+  const bool of_surfaces = kind_ == BlockerKind::kSurfaces;
   const auto reaches = [&](const BoxOctet& boxes) {
-    uint32_t bits = shaft.hull.Overlapping(boxes);
-    if (kind_ == BlockerKind::kSurfaces) {
-      bits &= ~(boxes.Within(behind_receiver) | boxes.Within(behind_source));
-    }
-    return bits;
+    const uint32_t bits = shaft.hull.Overlapping(boxes);
+    // An end may stick out of a portal that lies behind it (MayHold).
+    return of_surfaces ? bits & ~shaft.Behind(boxes) : bits;
   };
   return boxes_.VisitAll(reaches, [&](size_t i) {
-    return !MayCut(i, shaft) &&
-           !(kind_ == BlockerKind::kPortals && MayHold(i, shaft));
+    return !MayCut(i, shaft.ends) && (of_surfaces || !MayHold(i, shaft.ends));
   });
 }
 

@@ -17,9 +17,11 @@ namespace enfilade {
 
 // An end of a shaft: an element, or a box of patches.
 struct ShaftEnd {
+  static constexpr size_t kMostCorners = 8;
+
   const PatchGeometry* patch = nullptr;  // null: a box
   Vec3f on_plane;                        // a point in the plane of the patch
-  std::array<Vec3f, 8> points;           // the corners
+  std::array<Vec3f, kMostCorners> points;
   size_t count = 0;
   Box box;  // bounds of the end
 
@@ -28,28 +30,39 @@ struct ShaftEnd {
   }
 };
 
-// The space between an element and another, or a box.
-struct Shaft {
-  ShaftEnd receiver;
+struct ShaftEnds {
+  ShaftEnd receiver;  // an element
   ShaftEnd source;
-  BoxHull hull;  // of the boxes of both ends
 };
 
-Shaft ShaftBetween(const PatchGeometry& receiver,
-                   ElementFrame receiver_frame,
-                   const PatchGeometry& source,
-                   ElementFrame source_frame);
+ShaftEnds EndsOf(const PatchGeometry& receiver,
+                 ElementFrame receiver_frame,
+                 const PatchGeometry& source,
+                 ElementFrame source_frame);
 
-// The space between an element and whatever is in a box.
-Shaft ShaftBetween(const PatchGeometry& receiver,
-                   ElementFrame receiver_frame,
-                   const Box& source);
+// An element and whatever is in a box.
+ShaftEnds EndsOf(const PatchGeometry& receiver,
+                 ElementFrame receiver_frame,
+                 const Box& source);
 
-// The shaft for tests against portals. Portals lie where surfaces lie in the
+// The ends for tests against portals. Portals lie where surfaces lie in the
 // scene, but a surface may have been moved in front of a portal (Patch::layer).
 // The ends therefore move back, and their boxes hold both positions and the
 // distance by which ends may stick out of their cells.
-Shaft AcrossPortals(const Shaft& shaft);
+ShaftEnds AcrossPortals(const ShaftEnds& ends);
+
+// The space between two ends.
+struct Shaft {
+  explicit Shaft(const ShaftEnds& between);
+
+  // Bit i of the result: box i lies wholly behind one of the ends.
+  [[nodiscard]] uint32_t Behind(const BoxOctet& boxes) const;
+
+  ShaftEnds ends;
+  BoxHull hull;  // of the boxes of both ends
+  HalfSpace behind_receiver;
+  HalfSpace behind_source;  // that of the receiver, if the source is a box
+};
 
 // The kind of blockers that are tested against shafts.
 enum class BlockerKind : uint8_t { kSurfaces, kPortals };
@@ -90,13 +103,13 @@ class ShaftBlockers {
                 BlockerKind kind,
                 std::span<const size_t> order);
 
-  [[nodiscard]] bool MayCut(size_t i, const Shaft& shaft) const;
+  [[nodiscard]] bool MayCut(size_t i, const ShaftEnds& ends) const;
 
   // Whether blocker i, a portal, touches an end that may lie in it or stick out
   // of it. A face may lie up to kOnPlaneM outside of its cell, as where two
   // surfaces are nearly in one plane. The side of the portal on which the end
   // lies then proves nothing.
-  [[nodiscard]] bool MayHold(size_t i, const Shaft& shaft) const;
+  [[nodiscard]] bool MayHold(size_t i, const ShaftEnds& ends) const;
 
   [[nodiscard]] std::span<const Vec3f> CornersOfBlocker(size_t i) const {
     return std::span<const Vec3f>(points_).subspan(4 * i, 4);

@@ -4,6 +4,7 @@
 #include "solver/solution/display_mesh.h"
 
 #include "base/error.h"
+#include "partition/polygon.h"
 
 #include <algorithm>
 #include <cmath>
@@ -428,7 +429,30 @@ TEST_F(DisplayBorderTest, ACrumbDoesNotGrindASliver) {
   const DisplayMesh mesh(tree, ZerosFor(tree), cell, 0, {}, budget_);
   // The wall is graded towards the crumb: some leaves at each of 15 levels.
   EXPECT_GT(mesh.Forest().Size(), 15 * 4U);
-  EXPECT_LT(mesh.Forest().Size(), 1500U);
+  const DisplayForest& forest = mesh.Forest();
+  EXPECT_LT(forest.Size(), 1500U);
+  for (size_t e = patches.size(); e < forest.Size(); ++e) {
+    EXPECT_GE(forest.HeightOf(e), kCrackM);
+  }
+  // Balance holds for all leaves that may be split.
+  for (size_t e = 0; e < forest.Size(); ++e) {
+    if (!forest.IsLeaf(e) || forest.HeightOf(e) < 2 * kCrackM) {
+      continue;
+    }
+    std::vector<uint32_t> touching;
+    for (size_t other = 0; other < forest.Size(); ++other) {
+      if (!forest.IsLeaf(other)) {
+        continue;
+      }
+      for (size_t k = 0; k < forest.CornerCount(other); ++k) {
+        const UnitPoint corner = UnitCorner(forest.ShapeOf(other), k);
+        forest.LeavesAt(forest.PointOn(other, corner), &touching);
+        if (std::find(touching.begin(), touching.end(), e) != touching.end()) {
+          EXPECT_LE(forest.EdgeOf(e), 2.0001 * forest.EdgeOf(other));
+        }
+      }
+    }
+  }
 }
 
 // Slivers that are thinner than the cracks between faces and do not quite touch

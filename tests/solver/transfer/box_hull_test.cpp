@@ -42,6 +42,16 @@ Box PointBox(Vec3f p) {
   return {p, p};
 }
 
+// A box of up to 3 m somewhere around `p`.
+Box BoxWith(Vec3f p, Random& random) {
+  const auto apart = [&] {
+    return Vec3f{Between(random, 0, 1.5F),
+                 Between(random, 0, 1.5F),
+                 Between(random, 0, 1.5F)};
+  };
+  return {p - apart(), p + apart()};
+}
+
 TEST(BoxHull, HoldsAllSegmentsBetweenTheBoxes) {
   Random random(1);
   // Far from the origin coordinates are rounded to a 16,000th of a metre.
@@ -61,6 +71,7 @@ TEST(BoxHull, HoldsAllSegmentsBetweenTheBoxes) {
             on = q;
           }
           EXPECT_TRUE(hull.Overlaps(PointBox(on))) << i << ", " << k;
+          EXPECT_TRUE(hull.Overlaps(BoxWith(on, random))) << i << ", " << k;
         }
       }
     }
@@ -103,7 +114,9 @@ TEST(BoxHull, LeavesOutWhatPlanesAlongAnAxisSeparate) {
 
 TEST(BoxHull, TellsEightBoxesApartAsItDoesOne) {
   Random random(3);
-  for (int i = 0; i < 300; ++i) {
+  int within = 0;
+  int outside = 0;
+  for (int i = 0; i < 3000; ++i) {
     const BoxHull hull(SomeBox({}, random), SomeBox({}, random));
     std::array<Box, BoxOctet::kCount> boxes;
     BoxOctet octet;
@@ -113,9 +126,13 @@ TEST(BoxHull, TellsEightBoxesApartAsItDoesOne) {
     }
     const uint32_t bits = hull.Overlapping(octet);
     for (size_t k = 0; k < boxes.size(); ++k) {
-      EXPECT_EQ((bits >> k & 1) != 0, hull.Overlaps(boxes[k]));
+      const bool overlaps = hull.Overlaps(boxes[k]);
+      EXPECT_EQ((bits >> k & 1) != 0, overlaps);
+      (overlaps ? within : outside) += 1;
     }
   }
+  EXPECT_GT(within, 100);
+  EXPECT_GT(outside, 100);
 }
 
 TEST(BoxHull, OfOneBoxIsThatBox) {

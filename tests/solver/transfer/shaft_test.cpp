@@ -50,7 +50,7 @@ class BlockerModel {
                             ElementFrame rf,
                             const PatchGeometry& s,
                             ElementFrame sf) const {
-    return shaft_.LeaveEmpty(ShaftBetween(r, rf, s, sf));
+    return shaft_.LeaveEmpty(Shaft(EndsOf(r, rf, s, sf)));
   }
 
   // How many of 16 random segments between points that face each other are
@@ -235,8 +235,8 @@ TEST(Shaft, AnOpeningJustBeforeAWallLetsLightThrough) {
   const ShaftBlockers surfaces(opening);
   const auto let_through = [&](const ShaftBlockers& by, double x) {
     const auto ends = wall_at(x);
-    return !by.LeaveEmpty(ShaftBetween(ends[0], {}, ends[1], {})) &&
-           !by.LeaveEmpty(ShaftBetween(ends[1], {}, ends[0], {}));
+    return !by.LeaveEmpty(Shaft(EndsOf(ends[0], {}, ends[1], {}))) &&
+           !by.LeaveEmpty(Shaft(EndsOf(ends[1], {}, ends[0], {})));
   };
   EXPECT_TRUE(let_through(portals, -1));
   EXPECT_TRUE(let_through(portals, -1e-4));
@@ -258,7 +258,7 @@ TEST(Shaft, AnOpeningOverAThinWedgeLetsLightThrough) {
                   test::Rectangle({0, 0, 3}, {0, 10, 0}, {10, 0, 0})});
   const ShaftBlockers portals(opening, BlockerKind::kPortals);
   for (float scale = 1; scale > 0.01F; scale /= 2) {
-    const Shaft shaft = ShaftBetween(ends[0], {0, 0, scale}, ends[1], {});
+    const Shaft shaft(EndsOf(ends[0], {0, 0, scale}, ends[1], {}));
     EXPECT_FALSE(portals.LeaveEmpty(shaft)) << scale;
   }
 }
@@ -276,8 +276,8 @@ TEST(Shaft, AnElementThatSticksOutOfAnOpeningIsLitThroughIt) {
     const auto ends =
         GeometryOf({test::Rectangle({2, 2, height}, {1, 0, 0}, {0, 1, 0}),
                     test::Rectangle({0, 0, 3}, {0, 10, 0}, {10, 0, 0})});
-    return !between.Separate(ShaftBetween(ends[0], {}, ends[1], {})) &&
-           !between.Separate(ShaftBetween(ends[1], {}, ends[0], {}));
+    return !between.Separate(EndsOf(ends[0], {}, ends[1], {})) &&
+           !between.Separate(EndsOf(ends[1], {}, ends[0], {}));
   };
   EXPECT_TRUE(is_lit(-kOnPlaneM));
   EXPECT_TRUE(is_lit(0));
@@ -293,8 +293,8 @@ TEST(Shaft, AnOpeningBesideAWallLetsNothingThrough) {
       GeometryOf({test::Rectangle({0, 1.1, 0}, {0, 1, 0}, {0, 0, 1}),
                   test::Rectangle({2, -1, 0}, {0, 0, 1}, {0, 3, 0})});
   const ShaftBlockers portals(opening, BlockerKind::kPortals);
-  EXPECT_TRUE(portals.LeaveEmpty(ShaftBetween(ends[0], {}, ends[1], {})));
-  EXPECT_TRUE(portals.LeaveEmpty(ShaftBetween(ends[1], {}, ends[0], {})));
+  EXPECT_TRUE(portals.LeaveEmpty(Shaft(EndsOf(ends[0], {}, ends[1], {}))));
+  EXPECT_TRUE(portals.LeaveEmpty(Shaft(EndsOf(ends[1], {}, ends[0], {}))));
 }
 
 // A patch that lay in another surface was moved in front of that surface, and
@@ -314,11 +314,9 @@ TEST(Shaft, WhatWasPutBeforeAnOpeningIsLitThroughIt) {
     box.Add(lamp[0].origin + lamp[0].u + lamp[0].v);
     Blockers between;
     between.gates = {&portals};
-    const bool by_group = !between.Separate(ShaftBetween(own[0], {}, box));
-    EXPECT_EQ(by_group,
-              !between.Separate(ShaftBetween(own[0], {}, lamp[0], {})));
-    EXPECT_EQ(by_group,
-              !between.Separate(ShaftBetween(lamp[0], {}, own[0], {})));
+    const bool by_group = !between.Separate(EndsOf(own[0], {}, box));
+    EXPECT_EQ(by_group, !between.Separate(EndsOf(own[0], {}, lamp[0], {})));
+    EXPECT_EQ(by_group, !between.Separate(EndsOf(lamp[0], {}, own[0], {})));
     return by_group;
   };
   EXPECT_FALSE(is_lit());
