@@ -117,8 +117,7 @@ double PairRefinement::ShareOfTurn(size_t items) const {
   const PairCursor& cursor = context_->state.cursor;
   return (static_cast<double>(cursor.source) +
           static_cast<double>(cursor.work.item) / static_cast<double>(items)) /
-         static_cast<double>(receiver_->sources.size() +
-                             1);  // + 1: the balance
+         static_cast<double>(receiver_->sources.size() + 1);  // 1: the balance
 }
 
 // Appends the part's links to the block, makes the elements that they name, and

@@ -19,8 +19,8 @@
 namespace enfilade {
 
 struct ReceiverCell {
-  // Begins the turn in the pager and pages the cell in. In propagation only the
-  // cells that it has links from are known, and not what lies between.
+  // Begins the turn in the pager and pages the cell in. In propagation, what
+  // lies between the cell and its sources is not known.
   ReceiverCell(SolveContext& context, CellId cell);
 
   CellId id;
