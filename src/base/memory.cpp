@@ -22,10 +22,11 @@
 #include <jemalloc/jemalloc.h>
 
 // jemalloc declares this variable and reads it before the program begins. With
-// these settings jemalloc keeps freed memory until ReleaseFreedMemory:
-// docs/decisions/allocator.md.
+// these settings jemalloc keeps freed memory until ReleaseFreedMemory, and
+// serves arrays of any size from it: docs/decisions/allocator.md.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-const char* malloc_conf = "narenas:1,dirty_decay_ms:-1,muzzy_decay_ms:0";
+const char* malloc_conf =
+    "narenas:1,dirty_decay_ms:-1,muzzy_decay_ms:0,lg_extent_max_active_fit:32";
 #endif
 
 namespace enfilade {

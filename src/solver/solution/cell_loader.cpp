@@ -73,14 +73,17 @@ LoadedCell CellLoader::Load(CellId cell, MemoryCharge charge) const {
 }
 
 // Charges the budget for the leading cells that are to be in memory together.
+// None of them is resident yet, so that each look at the resident size takes in
+// all of them.
 std::vector<MemoryCharge> CellLoader::ChargeSome(
     std::span<const CellId> cells) const {
   std::vector<MemoryCharge> charges;
-  charges.push_back(ChargeFor(BytesOf(cells.front())));
-  uint64_t room = budget_->FreeBytes() / 2;
+  uint64_t coming = BytesOf(cells.front());
+  charges.push_back(ChargeFor(coming));
+  const uint64_t most = coming + budget_->FreeBytes() / 2;
   while (charges.size() < std::min(cells.size(), kMostCells)) {
     const uint64_t bytes = BytesOf(cells[charges.size()]);
-    if (bytes > room || budget_->ResidentExcess(bytes) > 0) {
+    if (coming + bytes > most || budget_->InUseExcess(coming + bytes) > 0) {
       break;
     }
     auto charge = MemoryCharge::IfItFits(*budget_, bytes);
@@ -88,7 +91,10 @@ std::vector<MemoryCharge> CellLoader::ChargeSome(
       break;
     }
     charges.push_back(std::move(*charge));
-    room -= bytes;
+    coming += bytes;
+  }
+  if (budget_->ResidentExcess(coming) > 0) {
+    ReleaseFreedMemory();
   }
   return charges;
 }
