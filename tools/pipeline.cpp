@@ -166,8 +166,8 @@ SolveSummary PipelineRun::Solve() {
   progress_.Begin("solve");
   SolveOptions options = SolveOptionsOf(settings_);
   options.stop = &StopRequested();
-  options.progress = [&](double fraction, const std::string& phase) {
-    progress_.Update(fraction, phase);
+  options.progress = [&](const SolveProgress& progress) {
+    progress_.UpdatePart(progress.part, progress.fraction, progress.detail);
     if (SecondsSince(recorded_) > kSecondsBetweenRecords) {
       UpdateRecord();
     }

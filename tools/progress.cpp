@@ -78,6 +78,7 @@ void Progress::Begin(std::string_view stage) {
   stage_ = stage;
   begin_ = Clock::now();
   shown_ = begin_;
+  part_.clear();
   first_fraction_.reset();
   if (output_ == Output::kLog) {
     spdlog::info("{}", stage_);
@@ -85,8 +86,15 @@ void Progress::Begin(std::string_view stage) {
 }
 
 void Progress::Update(double fraction, std::string_view detail) {
+  UpdatePart({}, fraction, detail);
+}
+
+void Progress::UpdatePart(std::string_view part,
+                          double fraction,
+                          std::string_view detail) {
   const std::scoped_lock lock(mutex_);
-  if (!first_fraction_) {
+  if (!first_fraction_ || part != part_) {
+    part_ = part;
     first_fraction_ = fraction;
     first_ = Clock::now();
   }
@@ -98,8 +106,10 @@ void Progress::Update(double fraction, std::string_view detail) {
     return;
   }
   shown_ = Clock::now();
-  std::string text = ProgressText(
-      stage_, {*first_fraction_, fraction, SecondsSince(first_)}, detail);
+  std::string text =
+      ProgressText(part_.empty() ? stage_ : fmt::format("{} {}", stage_, part_),
+                   {*first_fraction_, fraction, SecondsSince(first_)},
+                   detail);
   if (output_ == Output::kLog) {
     spdlog::info("{}", text);
     return;

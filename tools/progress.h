@@ -16,8 +16,8 @@ namespace enfilade {
 // "42 s", "3 min 20 s", "2 h 05 min".
 std::string FormatDuration(double seconds);
 
-// How far a stage has come in this run. In a resumed run, a part of the stage
-// was already done at the start.
+// How far a stage, or a part of it, has come in this run. In a resumed run,
+// some of it was already done at the start.
 struct ProgressSoFar {
   double first = 0;  // the fraction at the first update
   double fraction = 0;
@@ -49,6 +49,12 @@ class Progress {
   // `fraction` in [0, 1] of the stage.
   void Update(double fraction, std::string_view detail = {});
 
+  // `fraction` in [0, 1] of a part of the stage. The time left is that of the
+  // part.
+  void UpdatePart(std::string_view part,
+                  double fraction,
+                  std::string_view detail);
+
   // Logs `text` on a line of its own; it is shown with -v.
   void Note(std::string_view text);
 
@@ -67,9 +73,10 @@ class Progress {
   Output output_;
   std::mutex mutex_;
   std::string stage_;
+  std::string part_;  // of the stage; empty: the whole
   Clock::time_point begin_;
   Clock::time_point shown_;
-  std::optional<double> first_fraction_;  // at the stage's first update
+  std::optional<double> first_fraction_;  // at the part's first update
   Clock::time_point first_;               // time of that update
   bool line_visible_ = false;
 };

@@ -10,17 +10,21 @@ namespace {
 
 constexpr double kTellSeconds = 0.5;  // between two reports of progress
 
-// Names the current phase and the error that earlier rounds have reached.
-std::string PhaseText(const SolveState& state) {
-  std::string text =
-      fmt::format("round {} {}",
-                  state.rounds.size() + 1,
-                  state.phase == SolvePhase::kRefine ? "refine" : "propagate");
-  if (!state.rounds.empty()) {
-    text += fmt::format(", error {:.3f} so far",
-                        state.rounds.back().estimated_error);
-  }
-  return text;
+// Names the current sweep.
+std::string SweepText(const SolveState& state) {
+  const size_t round = state.rounds.size() + 1;
+  return state.phase == SolvePhase::kRefine
+             ? fmt::format("round {} refine", round)
+             : fmt::format(
+                   "round {} propagate {}", round, state.sweeps_in_round);
+}
+
+// Tells the error that earlier rounds have reached.
+std::string ErrorText(const SolveState& state) {
+  return state.rounds.empty() ? std::string()
+                              : fmt::format("error {:.3f} so far, {} asked",
+                                            state.rounds.back().estimated_error,
+                                            state.error);
 }
 
 }  // namespace
@@ -44,7 +48,9 @@ void Checkpoints::Pass() {
     throw InterruptedError("stopped as asked; all work is kept");
   }
   if (commits || IsTimeToTell()) {
-    Tell(ShareOfSweep(), PhaseText(context_->state));
+    Tell({SweepText(context_->state),
+          ShareOfSweep(),
+          ErrorText(context_->state)});
   }
 }
 
@@ -74,9 +80,9 @@ bool Checkpoints::IsTimeToTell() const {
   return SecondsSince(last_told_) >= kTellSeconds;
 }
 
-void Checkpoints::Tell(double fraction, const std::string& phase) {
+void Checkpoints::Tell(const SolveProgress& progress) {
   if (context_->options.progress) {
-    context_->options.progress(fraction, phase);
+    context_->options.progress(progress);
     last_told_ = std::chrono::steady_clock::now();
   }
 }

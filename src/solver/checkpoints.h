@@ -41,7 +41,7 @@ class Checkpoints {
   // Whether the last report of progress was long ago.
   [[nodiscard]] bool IsTimeToTell() const;
 
-  void Tell(double fraction, const std::string& phase);
+  void Tell(const SolveProgress& progress);
 
  private:
   // As if all cells and all pairs took equally long.

@@ -34,15 +34,14 @@ DecidingRays RaysToDecide(uint64_t links) {
               : std::max(kLeastDecidingRays, links / kLinksPerLocatingRay)};
 }
 
-std::string ResidualText(size_t round, const ResidualEstimate& so_far) {
-  std::string text = fmt::format("round {} residual", round);
-  if (so_far.points > 0) {
-    text += fmt::format(", error {:.3f} [{:.3f}, {:.3f}] so far",
-                        so_far.value,
-                        so_far.low,
-                        so_far.high);
-  }
-  return text;
+std::string ResidualErrorText(const ResidualEstimate& so_far, double asked) {
+  return so_far.points == 0
+             ? std::string()
+             : fmt::format("error {:.3f} [{:.3f}, {:.3f}] so far, {} asked",
+                           so_far.value,
+                           so_far.low,
+                           so_far.high,
+                           asked);
 }
 
 // Raises the care of the patches that have most of the error, so that the next
@@ -105,7 +104,9 @@ void CheckRound(SolveContext& context, Checkpoints& checkpoints) {
   options.stop = context.options.stop;
   options.progress = [&](double share, const ResidualEstimate& so_far) {
     if (checkpoints.IsTimeToTell()) {
-      checkpoints.Tell(share, ResidualText(state.rounds.size(), so_far));
+      checkpoints.Tell({fmt::format("round {} residual", state.rounds.size()),
+                        share,
+                        ResidualErrorText(so_far, state.error)});
     }
   };
   PatchErrors by_patch;

@@ -1,6 +1,7 @@
 #include "tools/progress.h"
 
 #include <chrono>
+#include <string>
 #include <thread>
 
 #include <fcntl.h>
@@ -44,6 +45,24 @@ TEST(ProgressText, SaysHundredPercentOnlyWhenDone) {
 TEST(ProgressText, ClampsTheFraction) {
   EXPECT_EQ(ProgressText("solve", {0, 1.5, 10}, ""), "solve 100 %");
   EXPECT_EQ(ProgressText("solve", {0, -1, 10}, ""), "solve 0 %");
+}
+
+// What another part has taken says nothing of this one.
+TEST(Progress, ExtrapolatesEachPartByItself) {
+  testing::internal::CaptureStderr();
+  Progress progress(Progress::Output::kTerminal);
+  progress.Begin("solve");
+  // Lines begin after a second.
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  progress.UpdatePart("round 1 refine", 0.5, "");
+  progress.UpdatePart("round 1 residual", 0, "");
+  std::this_thread::sleep_for(std::chrono::milliseconds(250));
+  progress.UpdatePart("round 1 residual", 0.5, "error 0.3");
+  const std::string shown = testing::internal::GetCapturedStderr();
+  EXPECT_NE(shown.find("solve round 1 refine 50 %"), std::string::npos);
+  EXPECT_NE(shown.find("solve round 1 residual 50 %, 0 s left: error 0.3"),
+            std::string::npos)
+      << shown;
 }
 
 // Nothing can be written to the terminal any more, as after a logout.

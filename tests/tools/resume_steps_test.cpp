@@ -66,7 +66,7 @@ class ResumedFloor : public ::testing::Test {
     SolveOptions options = Options(error);
     options.commit_seconds = 0;
     options.stop = &stop;
-    options.progress = [&](double, const std::string&) { stop = --steps <= 0; };
+    options.progress = [&](const SolveProgress&) { stop = --steps <= 0; };
     MemoryBudget budget(kRoomy);
     EXPECT_THROW(Solve(store, options, budget), InterruptedError);
   }
@@ -94,8 +94,8 @@ TEST_P(ResumeSteps, ComeToTheSameBits) {
   SolveOptions options = Options();
   options.commit_seconds = 0;
   options.stop = &stop;
-  options.progress = [&](double, const std::string& phase) {
-    const bool is_step = phase.find("residual") == std::string::npos;
+  options.progress = [&](const SolveProgress& progress) {
+    const bool is_step = progress.part.find("residual") == std::string::npos;
     stop = is_step && ++steps % GetParam() == 0;
   };
   int runs = 1;
@@ -137,7 +137,7 @@ TEST_F(ResumedFloor, SpendsATwentiethOfItsTimeOnCommitsThatAreSlow) {
   int rounds = 0;
   int steps = 0;
   options.round_ended = [&](const RoundSummary&) { ++rounds; };
-  options.progress = [&](double, const std::string&) { ++steps; };
+  options.progress = [&](const SolveProgress&) { ++steps; };
   MemoryBudget budget(kRoomy);
   const auto begin = std::chrono::steady_clock::now();
   Solve(store, options, budget);
@@ -204,8 +204,8 @@ TEST_F(ResumedFloor, IsAsBrightAsBeforeWhereverARoundIsStopped) {
   SolveOptions options = Options(0.1);
   options.commit_seconds = 0;
   options.stop = &stop;
-  options.progress = [&](double, const std::string& phase) {
-    stop = phase.starts_with("round 2 refine");
+  options.progress = [&](const SolveProgress& progress) {
+    stop = progress.part == "round 2 refine";
   };
   std::vector<double> before;
   options.round_ended = [&](const RoundSummary&) {

@@ -38,12 +38,12 @@ double MeanSquare(const CellTree& tree_a,
 
 }  // namespace
 
-void RunControl::Check(double fraction, const std::string& phase) const {
+void RunControl::Check(double fraction, std::string_view part) const {
   if (stop != nullptr && stop->load()) {
     throw InterruptedError("stopped as asked; finished finenesses are kept");
   }
   if (progress) {
-    progress(fraction, phase);
+    progress({part, fraction, {}});
   }
 }
 

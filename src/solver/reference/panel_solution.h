@@ -5,10 +5,11 @@
 
 #include "solver/elements/basis.h"
 #include "solver/reference/reference_scene.h"
+#include "solver/state/solve_options.h"
 
 #include <atomic>
 #include <functional>
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace enfilade {
@@ -30,10 +31,10 @@ struct PanelSolution {
 // Lets a method report its progress and be stopped.
 struct RunControl {
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(double fraction, const std::string& phase)> progress;
+  std::function<void(const SolveProgress&)> progress;
 
   // Throws InterruptedError if a stop was asked for.
-  void Check(double fraction, const std::string& phase) const;
+  void Check(double fraction, std::string_view part) const;
 };
 
 // A solution as trees, by cell, and the irradiance that their elements have

@@ -42,9 +42,9 @@ class ReferenceSolve {
         form_factors_(
             scene_, FormFactorOptionsOf(options.method), store, budget) {
     control_.stop = options.stop;
-    control_.progress = [this](double fraction, const std::string& phase) {
+    control_.progress = [this](const SolveProgress& progress) {
       if (options_.progress) {
-        options_.progress(fraction, phase);
+        options_.progress(progress);
       }
     };
   }

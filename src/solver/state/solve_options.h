@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace enfilade {
 
@@ -44,6 +45,14 @@ struct RoundSummary {
   bool is_seen_by_rays = false;
 };
 
+// How far a part of a solve has come. How many rounds follow is not known
+// beforehand.
+struct SolveProgress {
+  std::string_view part;    // a sweep of a round, or its rays: "round 2 refine"
+  double fraction = 0;      // of the part's estimated work, in [0, 1]
+  std::string_view detail;  // "error 0.31, asked 0.1"; may be empty
+};
+
 struct SolveOptions {
   double error = 0.05;       // requested relative error (docs/error-measure.md)
   std::string basis = "m2";  // haar, m2, m3, m4, f2 or f3
@@ -53,10 +62,8 @@ struct SolveOptions {
   // twenty times as long as a commit, up to a minute. 0: a commit after every
   // step.
   double commit_seconds = 0.5;
-  // Called from time to time and after each commit, from the solving thread,
-  // with the fraction in [0,1] of the estimated work and a short description of
-  // the current step.
-  std::function<void(double fraction, const std::string& phase)> progress;
+  // Called from time to time and after each commit, from the solving thread.
+  std::function<void(const SolveProgress&)> progress;
   // Called from the solving thread after each round.
   std::function<void(const RoundSummary&)> round_ended;
   // Called before the solve begins if it may exceed the budget, with the memory
