@@ -1,6 +1,7 @@
 #include "solver/round_check.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 #include "base/stopwatch.h"
 #include "solver/elements/cell_care.h"
 #include "solver/error_control.h"
@@ -56,6 +57,7 @@ void CareFor(const PatchErrors& errors, SolveContext* context) {
   known.reserve(errors.MostKnown());
   LinkErrors rest = {errors.OfAll(), static_cast<double>(round.links)};
   for (size_t i = 0; i < cells.size(); ++i) {
+    ThrowIfStopRequested();  // nothing has changed yet
     const size_t patches = cells[i].patches;
     const std::vector<float> square = errors.Of(CellId(i), patches);
     const CellCare care = LoadCellCare(context->store, CellId(i), patches);

@@ -104,10 +104,13 @@ class SqliteStore final : public BlockStorage {
  private:
   // Runs `change` inside the open transaction; begins one if needed. If
   // `change` fails, the store drops everything since the last commit and
-  // refuses to write from then on, so that no part of a transaction is ever
-  // committed.
+  // refuses to write and to read blocks from then on, so that no part of a
+  // transaction is ever committed or missed.
   template <typename Change>
   void Write(const Change& change);
+
+  // Throws DiskError. Requires that the caller holds `mutex_`.
+  void ThrowIfFailed() const;
 
   // Returns what work() does; an error about damage gets the store's path.
   template <typename Work>
@@ -154,13 +157,7 @@ void SqliteStore::Write(const Change& change) {
   ENFILADE_CHECK(access_ == StoreAccess::kWrite,
                  "{} was opened for reading",
                  path_.string());
-  if (failure_) {
-    throw DiskError(
-        fmt::format("{}: nothing can be written after an earlier failure ({}); "
-                    "the last commit is kept: open the store again",
-                    path_.string(),
-                    *failure_));
-  }
+  ThrowIfFailed();
   try {
     if (!database_->InTransaction()) {
       database_->Execute("BEGIN IMMEDIATE");
@@ -172,6 +169,18 @@ void SqliteStore::Write(const Change& change) {
       sqlite3_exec(database_->Handle(), "ROLLBACK", nullptr, nullptr, nullptr);
     }
     throw;
+  }
+}
+
+// After a failure all that was written since the last commit is gone, so that
+// what is read no longer fits what the caller knows.
+void SqliteStore::ThrowIfFailed() const {
+  if (failure_) {
+    throw DiskError(fmt::format(
+        "{}: nothing can be read or written after an earlier failure ({}); "
+        "the last commit is kept: open the store again",
+        path_.string(),
+        *failure_));
   }
 }
 
@@ -221,6 +230,7 @@ uint64_t SqliteStore::Put(const BlockKey& key,
 
 std::optional<Bytes> SqliteStore::Get(const BlockKey& key) const {
   std::unique_lock lock(mutex_);
+  ThrowIfFailed();
   const auto entry = catalogue_->Find(key);
   if (!entry) {
     return std::nullopt;

@@ -369,6 +369,9 @@ TEST(StoreFaults, FullDiskKeepsThePreviousCommit) {
       EXPECT_THROW(store->Commit(), DiskError) << "after a failure";
       const std::string later = WhatFails([&] { store->SetMeta("n", "1"); });
       EXPECT_NE(later.find(first), std::string::npos) << later;
+      // What was put since the commit is gone; nobody may miss it unawares.
+      EXPECT_THROW(static_cast<void>(store->Get({BlockKind::kCellTree, 1})),
+                   DiskError);
       store.reset();
     }
     const auto store = OpenStore(path, StoreAccess::kWrite);

@@ -132,19 +132,29 @@ void GatherGroup(const Collector& to,
   }
 }
 
-// The radiosity of all source groups, by index, if a link of the block uses
-// one.
+// The radiosity of the source groups that the block's links use, by index.
 std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
                                      const GatherSide& source,
                                      const CoefficientArray& radiosity) {
   std::vector<GroupRadiosity> groups;
-  if (!block.group.empty()) {
-    for (const SourceGroup& group : source.groups->All()) {
-      groups.push_back(RadiosityOf(*source.groups,
-                                   group,
-                                   source.patches,
-                                   source.tree->Shape(),
-                                   radiosity));
+  if (block.group.empty()) {
+    return groups;
+  }
+  const auto all = source.groups->All();
+  std::vector<bool> is_used(all.size());
+  for (const Link& link : block.links) {
+    if (link.kind == LinkKind::kGroup) {
+      is_used[link.source] = true;
+    }
+  }
+  groups.resize(all.size());
+  for (size_t g = 0; g < all.size(); ++g) {
+    if (is_used[g]) {
+      groups[g] = RadiosityOf(*source.groups,
+                              all[g],
+                              source.patches,
+                              source.tree->Shape(),
+                              radiosity);
     }
   }
   return groups;

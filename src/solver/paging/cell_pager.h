@@ -133,10 +133,11 @@ class CellPager {
   // held for a moment and that FindLeastMemory does not count.
   MemoryCharge ReserveIfPossible(uint64_t bytes, std::string_view what);
 
-  // The receiver's turn begins, as in NextUse. An excess that eviction could
-  // not reduce in the last turn is tried again.
+  // The receiver's turn begins, as in NextUse. What eviction could not achieve
+  // in the last turn is tried again.
   void StartTurn(CellId receiver, std::span<const VisibleCell> sources) {
     accepted_excess_ = 0;
+    is_full_ = false;
     next_use_.StartTurn(receiver, sources);
   }
 
@@ -246,6 +247,7 @@ class CellPager {
   [[nodiscard]] uint64_t NextUseOf(ItemKey key) const;
   [[nodiscard]] Victim AsVictim(Items::iterator item) const;
   std::vector<Victim> FindVictims();
+  [[nodiscard]] bool CanFree(uint64_t bytes) const;
   Items::iterator LastLinks();
   bool TryMakeRoom(uint64_t bytes, uint64_t needed_at);
   void KeepBlock(ItemKey key, LinkBlock&& block);
@@ -282,6 +284,8 @@ class CellPager {
   // Bytes of excess for which nothing could be evicted this turn; not tried
   // again before the next.
   uint64_t accepted_excess_ = 0;
+  // Whether links found no room this turn.
+  bool is_full_ = false;
 };
 
 }  // namespace enfilade

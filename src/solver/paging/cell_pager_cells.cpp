@@ -165,12 +165,7 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
   }
   // Pinned items cannot be evicted when the memory of the process comes near
   // the cap.
-  need += build + budget_->ResidentBeyondCharges();
-  uint64_t room = budget_->FreeBytes();
-  for (auto it = items_.begin(); room < need && it != items_.end(); ++it) {
-    room += it->second.use.expired() ? it->second.held_bytes : 0;
-  }
-  return need <= room;
+  return CanFree(need + build + budget_->ResidentBeyondCharges());
 }
 
 size_t CellPager::StoredElements(CellId cell) {

@@ -88,6 +88,15 @@ std::vector<CellPager::Victim> CellPager::FindVictims() {
   return victims;
 }
 
+// Whether `bytes` could be charged if all were evicted that is not in use.
+bool CellPager::CanFree(uint64_t bytes) const {
+  uint64_t room = budget_->FreeBytes();
+  for (auto it = items_.begin(); room < bytes && it != items_.end(); ++it) {
+    room += it->second.use.expired() ? it->second.charged_bytes : 0;
+  }
+  return room >= bytes;
+}
+
 bool CellPager::EvictUntil(const std::function<bool()>& is_enough) {
   return EvictNeededFrom(0, is_enough);
 }
@@ -175,13 +184,17 @@ MemoryCharge CellPager::Reserve(uint64_t bytes, std::string_view what) {
 
 MemoryCharge CellPager::ReserveIfPossible(uint64_t bytes,
                                           std::string_view what) {
-  const bool fits = EvictUntil([&] { return budget_->FreeBytes() >= bytes; });
+  const bool fits =
+      CanFree(bytes) &&
+      EvictUntil([&] { return budget_->FreeBytes() >= bytes; });
   HoldResident(bytes);
   return fits ? MemoryCharge(*budget_, bytes, what) : MemoryCharge();
 }
 
 // Makes room for an item that need not be kept in memory: evicts only items
-// that are needed later than `needed_at`.
+// that are needed later than `needed_at`. Where none was found, none is sought
+// again in the same turn: a search looks at all items, and nearly all links are
+// needed later than what is in memory already.
 bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
   const auto is_resident_far = [&] {
     return budget_->ResidentExcess(bytes) <= accepted_excess_;
@@ -194,9 +207,13 @@ bool CellPager::TryMakeRoom(uint64_t bytes, uint64_t needed_at) {
     return budget_->FreeBytes() >= wanted &&
            budget_->InUseExcess(wanted) <= accepted_excess_;
   };
+  if (is_full_) {
+    return false;
+  }
   const uint64_t wanted = bytes + EvictionMargin();
   EvictNeededFrom(needed_at + 1, [&] { return has_room(wanted); });
   if (!has_room(bytes)) {
+    is_full_ = true;
     return false;
   }
   if (!is_resident_far()) {

@@ -139,18 +139,10 @@ ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
 }
 
 void ProbeChooser::AddVisible(CellId cell, ProbeBatch* batch) const {
-  constexpr const char* kWhat = "what a cell sees";
-  MemoryCharge charge;
-  const auto reserve = [&](uint64_t bytes) {
-    charge = MemoryCharge(*budget_, bytes, kWhat);
-  };
-  const VisibleSet set = LoadVisibleSet(*store_, cell, reserve);
-  batch->charges.emplace_back(*budget_, set.size() * sizeof(CellId), kWhat);
-  std::vector<CellId>& visible = batch->visible.emplace_back();
-  visible.reserve(set.size());
-  for (const VisibleCell& v : set) {
-    visible.push_back(v.source);
-  }
+  batch->visible.push_back(LoadVisibleSources(*store_, cell));
+  batch->charges.emplace_back(*budget_,
+                              batch->visible.back().size() * sizeof(CellId),
+                              "what a cell sees");
 }
 
 // Sets the points of a cell's probes on leaves. The places are in ascending

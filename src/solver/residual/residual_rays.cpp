@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "base/photometry.h"
 #include "base/random.h"
+#include "base/stop.h"
 #include "partition/patch_points.h"
 
 #include <algorithm>
@@ -85,6 +86,7 @@ BatchSight ResidualRays::Look(const ProbeBatch& batch,
   BatchSight seen = NothingSeen(batch);
   const size_t probes = batch.probes.size();
   for (part_.first = 0; part_.first < probes; part_.first += part_.count) {
+    ThrowIfStopRequested();
     part_.count = std::min(most_traced_, probes - part_.first);
     Trace(batch);
     ParallelFor(part_.count, [&](size_t k) {
