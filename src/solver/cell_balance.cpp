@@ -47,7 +47,7 @@ CellBalance::CellBalance(const BalancedCell& cell,
 }
 
 void CellBalance::StartDelta() {
-  pager_->Reserve(cell_.tree->Sent().SizeBytes(), kPurpose).Reset();
+  pager_->Items().Reserve(cell_.tree->Sent().SizeBytes(), kPurpose).Reset();
   cell_.delta->GrowTo(cell_.tree->Size());
   pager_->MarkDeltaDirty(cell_.id);
 }
@@ -57,7 +57,8 @@ void CellBalance::HoldGains() {
   const CoefficientArray& gain = cell_.received->gain;
   kept_ = CoefficientArray(1);  // both at once are not foreseen
   kept_charge_.Reset();
-  kept_charge_ = pager_->Reserve(HeldSharesBytes(gain, level), kPurpose);
+  kept_charge_ =
+      pager_->Items().Reserve(HeldSharesBytes(gain, level), kPurpose);
   kept_ = HeldShares(*cell_.tree, gain, cell_.geometry->patches, level);
 }
 
@@ -141,14 +142,14 @@ void CellBalance::PutDeltaAside() {
   const CoefficientArray& sent = cell_.tree->Sent();
   cell_.delta->Blend(1, sent, -1);
   const uint64_t bytes = sent.SizeBytes();
-  step_charge_ = pager_->ReserveIfPossible(bytes, kPurpose);
+  step_charge_ = pager_->Items().ReserveIfPossible(bytes, kPurpose);
   is_delta_stored_ = step_charge_.Bytes() < bytes;
   if (is_delta_stored_) {
     const Stopwatch watch(&times_->store_seconds);
     SavePages(*store_, AsideKey(cell_.id), *cell_.delta);
     cell_.delta->Clear();
     pager_->MarkDeltaDirty(cell_.id);
-    step_charge_ = pager_->Reserve(bytes, kPurpose);
+    step_charge_ = pager_->Items().Reserve(bytes, kPurpose);
   }
 }
 
@@ -185,9 +186,10 @@ CellBalance::CycleEnd CellBalance::Iterate(double tolerance,
     iteration->Saw(last);
     const Stopwatch watch(&times_->gather_seconds);
     const LinkEnds ends{tree.Size(), tree.Size(), side.groups->All().size()};
-    pager_->VisitLinks({cell_.id, cell_.id}, ends, [&](const LinkBlock& block) {
-      Gather(block, side, side, step, cell_.received->gathered);
-    });
+    pager_->Links().Visit(
+        {cell_.id, cell_.id}, ends, [&](const LinkBlock& block) {
+          Gather(block, side, side, step, cell_.received->gathered);
+        });
     tree.Sent().Add(step);
     pager_->MarkDirty(cell_.id);
     pager_->MarkReceivedDirty(cell_.id);

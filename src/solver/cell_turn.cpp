@@ -57,7 +57,7 @@ void CellTurn::Refine() {
   CellPager& pager = context_->pager;
   const size_t patches = cell_.geometry->patches.size();
   cell_.care_charge =
-      pager.Reserve(patches * sizeof(PatchCare), "the care of a cell");
+      pager.Items().Reserve(patches * sizeof(PatchCare), "the care of a cell");
   cell_.care = context_->ReadOnce(
       [&] { return LoadCellCare(context_->store, cell_.id, patches); });
   checkpoints_->SaveWith([this] {
@@ -107,8 +107,8 @@ void CellTurn::KeepForReaders() {
 // Makes the links from the sources that are left.
 void CellTurn::RefinePairs(bool begins) {
   SolveState& state = context_->state;
-  const MemoryCharge workspace =
-      context_->pager.Reserve(kRefineWorkspaceBytes, "the links of a cell");
+  const MemoryCharge workspace = context_->pager.Items().Reserve(
+      kRefineWorkspaceBytes, "the links of a cell");
   const uint64_t rays = FindReceivers();
   state.rays += begins ? rays : 0;  // not again if resumed
   PairRefinement pairs(*context_, *checkpoints_, cell_);
@@ -140,10 +140,10 @@ uint64_t CellTurn::FindReceivers() {
                               cell_.geometry->clusters.get(),
                               occluder.get(),
                               &light});
-  cell_.receivers_charge =
-      context_->pager.Reserve(ClusterTree::BytesFor(covers.receivers.size()) +
-                                  covers.receivers.size() * sizeof(float),
-                              "the receivers of a cell");
+  cell_.receivers_charge = context_->pager.Items().Reserve(
+      ClusterTree::BytesFor(covers.receivers.size()) +
+          covers.receivers.size() * sizeof(float),
+      "the receivers of a cell");
   cell_.receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
   cell_.weights =
@@ -195,7 +195,7 @@ void CellTurn::GatherPair(CellId source) {
     return;
   }
   const Stopwatch watch(&context_->state.times.gather_seconds);
-  pager.VisitLinks(
+  pager.Links().Visit(
       {cell_.id, source},
       {cell_.tree->Size(), tree->Size(), geometry->groups.All().size()},
       [&](const LinkBlock& block) {

@@ -62,14 +62,14 @@ void Checkpoints::Commit() {
   if (save_turn_) {
     save_turn_();  // before the light of earlier turns is written over
   }
-  context_->pager.Flush();
+  context_->pager.Items().Flush();
   SaveSolveState(state, context_->store);
   context_->store.Commit();
   clock_.End();
 }
 
 void Checkpoints::TakeReads() {
-  const TracedReads reads = context_->pager.Trace().TakeReads();
+  const TracedReads reads = context_->pager.Items().Trace().TakeReads();
   SolveTimes& times = context_->state.times;
   times.bytes_read += reads.read;
   times.bytes_belady += reads.belady;

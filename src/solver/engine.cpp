@@ -108,7 +108,7 @@ void Engine::StartRound(double tau) {
   state.converged = false;
   state.published_in_sweep = false;
   state.sweeps_in_round = 0;
-  context_.pager.ForgetLinks();  // the round makes all links anew
+  context_.pager.Links().Forget();  // the round makes all links anew
   StartSweep();
 }
 
@@ -169,7 +169,7 @@ void Engine::FinishRound() {
 
 // The rays need the memory that cells have had.
 void Engine::CheckRoundByRays() {
-  context_.pager.EvictAll();
+  context_.pager.Items().EvictAll();
   workspace_.Reset();
   CheckRound(context_, checkpoints_);
   ReleaseFreedMemory();  // for the next round
@@ -194,8 +194,8 @@ void Engine::TellOfRound() const {
 }
 
 void Engine::ReserveWorkspace() {
-  workspace_ =
-      context_.pager.Reserve(kSolveWorkspaceBytes, "the solver's work space");
+  workspace_ = context_.pager.Items().Reserve(kSolveWorkspaceBytes,
+                                              "the solver's work space");
 }
 
 }  // namespace enfilade

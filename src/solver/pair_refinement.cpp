@@ -85,7 +85,7 @@ void PairRefinement::WriteLinks(const SourceCell& s,
   SolveState& state = context_->state;
   RefinedParts parts(refiner, state.cursor.work);
   while (!parts.AtEnd()) {
-    context_->pager.HoldResident();
+    context_->pager.Items().HoldResident();
     between->Hold();
     {
       const Stopwatch watch(&state.times.refine_seconds);

@@ -7,7 +7,7 @@ namespace {
 
 VisibleSet SourcesOf(SolveContext& context, CellId cell, MemoryCharge* charge) {
   const auto reserve = [&](uint64_t bytes) {
-    *charge = context.pager.Reserve(bytes, "what a cell sees");
+    *charge = context.pager.Items().Reserve(bytes, "what a cell sees");
   };
   if (context.state.phase == SolvePhase::kRefine) {
     return context.ReadOnce(

@@ -59,8 +59,9 @@ SolveContext::SolveContext(BlockStorage& of_store,
       surfaces(MakeSurfaceTable(scene)),
       device(budget, scene.bounds.Center()),
       pager(store, scene, partition, shape, device, budget),
-      chunks(store,
-             [this](LinkChunk&& chunk) { pager.KeepLinks(std::move(chunk)); }) {
+      chunks(store, [this](LinkChunk&& chunk) {
+        pager.Links().Keep(std::move(chunk));
+      }) {
   const Reflecting reflecting =
       ReflectingPatches(store, scene, partition.cells.size());
   area = reflecting.area;

@@ -42,7 +42,7 @@ struct SolveContext {
   auto ReadOnce(const Read& read) {
     const uint64_t before = store.Stats().bytes_read;
     const auto note = [&] {
-      pager.Trace().AddReadOnce(store.Stats().bytes_read - before);
+      pager.Items().Trace().AddReadOnce(store.Stats().bytes_read - before);
     };
     if constexpr (std::is_void_v<decltype(read())>) {
       read();

@@ -162,7 +162,7 @@ TEST_F(PagedFloor, MakingRoomEvictsALittleMoreThanItMust) {
   ASSERT_GT(held, 2 * kMargin);
   const MemoryCharge others(
       pages.budget, pages.budget.FreeBytes() - kFree, "a test");
-  pages.pager.MakeRoom(2 * kFree, "a test");
+  pages.pager.Items().MakeRoom(2 * kFree, "a test");
   pages.budget.Release(2 * kFree);
   const uint64_t left = pages.budget.UsedBytes() - others.Bytes();
   EXPECT_LE(left + kFree + kMargin, held);
@@ -187,7 +187,7 @@ TEST_F(PagedFloor, MakesRoomForWhatGrowsBetweenHolds) {
   EXPECT_EQ(between.All().distant, nullptr);
   between.Release();
   const MemoryCharge other =
-      narrow.pager.Reserve(7 * needed / 2, "a tree that has grown");
+      narrow.pager.Items().Reserve(7 * needed / 2, "a tree that has grown");
   between.Hold();
   EXPECT_NE(between.All().distant, nullptr);
 }

@@ -67,8 +67,12 @@ void AccessTrace::SetCapacity(uint64_t bytes) {
   Add(CacheAction::kCapacity, 0);
 }
 
-uint32_t AccessTrace::IndexOf(const CachedThing& thing) {
+// The index of a thing, which has these sizes from now on.
+uint32_t AccessTrace::IndexOf(const CachedThing& thing, CachedBytes bytes) {
   if (const auto it = index_.find(thing); it != index_.end()) {
+    Thing& known = things_[it->second];
+    ENFILADE_CHECK(!known.in_use, "thing {} is in use", it->second);
+    known.now = bytes;
     return it->second;
   }
   if (things_.size() >= most_things_) {
@@ -76,25 +80,22 @@ uint32_t AccessTrace::IndexOf(const CachedThing& thing) {
   }
   const auto index = static_cast<uint32_t>(things_.size());
   index_.emplace(thing, index);
-  things_.emplace_back();
+  things_.emplace_back().now = bytes;
   return index;
 }
 
-void AccessTrace::SetHeld(const CachedThing& thing, uint64_t bytes) {
-  const uint32_t index = IndexOf(thing);
-  Thing& t = things_[index];
-  if (t.in_use) {
-    in_use_bytes_ += bytes - t.now.held;
-    used_bytes_ += bytes > t.now.held ? bytes - t.now.held : 0;
+void AccessTrace::Resize(const CachedThing& thing, uint64_t held_bytes) {
+  const auto it = index_.find(thing);
+  if (it == index_.end() || !things_[it->second].in_use) {
+    return;  // the trace has begun anew meanwhile
   }
-  t.now.held = bytes;
-  if (t.in_use && DiffersMuch(t.now.held, t.noted.held)) {
-    NoteSizes(index);
+  Thing& t = things_[it->second];
+  in_use_bytes_ += held_bytes - t.now.held;
+  used_bytes_ += held_bytes > t.now.held ? held_bytes - t.now.held : 0;
+  t.now.held = held_bytes;
+  if (DiffersMuch(t.now.held, t.noted.held)) {
+    NoteSizes(it->second);
   }
-}
-
-void AccessTrace::SetStored(const CachedThing& thing, uint64_t bytes) {
-  things_[IndexOf(thing)].now.stored = bytes;
 }
 
 void AccessTrace::NoteSizes(uint32_t index) {
@@ -111,7 +112,6 @@ void AccessTrace::NoteSizes(uint32_t index) {
 // before.
 bool AccessTrace::BeginUse(uint32_t index) {
   Thing& t = things_[index];
-  ENFILADE_CHECK(!t.in_use, "thing {} is in use", index);
   const bool stays = t.last_step != kNoStep && used_bytes_ <= t.kept_until;
   if (stays) {
     CacheStep& last = steps_[t.last_step];
@@ -137,8 +137,8 @@ void AccessTrace::EndUse(uint32_t index, CacheAction action) {
   Add(action, index);
 }
 
-void AccessTrace::Begin(const CachedThing& thing) {
-  const uint32_t index = IndexOf(thing);
+void AccessTrace::Begin(const CachedThing& thing, CachedBytes bytes) {
+  const uint32_t index = IndexOf(thing, bytes);
   begin_is_new_ = BeginUse(index);
   if (begin_is_new_) {
     NoteSizes(index);
@@ -146,8 +146,8 @@ void AccessTrace::Begin(const CachedThing& thing) {
   }
 }
 
-void AccessTrace::BeginAlong(const CachedThing& thing) {
-  const uint32_t index = IndexOf(thing);
+void AccessTrace::BeginAlong(const CachedThing& thing, CachedBytes bytes) {
+  const uint32_t index = IndexOf(thing, bytes);
   if (BeginUse(index)) {
     NoteSizes(index);
     Add(begin_is_new_ ? CacheAction::kBeginAlong : CacheAction::kBegin, index);
@@ -161,15 +161,15 @@ void AccessTrace::End(const CachedThing& thing) {
   }
 }
 
-void AccessTrace::Touch(const CachedThing& thing) {
-  const uint32_t index = IndexOf(thing);
+void AccessTrace::Touch(const CachedThing& thing, CachedBytes bytes) {
+  const uint32_t index = IndexOf(thing, bytes);
   NoteSizes(index);
   const bool is_new = BeginUse(index);
   EndUse(index, is_new ? CacheAction::kTouch : CacheAction::kEnd);
 }
 
-void AccessTrace::Make(const CachedThing& thing) {
-  const uint32_t index = IndexOf(thing);
+void AccessTrace::Make(const CachedThing& thing, CachedBytes bytes) {
+  const uint32_t index = IndexOf(thing, bytes);
   used_bytes_ += things_[index].now.held;
   NoteSizes(index);
   things_[index].last_step = kNoStep;

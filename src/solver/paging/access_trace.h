@@ -55,22 +55,22 @@ class AccessTrace {
   void SetCapacity(uint64_t bytes);
 
   // A use of a thing begins and lasts until End. Requires that the thing is not
-  // in use. Its sizes are those set so far.
-  void Begin(const CachedThing& thing);
+  // in use.
+  void Begin(const CachedThing& thing, CachedBytes bytes);
 
   // Like Begin, for a second thing that comes from the same block as the one
   // just begun; its read is counted once.
-  void BeginAlong(const CachedThing& thing);
+  void BeginAlong(const CachedThing& thing, CachedBytes bytes);
   void End(const CachedThing& thing);
 
   // A thing is used for a moment only and need not stay in memory afterwards.
-  void Touch(const CachedThing& thing);
+  void Touch(const CachedThing& thing, CachedBytes bytes);
 
   // A thing was made and not read; it need not stay in memory either.
-  void Make(const CachedThing& thing);
+  void Make(const CachedThing& thing, CachedBytes bytes);
 
-  void SetHeld(const CachedThing& thing, uint64_t bytes);
-  void SetStored(const CachedThing& thing, uint64_t bytes);
+  // A thing in use takes this many bytes in memory from now on.
+  void Resize(const CachedThing& thing, uint64_t held_bytes);
 
   // The solver's cache has read this many bytes of things from the store.
   void AddRead(uint64_t bytes) { reads_.read += bytes; }
@@ -101,7 +101,7 @@ class AccessTrace {
 
   static constexpr uint64_t kThingBytes = 48;
 
-  uint32_t IndexOf(const CachedThing& thing);
+  uint32_t IndexOf(const CachedThing& thing, CachedBytes bytes);
   bool BeginUse(uint32_t index);
   void EndUse(uint32_t index, CacheAction action);
   void NoteSizes(uint32_t index);

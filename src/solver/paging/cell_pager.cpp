@@ -1,13 +1,26 @@
 #include "solver/paging/cell_pager.h"
 
 #include "base/check.h"
-#include "base/parallel.h"
+#include "base/error.h"
+#include "partition/patch.h"
 #include "solver/elements/cell_delta.h"
 
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace enfilade {
+namespace {
+
+constexpr std::string_view kGeometryPurpose = "the geometry of a cell";
+constexpr std::string_view kBlockersPurpose = "the blockers of a cell";
+constexpr std::string_view kTreePurpose = "the element trees of a cell";
+constexpr std::string_view kDeltaPurpose = "what a cell has sent last";
+constexpr std::string_view kReceivedPurpose = "what a cell has received";
+constexpr std::string_view kWeightsPurpose = "what a cell sends at most";
+
+}  // namespace
 
 CellPager::CellPager(BlockStorage& store,
                      const SceneInfo& scene,
@@ -23,127 +36,307 @@ CellPager::CellPager(BlockStorage& store,
       device_(&device),
       budget_(&budget),
       maker_(scene, partition, device.Origin()),
-      trace_charge_(budget,
-                    AccessTrace::OwnBytesUnder(budget.LimitBytes()),
-                    "the record of what is read"),
-      trace_(trace_charge_.Bytes()),
-      next_use_(store, partition.cells.size(), budget) {}
+      order_(store, partition.cells.size(), budget),
+      items_(order_,
+             budget,
+             [this](const ItemKey& key, const void* value) {
+               return Save(key, value);
+             }),
+      links_(store, items_) {}
 
-CellPager::~CellPager() {
-  for (auto& [key, item] : items_) {
-    budget_->Release(item.charged_bytes);
+// Uses an item; if it is not in memory, `read` takes it from the store. Room of
+// `bytes()` is made first, because nothing charges the item while it is read.
+template <typename T, typename Bytes, typename Read>
+std::shared_ptr<T> CellPager::UseStored(const ItemKey& key,
+                                        std::string_view what,
+                                        const Bytes& bytes,
+                                        const Read& read) {
+  if (!items_.Has(key)) {
+    const uint64_t read_before = store_->Stats().bytes_read;
+    MemoryCharge room = items_.Reserve(bytes(), what);
+    auto value = std::make_shared<T>(read());
+    const uint64_t read_bytes = store_->Stats().bytes_read - read_before;
+    items_.Trace().AddRead(read_bytes);
+    room.Reset();
+    const uint64_t held = value->SizeBytes();
+    items_.MakeRoom(held, what);
+    items_.Insert(key, std::move(value), {held, held, read_bytes});
   }
+  return items_.Use<T>(key);
 }
 
-CellId CellPager::SourceOf(ItemKey key) {
-  return CellId(key.source == NextUse::kItself ? key.cell : key.source);
-}
-
-CachedThing CellPager::ThingOf(ItemKey key) {
-  switch (key.kind) {
-    case ItemKind::kTree:
-    case ItemKind::kElements:
-      return {{BlockKind::kCellTree, key.cell},
-              static_cast<uint32_t>(key.kind)};
-    case ItemKind::kWeights:
-      return {{BlockKind::kSourceWeights, key.cell}};
-    case ItemKind::kDelta:
-      return {{BlockKind::kCellDelta, key.cell}};
-    case ItemKind::kReceived:
-      return {{BlockKind::kReceived, key.cell}};
-    case ItemKind::kLinks:
-      return {{BlockKind::kLinks, key.cell, SourceOf(key).value, key.chunk}};
-    default:
-      return {{BlockKind::kCellPatches, key.cell},
-              static_cast<uint32_t>(key.kind)};
+std::shared_ptr<const CellGeometry> CellPager::Geometry(CellId cell) {
+  const ItemKey key{ItemKind::kGeometry, cell.value};
+  if (!items_.Has(key)) {
+    // Makes room first for the patches and for the work space of making
+    // geometry.
+    MemoryCharge room = items_.ReserveIfPossible(maker_.GeometryWorkBytes(cell),
+                                                 kGeometryPurpose);
+    const ReadCell read = ReadPatches(cell);
+    auto geometry = std::make_shared<CellGeometry>(
+        maker_.MakeGeometry(cell, read.patches, !shape_.basis->HasOwnNodes()));
+    room.Reset();
+    const uint64_t bytes = geometry->SizeBytes();
+    items_.MakeRoom(bytes, kGeometryPurpose);
+    items_.Insert(key, std::move(geometry), {bytes, bytes, read.bytes});
   }
+  return items_.Use<const CellGeometry>(key);
 }
 
-CellPager::Item* CellPager::Find(ItemKey key) {
-  const auto it = items_.find(key);
-  return it == items_.end() ? nullptr : &it->second;
+CellPager::ReadCell CellPager::ReadPatches(CellId cell) {
+  const uint64_t read_before = store_->Stats().bytes_read;
+  ReadCell read{LoadCellPatches(*store_, cell), 0};
+  read.bytes = store_->Stats().bytes_read - read_before;
+  items_.Trace().AddRead(read.bytes);
+  return read;
 }
 
-// `bytes` are charged to the budget already, by the caller or by the value
-// itself.
-void CellPager::Insert(ItemKey key,
-                       std::shared_ptr<void> value,
-                       uint64_t bytes) {
-  Item& item = items_[key];
-  item.value = std::move(value);
-  item.charged_bytes = key.kind == ItemKind::kOccluder ? 0 : bytes;
-  SetHeld(key, &item, bytes);
-}
-
-void CellPager::SetHeld(ItemKey key, Item* item, uint64_t bytes) {
-  held_bytes_ += bytes - item->held_bytes;
-  item->held_bytes = bytes;
-  trace_.SetHeld(ThingOf(key), bytes);
-}
-
-// The value of an item in memory; it is in use as long as the pointer is held.
-std::shared_ptr<void> CellPager::UseItem(ItemKey key,
-                                         Item* item,
-                                         bool is_along) {
-  item->last_use = ++clock_;
-  auto use = item->use.lock();
-  if (use == nullptr) {
-    NoteCapacity();
-    const CachedThing thing = ThingOf(key);
-    is_along ? trace_.BeginAlong(thing) : trace_.Begin(thing);
-    use = std::shared_ptr<void>(
-        item->value.get(),
-        [this, thing, value = item->value](void*) { trace_.End(thing); });
-    item->use = use;
+std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
+  const ItemKey key{ItemKind::kObstacles, cell.value};
+  if (!items_.Has(key)) {
+    MakeObstacles(cell, ReadPatches(cell));
   }
-  return use;
+  return items_.Use<const ShaftBlockers>(key);
 }
 
-// The capacity is the part of the budget that others than the pager do not use.
-void CellPager::NoteCapacity() {
-  const uint64_t used = budget_->UsedBytes();
-  const uint64_t by_others = used - std::min(used, held_bytes_);
-  const uint64_t limit = budget_->LimitBytes();
-  trace_.SetCapacity(limit - std::min(limit, by_others));
+std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
+  const ItemKey key{ItemKind::kOccluder, cell.value};
+  if (!items_.Has(key)) {
+    MakeOccluder(cell, ReadPatches(cell));
+  }
+  return items_.Use<const CellBlockers>(key);
+}
+
+CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
+  const ItemKey shafts{ItemKind::kObstacles, cell.value};
+  const ItemKey rays{ItemKind::kOccluder, cell.value};
+  CellObstructions both;
+  both.obstacles = items_.Use<const ShaftBlockers>(shafts);
+  if (both.obstacles == nullptr || !items_.Has(rays)) {
+    const ReadCell read = ReadPatches(cell);
+    if (both.obstacles == nullptr) {
+      MakeObstacles(cell, read);
+      both.obstacles = items_.Use<const ShaftBlockers>(shafts);
+    }
+    if (!items_.Has(rays)) {
+      MakeOccluder(cell, read);
+    }
+  }
+  both.occluder = items_.UseAlong<const CellBlockers>(rays);
+  return both;
+}
+
+void CellPager::MakeObstacles(CellId cell, const ReadCell& read) {
+  // The room includes the patches while the obstacles are made from them.
+  const size_t count = BlockerCount(read.patches);
+  const uint64_t room = ShaftBlockers::BytesFor(count);
+  MemoryCharge work =
+      items_.Reserve(room + count * sizeof(PatchGeometry), kBlockersPurpose);
+  auto obstacles =
+      std::make_shared<ShaftBlockers>(maker_.MakeObstacles(read.patches));
+  work.Reset();
+  const uint64_t bytes = obstacles->SizeBytes();
+  items_.MakeRoom(bytes, kBlockersPurpose);
+  items_.Insert({ItemKind::kObstacles, cell.value},
+                std::move(obstacles),
+                {bytes, bytes, read.bytes});
+}
+
+void CellPager::MakeOccluder(CellId cell, const ReadCell& read) {
+  // Embree charges the budget itself; MakeRoom here only makes the room.
+  const uint64_t estimate = BlockersBuildBytes(BlockerCount(read.patches));
+  items_.MakeRoom(estimate, kBlockersPurpose);
+  budget_->Release(estimate);
+  const std::shared_ptr<const CellBlockers> blockers =
+      device_->Build(read.patches);
+  items_.Insert({ItemKind::kOccluder, cell.value},
+                std::const_pointer_cast<CellBlockers>(blockers),
+                {BlockersBytes(*blockers), 0, read.bytes});
+}
+
+bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
+  uint64_t need = 0;
+  uint64_t build = 0;
+  for (const CellId cell : cells) {
+    const size_t patches = partition_->cells[cell.Index()].patches;
+    const auto add = [&](ItemKind kind, uint64_t bytes, uint64_t more) {
+      const uint64_t held = items_.HeldBytes({kind, cell.value});
+      need += held > 0 ? held : bytes;
+      build = std::max(build, held > 0 ? 0 : more);
+    };
+    const uint64_t held = BlockersHeldBytes(patches);
+    add(ItemKind::kObstacles,
+        ShaftBlockers::BytesFor(patches),
+        patches * sizeof(PatchGeometry));
+    add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
+  }
+  // Pinned items cannot be evicted when the memory of the process comes near
+  // the cap.
+  return items_.CanFree(need + build + budget_->ResidentBeyondCharges());
+}
+
+size_t CellPager::StoredElements(CellId cell) {
+  uint32_t& known = stored_elements_[cell.Index()];
+  if (known == 0) {
+    known = static_cast<uint32_t>(CellTree::StoredSize(*store_, cell));
+  }
+  return known;
+}
+
+std::shared_ptr<CellTree> CellPager::Tree(CellId cell) {
+  const ItemKey key{ItemKind::kTree, cell.value};
+  if (items_.Has(key)) {
+    return items_.Use<CellTree>(key);
+  }
+  // The tree may change from now on.
+  items_.Forget({ItemKind::kElements, cell.value});
+  const auto geometry = Geometry(cell);
+  const auto& patches = geometry->patches;
+  return UseStored<CellTree>(
+      key,
+      kTreePurpose,
+      [&] {
+        return CellTree::BytesFor(
+            std::max(StoredElements(cell), patches.size()), shape_);
+      },
+      [&] {
+        if (auto stored = CellTree::Load(*store_, cell, shape_, patches)) {
+          return std::move(*stored);
+        }
+        CellTree tree(shape_, patches);
+        tree.Sent() = PushPull({tree, patches, surfaces_});
+        return tree;
+      });
+}
+
+std::shared_ptr<const CellTree> CellPager::Elements(CellId cell) {
+  if (items_.Has({ItemKind::kTree, cell.value})) {
+    return Tree(cell);
+  }
+  const auto geometry = Geometry(cell);
+  return UseStored<CellTree>(
+      {ItemKind::kElements, cell.value},
+      kTreePurpose,
+      [&] { return CellTree::ElementBytesFor(StoredElements(cell)); },
+      [&] {
+        auto elements =
+            CellTree::LoadElements(*store_, cell, shape_, geometry->patches);
+        if (!elements) {
+          throw DamagedStoreError(fmt::format(
+              "the store lacks the element tree of cell {}", cell.value));
+        }
+        return std::move(*elements);
+      });
+}
+
+std::shared_ptr<CoefficientArray> CellPager::Delta(CellId cell) {
+  const auto tree = Elements(cell);
+  const auto bytes_for = [this](size_t elements) {
+    return CoefficientArray::BytesFor(elements, shape_.Stride());
+  };
+  auto delta = UseStored<CoefficientArray>(
+      {ItemKind::kDelta, cell.value},
+      kDeltaPurpose,
+      [&] { return bytes_for(tree->Size()); },
+      [&] { return LoadDelta(*store_, cell, shape_, tree->Size()); });
+  if (delta->Size() > 0 && delta->Size() < tree->Size()) {
+    items_.Reserve(bytes_for(tree->Size() - delta->Size()), kDeltaPurpose)
+        .Reset();
+    GrowDelta(*tree, delta.get());
+    // The grown delta must reach the store, whether the delta came from there
+    // or was only in memory: the bits are the same either way.
+    MarkDeltaDirty(cell);
+  }
+  return delta;
+}
+
+std::shared_ptr<ReceivedLight> CellPager::Received(CellId cell) {
+  const ItemKey key{ItemKind::kReceived, cell.value};
+  const size_t elements = Tree(cell)->Size();
+  const auto bytes_for = [this](size_t count) {
+    return ReceivedLight::BytesFor(count, shape_);
+  };
+  auto received = UseStored<ReceivedLight>(
+      key,
+      kReceivedPurpose,
+      [&] { return bytes_for(elements); },
+      [&] { return ReceivedLight::Load(*store_, cell, shape_, elements); });
+  if (const size_t known = received->gathered.Size(); known < elements) {
+    items_.Reserve(bytes_for(elements - known), kReceivedPurpose).Reset();
+    received->GrowTo(elements);
+    items_.Resize(key, received->SizeBytes(), kReceivedPurpose);
+  }
+  return received;
+}
+
+std::shared_ptr<const SourceWeights> CellPager::Weights(CellId cell) {
+  const ItemKey key{ItemKind::kWeights, cell.value};
+  if (!items_.Has(key) && !HasSourceWeights(*store_, cell)) {
+    RenewWeights(cell);  // the cell has not had its turn
+  }
+  const auto geometry = Geometry(cell);
+  return UseStored<SourceWeights>(
+      key,
+      kWeightsPurpose,
+      [&] { return SourceWeights::BytesFor(geometry->patches.size()); },
+      [&] { return LoadSourceWeights(*store_, cell, *geometry); });
+}
+
+void CellPager::RenewWeights(CellId cell) {
+  const ItemKey key{ItemKind::kWeights, cell.value};
+  const auto geometry = Geometry(cell);
+  const auto tree = Tree(cell);
+  MemoryCharge room = items_.Reserve(
+      SourceWeights::BytesFor(geometry->patches.size()), kWeightsPurpose);
+  auto weights = std::make_shared<SourceWeights>(
+      WeighSource({.id = cell,
+                   .patches = geometry->patches,
+                   .tree = tree.get(),
+                   .clusters = geometry->clusters.get(),
+                   .groups = &geometry->groups}));
+  room.Reset();
+  const uint64_t bytes = weights->SizeBytes();
+  items_.MakeRoom(bytes, kWeightsPurpose);
+  items_.InsertChanged(key, std::move(weights), {bytes, bytes, 0});
 }
 
 void CellPager::ForgetWeights(CellId cell) {
-  Forget({ItemKind::kWeights, cell.value});
+  items_.Forget({ItemKind::kWeights, cell.value});
   EraseSourceWeights(*store_, cell);
 }
 
 void CellPager::ForgetDelta(CellId cell) {
-  Forget({ItemKind::kDelta, cell.value});
+  items_.Forget({ItemKind::kDelta, cell.value});
   EraseDelta(*store_, cell);
 }
 
-void CellPager::Forget(ItemKey key) {
-  const auto item = items_.find(key);
-  if (item != items_.end()) {
-    ENFILADE_CHECK(item->second.use.expired(), "what is forgotten is in use");
-    item->second.dirty = false;
-    Drop(item);
-  }
+template <typename T>
+void CellPager::MarkItemDirty(const ItemKey& key, std::string_view what) {
+  items_.MarkChanged(key, items_.InUse<T>(key, what).SizeBytes(), what);
 }
 
-// Charges the budget for an item in use that now takes `bytes`.
-void CellPager::Recharge(ItemKey key, uint64_t bytes, std::string_view what) {
-  Item& item = items_.at(key);
-  if (bytes > item.charged_bytes) {
-    MakeRoom(bytes - item.charged_bytes, what);
-  } else {
-    budget_->Release(item.charged_bytes - bytes);
-  }
-  item.charged_bytes = bytes;
-  SetHeld(key, &item, bytes);
+void CellPager::MarkDirty(CellId cell) {
+  MarkItemDirty<CellTree>({ItemKind::kTree, cell.value}, kTreePurpose);
 }
 
-uint64_t CellPager::Save(ItemKey key, const Item& item) const {
-  const CellId cell(key.cell);
-  const void* value = item.value.get();
+void CellPager::MarkDeltaDirty(CellId cell) {
+  MarkItemDirty<CoefficientArray>({ItemKind::kDelta, cell.value},
+                                  kDeltaPurpose);
+}
+
+void CellPager::MarkReceivedDirty(CellId cell) {
+  MarkItemDirty<ReceivedLight>({ItemKind::kReceived, cell.value},
+                               kReceivedPurpose);
+}
+
+uint64_t CellPager::Save(const ItemKey& key, const void* value) {
+  const CellId cell = key.Cell();
   switch (key.kind) {
-    case ItemKind::kTree:
-      return static_cast<const CellTree*>(value)->Save(*store_, cell);
+    case ItemKind::kTree: {
+      const auto& tree = *static_cast<const CellTree*>(value);
+      stored_elements_[cell.Index()] = static_cast<uint32_t>(tree.Size());
+      return tree.Save(*store_, cell);
+    }
     case ItemKind::kDelta:
       return SaveDelta(
           *store_, cell, *static_cast<const CoefficientArray*>(value));
@@ -155,31 +348,6 @@ uint64_t CellPager::Save(ItemKey key, const Item& item) const {
     default:
       ENFILADE_CHECK(false, "a thing that never changes is dirty");
       return 0;
-  }
-}
-
-void CellPager::NoteSaved(ItemKey key, Item* item, uint64_t stored_bytes) {
-  if (key.kind == ItemKind::kTree) {
-    stored_elements_[key.cell] = static_cast<uint32_t>(
-        std::static_pointer_cast<CellTree>(item->value)->Size());
-  }
-  trace_.SetStored(ThingOf(key), stored_bytes);
-  item->dirty = false;
-}
-
-void CellPager::Flush() {
-  std::vector<Items::iterator> dirty;
-  for (auto it = items_.begin(); it != items_.end(); ++it) {
-    if (it->second.dirty) {
-      dirty.push_back(it);
-    }
-  }
-  std::vector<uint64_t> stored(dirty.size());
-  ParallelFor(dirty.size(), [&](size_t i) {
-    stored[i] = Save(dirty[i]->first, dirty[i]->second);
-  });
-  for (size_t i = 0; i < dirty.size(); ++i) {
-    NoteSaved(dirty[i]->first, &dirty[i]->second, stored[i]);
   }
 }
 

@@ -40,7 +40,8 @@ class NextUse {
   // send. Before this call, all cells do.
   void Watch(const std::vector<CellRow>& rows) { rows_ = &rows; }
 
-  // A sweep begins; no cell has had its turn yet.
+  // A sweep begins. The place of the work stays the last one's end until
+  // StartTurn.
   void StartSweep(SweepKind kind) { sweep_ = kind; }
 
   // The receiver's turn begins. `sources`: what the receiver sees, for

@@ -21,12 +21,8 @@ CachedThing TreeOf(uint32_t cell) {
 TEST(AccessTrace, StaysSmallHoweverOftenAThingIsUsed) {
   AccessTrace trace(kOwnBytes);
   trace.SetCapacity(1000);
-  for (uint32_t i = 0; i < 2; ++i) {
-    trace.SetHeld(TreeOf(i), 300);
-    trace.SetStored(TreeOf(i), 100);
-  }
   for (uint32_t i = 0; i < 1'000'000; ++i) {
-    trace.Begin(TreeOf(i % 2));
+    trace.Begin(TreeOf(i % 2), {300, 100});
     trace.End(TreeOf(i % 2));
   }
   EXPECT_LE(trace.SizeBytes(), kOwnBytes + 10'000);
@@ -44,9 +40,7 @@ TEST(AccessTrace, StaysSmallHoweverManyThingsThereAre) {
   uint64_t most = 0;
   for (uint32_t i = 0; i < kBlocks; ++i) {
     const CachedThing links = {{BlockKind::kLinks, i}};
-    trace.SetHeld(links, 20);
-    trace.SetStored(links, 10);
-    trace.Touch(links);
+    trace.Touch(links, {20, 10});
     most = std::max(most, trace.SizeBytes());
   }
   EXPECT_LE(most, kOwnBytes + 10'000);
@@ -58,26 +52,37 @@ TEST(AccessTrace, StaysSmallHoweverManyThingsThereAre) {
 TEST(AccessTrace, ForgetsWhatItHasSaid) {
   AccessTrace trace(kOwnBytes);
   trace.SetCapacity(100);
-  trace.SetHeld(TreeOf(0), 10);
-  trace.SetStored(TreeOf(0), 5);
-  trace.Touch(TreeOf(0));
+  trace.Touch(TreeOf(0), {10, 5});
   trace.AddRead(7);
   trace.AddReadOnce(2);
   const TracedReads reads = trace.TakeReads();
   EXPECT_EQ(reads.read, 9U);
   EXPECT_EQ(reads.belady, 7U);
   EXPECT_EQ(reads.compulsory, 7U);
-  trace.Touch(TreeOf(0));
+  trace.Touch(TreeOf(0), {10, 5});
   EXPECT_EQ(trace.TakeReads().belady, 0U) << "it is still in memory";
   trace.Restart();
-  trace.Touch(TreeOf(0));
-  EXPECT_EQ(trace.TakeReads().belady, 0U) << "its sizes are not known any more";
-  trace.SetStored(TreeOf(0), 5);
+  trace.Touch(TreeOf(0), {10, 5});
+  EXPECT_EQ(trace.TakeReads().belady, 5U) << "all was forgotten";
+}
+
+// A thing costs what it takes now, not what it took when it was seen first: a
+// tree that has grown, or one that was in memory when the trace began anew.
+TEST(AccessTrace, TakesTheSizesOfEachUse) {
+  AccessTrace trace(kOwnBytes);
+  trace.SetCapacity(100);
+  trace.Begin(TreeOf(0), {10, 5});
+  trace.Resize(TreeOf(0), 60);
   trace.Restart();
-  trace.SetHeld(TreeOf(0), 10);
-  trace.SetStored(TreeOf(0), 5);
-  trace.Touch(TreeOf(0));
-  EXPECT_EQ(trace.TakeReads().belady, 5U);
+  trace.End(TreeOf(0));
+  trace.Resize(TreeOf(0), 70);  // of the time before: not known any more
+  trace.Begin(TreeOf(0), {60, 30});
+  trace.End(TreeOf(0));
+  trace.Begin(TreeOf(1), {70, 1});  // drives the tree out
+  trace.End(TreeOf(1));
+  trace.Begin(TreeOf(0), {60, 30});
+  trace.End(TreeOf(0));
+  EXPECT_EQ(trace.TakeReads().belady, 5U + 30 + 1 + 30);
 }
 
 // A random sequence of uses, some inside others, that is told to a trace and,
@@ -85,12 +90,13 @@ TEST(AccessTrace, ForgetsWhatItHasSaid) {
 struct Play {
   std::vector<CacheStep> steps;
   std::vector<CachedBytes> sizes;
+  std::vector<CachedBytes> of_things;
 
-  void Size(uint32_t thing, CachedBytes bytes, AccessTrace* trace) {
-    steps.emplace_back(CacheAction::kResize, thing);
+  void AddThing(CachedBytes bytes) {
+    steps.emplace_back(CacheAction::kResize,
+                       static_cast<uint32_t>(of_things.size()));
     sizes.push_back(bytes);
-    trace->SetHeld(TreeOf(thing), bytes.held);
-    trace->SetStored(TreeOf(thing), bytes.stored);
+    of_things.push_back(bytes);
   }
 
   void Capacity(uint64_t bytes, AccessTrace* trace) {
@@ -115,7 +121,7 @@ std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
       return most_bytes / 2 + 1 +
              random.NextBelow(static_cast<uint32_t>(most_bytes / 2));
     };
-    play.Size(i, {draw(), draw()}, &trace);
+    play.AddThing({draw(), draw()});
   }
   std::vector<bool> in_use(kThings, false);
   size_t uses = 0;
@@ -126,7 +132,7 @@ std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
                            kThings;
     if (random.NextBelow(3) == 0 && !in_use[thing]) {
       play.steps.emplace_back(CacheAction::kTouch, thing);
-      trace.Touch(TreeOf(thing));
+      trace.Touch(TreeOf(thing), play.of_things[thing]);
     } else if (in_use[thing]) {
       play.steps.emplace_back(CacheAction::kEnd, thing);
       trace.End(TreeOf(thing));
@@ -134,7 +140,7 @@ std::pair<BeladyReads, BeladyReads> Compare(uint64_t seed,
       in_use[thing] = false;
     } else if (uses < 3) {
       play.steps.emplace_back(CacheAction::kBegin, thing);
-      trace.Begin(TreeOf(thing));
+      trace.Begin(TreeOf(thing), play.of_things[thing]);
       ++uses;
       in_use[thing] = true;
     }
@@ -177,22 +183,17 @@ TEST(AccessTrace, WhatComesAlongCostsOneRead) {
   trace.SetCapacity(100);
   const CachedThing shafts = {{BlockKind::kCellPatches, 0}, 1};
   const CachedThing rays = {{BlockKind::kCellPatches, 0}, 2};
-  for (const CachedThing& thing : {shafts, rays}) {
-    trace.SetHeld(thing, 30);
-    trace.SetStored(thing, 5);
-  }
-  trace.Begin(shafts);
-  trace.BeginAlong(rays);
+  constexpr CachedBytes kBytes{30, 5};
+  trace.Begin(shafts, kBytes);
+  trace.BeginAlong(rays, kBytes);
   EXPECT_EQ(trace.TakeReads().belady, 5U);
   trace.End(rays);
   trace.End(shafts);
-  trace.SetHeld(TreeOf(1), 60);
-  trace.Touch(TreeOf(1));
-  trace.SetHeld(TreeOf(2), 100);
-  trace.Begin(TreeOf(2));
+  trace.Touch(TreeOf(1), {60, 0});
+  trace.Begin(TreeOf(2), {100, 0});
   trace.End(TreeOf(2));
-  trace.Begin(shafts);
-  trace.BeginAlong(rays);
+  trace.Begin(shafts, kBytes);
+  trace.BeginAlong(rays, kBytes);
   EXPECT_EQ(trace.TakeReads().belady, 5U);
 }
 

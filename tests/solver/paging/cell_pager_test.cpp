@@ -88,7 +88,7 @@ TEST_F(CellPagerInRow, ChangedTreesComeBackAsTheyWere) {
   }
   ASSERT_EQ(elements, 6 + 2 * kChildren);
   EXPECT_EQ(CellTree::StoredSize(*row_.store, kPaged), 0U);
-  pager_.EvictAll();
+  pager_.Items().EvictAll();
   EXPECT_EQ(CellTree::StoredSize(*row_.store, kPaged), elements);
   const auto tree = pager_.Tree(kPaged);
   EXPECT_EQ(tree->Size(), elements);
@@ -104,7 +104,7 @@ TEST_F(CellPagerInRow, WantOfRoomWritesBackWhatIsNotInUse) {
   const auto received = pager_.Received(kPaged);
   const std::weak_ptr<CellTree> tree = pager_.Tree(kPaged);
   EXPECT_TRUE(tree.expired());
-  pager_.Reserve(budget_.FreeBytes() + 1, "a test").Reset();
+  pager_.Items().Reserve(budget_.FreeBytes() + 1, "a test").Reset();
   EXPECT_EQ(CellTree::StoredSize(*row_.store, kPaged), 6 + kChildren);
   EXPECT_GT(row_.store->Count(BlockKind::kCellDelta), 0U);
   EXPECT_EQ(row_.store->Count(BlockKind::kReceived), 0U) << "it is in use";
@@ -122,7 +122,7 @@ TEST_F(CellPagerInRow, ReceivedLightGrowsWithItsTree) {
         is_evicted ? 0 : pager_.Received(kPaged)->SizeBytes();
     GrowTree(is_evicted ? ChildPath(kRootPath, 1) : kRootPath);
     if (is_evicted) {
-      pager_.EvictAll();
+      pager_.Items().EvictAll();
     }
     const size_t elements = pager_.Tree(kPaged)->Size();
     const uint64_t used = budget_.UsedBytes();
@@ -148,7 +148,7 @@ TEST_F(CellPagerInRow, DeltasGrowWithTheirTrees) {
     const ElementPath path = is_evicted ? ChildPath(kRootPath, 1) : kRootPath;
     GrowTree(path);
     if (is_evicted) {
-      pager_.EvictAll();
+      pager_.Items().EvictAll();
     }
     std::vector<float> grown;
     {
@@ -168,7 +168,7 @@ TEST_F(CellPagerInRow, DeltasGrowWithTheirTrees) {
         EXPECT_TRUE(std::equal(child.begin(), child.end(), restricted.begin()));
       }
     }
-    pager_.EvictAll();
+    pager_.Items().EvictAll();
     const CoefficientArray stored =
         LoadDelta(*row_.store, kPaged, shape_, grown.size() / shape_.Stride());
     EXPECT_EQ(ValuesOf(stored), grown);
@@ -177,11 +177,11 @@ TEST_F(CellPagerInRow, DeltasGrowWithTheirTrees) {
 
 TEST_F(CellPagerInRow, WhatIsForgottenIsNeitherInMemoryNorInTheStore) {
   SetDelta();
-  pager_.Flush();
+  pager_.Items().Flush();
   SetDelta();
   pager_.ForgetDelta(kPaged);
   EXPECT_EQ(row_.store->Count(BlockKind::kCellDelta), 0U);
-  pager_.Flush();
+  pager_.Items().Flush();
   EXPECT_EQ(row_.store->Count(BlockKind::kCellDelta), 0U);
   EXPECT_EQ(pager_.Delta(kPaged)->Size(), 0U);
 }
