@@ -13,6 +13,7 @@
 #include <initializer_list>
 #include <utility>
 
+#include "tools/report.h"
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -172,6 +173,7 @@ SolveSummary PipelineRun::Solve() {
       UpdateRecord();
     }
   };
+  bool has_told_of_darkness = false;
   options.round_ended = [&](const RoundSummary& round) {
     progress_.Note(
         fmt::format("solve: round {}: {} elements, {} links, error {:.4f}{}",
@@ -180,6 +182,10 @@ SolveSummary PipelineRun::Solve() {
                     round.links,
                     round.estimated_error,
                     round.is_seen_by_rays ? "" : ", predicted"));
+    const std::string note = DarknessNote(round.lit_share, options.error);
+    if (!note.empty() && !std::exchange(has_told_of_darkness, true)) {
+      spdlog::warn("{}", note);
+    }
   };
   options.may_not_fit = [&](uint64_t cap_bytes) {
     spdlog::warn(

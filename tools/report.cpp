@@ -7,6 +7,7 @@
 #include "solver/solve.h"
 #include "visibility/visible_set.h"
 
+#include <cmath>
 #include <ostream>
 
 #include "tools/pending_file.h"
@@ -139,6 +140,24 @@ std::string ErrorText(const Json& report) {
 
 std::string ProgramVersion() {
   return ENFILADE_VERSION;
+}
+
+std::string DarknessNote(double lit_share, double error) {
+  constexpr double kSmall = 1.0 / 300;
+  if (lit_share >= kSmall) {
+    return {};
+  }
+  // Light on a share s of the area only: the mean over all is s of the mean
+  // there, and the root mean square of differences there is sqrt(s) over all.
+  return fmt::format(
+      "the light is as uneven as if all of it were on {:.1g} % of the "
+      "surfaces: "
+      "an error of {} of the mean over all is one of {:.1g} there, and costs "
+      "as "
+      "much; leave out what no light reaches, or ask for a larger error",
+      100 * lit_share,
+      error,
+      error * std::sqrt(lit_share));
 }
 
 Json SolveReport(const BlockStorage& store,

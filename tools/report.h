@@ -14,6 +14,10 @@
 
 namespace enfilade {
 
+// Says what the error means where `lit_share` (RoundSummary) is small; empty if
+// it is not.
+std::string DarknessNote(double lit_share, double error);
+
 using Json = nlohmann::ordered_json;
 
 // The version of this program, such as "0.1.0".

@@ -154,10 +154,11 @@ void Engine::FinishRound() {
                  "the light of round {} is not finite",
                  state.rounds.size());
   checkpoints_.MakeCommitDue();  // each round's end is worth a commit
+  ResidualEstimate by_rays;
   if (!context_.is_black && IsWorthChecking(state)) {
-    CheckRoundByRays();
+    by_rays = CheckRoundByRays();
   }
-  TellOfRound();
+  TellOfRound(by_rays);
   state.converged = HasMetError(state);
   if (state.converged || IsExhausted(state) || HasSpentItsRounds(state)) {
     state.phase = SolvePhase::kDone;
@@ -168,15 +169,16 @@ void Engine::FinishRound() {
 }
 
 // The rays need the memory that cells have had.
-void Engine::CheckRoundByRays() {
+ResidualEstimate Engine::CheckRoundByRays() {
   context_.pager.Items().EvictAll();
   workspace_.Reset();
-  CheckRound(context_, checkpoints_);
+  const ResidualEstimate estimate = CheckRound(context_, checkpoints_);
   ReleaseFreedMemory();  // for the next round
   ReserveWorkspace();
+  return estimate;
 }
 
-void Engine::TellOfRound() const {
+void Engine::TellOfRound(const ResidualEstimate& by_rays) const {
   const SolveState& state = context_.state;
   if (!context_.options.round_ended) {
     return;
@@ -188,6 +190,7 @@ void Engine::TellOfRound() const {
     summary.elements += row.elements;
   }
   summary.links = record.links;
+  summary.lit_share = by_rays.lit_share;
   summary.estimated_error = record.estimated_error;
   summary.is_seen_by_rays = record.most_by_rays > 0;
   context_.options.round_ended(summary);

@@ -18,6 +18,7 @@
 #include "base/ids.h"
 #include "base/memory.h"
 #include "solver/checkpoints.h"
+#include "solver/residual/residual_estimate.h"
 #include "solver/solve.h"
 #include "solver/solve_context.h"
 
@@ -40,8 +41,8 @@ class Engine {
   void RunTurn(CellId cell);
   void FinishSweep();
   void FinishRound();
-  void CheckRoundByRays();
-  void TellOfRound() const;
+  ResidualEstimate CheckRoundByRays();
+  void TellOfRound(const ResidualEstimate& by_rays) const;
   void ReserveWorkspace();
 
   SolveContext context_;

@@ -91,7 +91,7 @@ void CareFor(const PatchErrors& errors, SolveContext* context) {
 
 }  // namespace
 
-void CheckRound(SolveContext& context, Checkpoints& checkpoints) {
+ResidualEstimate CheckRound(SolveContext& context, Checkpoints& checkpoints) {
   SolveState& state = context.state;
   const Stopwatch watch(&state.times.check_seconds);
   const uint64_t links = state.rounds.back().links;
@@ -118,6 +118,7 @@ void CheckRound(SolveContext& context, Checkpoints& checkpoints) {
   if (state.rounds.size() > 1) {  // the first round is a guess
     CareFor(by_patch, &context);
   }
+  return residual;
 }
 
 }  // namespace enfilade

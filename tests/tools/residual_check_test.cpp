@@ -251,6 +251,18 @@ TEST(ResidualCheck, OfAConstantBasisItCountsWhatSlopesBecome) {
   EXPECT_NEAR(with / without, 1.05 + 0.75 * 0.5, 1e-9);
 }
 
+// The furnace is lit inside, evenly but for the error of its solution, and has
+// as much area outside. A wall k times as bright as five others has them all
+// count for less: (5 + k)^2 / (12 (5 + k^2)).
+TEST(ResidualCheck, TellsOnWhatShareOfTheAreaTheLightIs) {
+  SolvedScene scene = Furnace();
+  EXPECT_NEAR(Measure(scene, 1).lit_share, 0.5, 0.5 * 0.05);
+  for (const size_t bright : {0U, 1U}) {  // one of two sides of the same face
+    scene.Scale(4, PatchId(bright));
+  }
+  EXPECT_NEAR(Measure(scene, 1).lit_share, 81 / (12 * 21.0), 0.02);
+}
+
 // At twice the irradiance one wall reflects 1 W/m2 too much; the other walls,
 // which see it as a fifth of their hemispheres, lack a tenth of that.
 TEST(ResidualCheck, SaysOnWhichPatchesTheErrorIs) {

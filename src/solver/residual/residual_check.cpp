@@ -121,6 +121,7 @@ class ResidualMeter {
       }
       AddRound(MixKey(MixKey(kSeedDomain, options_.seed), round), points);
       estimate_ = sum_.Estimate(reflected_.Integral(), traced_);
+      estimate_.lit_share = chooser_.LitShare();
     }
   }
 

@@ -29,6 +29,9 @@ struct ResidualEstimate {
   double most = 0;
   uint64_t points = 0;
   uint64_t rays = 0;
+  // The share of the area that would have all light if that were even there:
+  // (integral of B)^2 / (area * integral of B^2) of the reflected radiosity.
+  double lit_share = 1;
 };
 
 // The error that no probe sees, as a share of the error that probes see: errors

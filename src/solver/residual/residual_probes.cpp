@@ -73,6 +73,7 @@ void ProbeChooser::WeighCells(std::span<const CellId> cells) {
   const MemoryCharge charge(
       *budget_, count * sizeof(double), "the areas of patches");
   std::vector<double> areas(count);  // 0 of patches that do not reflect
+  std::vector<Light> lights(cells.size());
   solution_->VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
     const std::span<const Patch> patches = cell.Patches();
     const uint32_t begin = first_patch_[cells[i].Index()];
@@ -81,6 +82,9 @@ void ProbeChooser::WeighCells(std::span<const CellId> cells) {
         FirstIds<PatchId>(patches.size()), [&](const LeafMean& leaf) {
           const size_t k = leaf.patch.Index();
           weights[k] += leaf.area * DensityOf(patches[k], leaf.irradiance);
+          const double reflected = ReflectedOf(patches[k], leaf.irradiance);
+          lights[i].sum += leaf.area * reflected;
+          lights[i].square += leaf.area * reflected * reflected;
         });
     for (size_t k = 0; k < patches.size(); ++k) {
       const bool reflects = Reflects(patches[k], solution_->Scene().materials);
@@ -88,10 +92,19 @@ void ProbeChooser::WeighCells(std::span<const CellId> cells) {
     }
   });
   area_ = std::accumulate(areas.begin(), areas.end(), area_);
+  for (const Light& light : lights) {
+    light_.sum += light.sum;
+    light_.square += light.square;
+  }
 }
 
-// The weight per area, W/m2.
-double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
+double ProbeChooser::LitShare() const {
+  return light_.square > 0 ? light_.sum * light_.sum / (area_ * light_.square)
+                           : 1;
+}
+
+// Mean of the channels, W/m2.
+double ProbeChooser::ReflectedOf(const Patch& p, const Rgb& irradiance) const {
   if (!Reflects(p, solution_->Scene().materials)) {
     return 0;
   }
@@ -101,8 +114,16 @@ double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
   for (size_t c = 0; c < kRgbChannels; ++c) {
     reflected += rho[c] * std::abs(irradiance[c]) / kRgbChannels;
   }
+  return reflected;
+}
+
+// The weight per area, W/m2.
+double ProbeChooser::DensityOf(const Patch& p, const Rgb& irradiance) const {
+  if (!Reflects(p, solution_->Scene().materials)) {
+    return 0;
+  }
   const double least = p.is_enclosed ? kEnclosedShare : kOpenShare;
-  return reflected + least * mean_reflected_;
+  return ReflectedOf(p, irradiance) + least * mean_reflected_;
 }
 
 ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {

@@ -81,6 +81,9 @@ class ProbeChooser {
   // The area of all reflecting sides, m2.
   [[nodiscard]] double ReflectingArea() const { return area_; }
 
+  // ResidualEstimate::lit_share.
+  [[nodiscard]] double LitShare() const;
+
   // The distance from their surface at which rays start, m.
   [[nodiscard]] double Offset() const { return offset_; }
 
@@ -102,8 +105,15 @@ class ProbeChooser {
     std::vector<Place> places;
   };
 
+  // Integrals of the reflected radiosity and of its square.
+  struct Light {
+    double sum = 0;     // W
+    double square = 0;  // W^2/m2
+  };
+
   void Weigh(std::span<const CellInfo> infos);
   void WeighCells(std::span<const CellId> cells);
+  [[nodiscard]] double ReflectedOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] size_t PatchAt(double at) const;
   void AddVisible(CellId cell, ProbeBatch* batch) const;
@@ -122,6 +132,7 @@ class ProbeChooser {
   std::vector<double> weights_;        // sums over the patches before; 1 more
   std::vector<uint32_t> first_patch_;  // by cell; one more
   double area_ = 0;
+  Light light_;
   double offset_ = 0;
 };
 

@@ -41,6 +41,8 @@ struct RoundSummary {
   uint64_t elements = 0;
   uint64_t links = 0;
   double estimated_error = 0;
+  // ResidualEstimate::lit_share; 1 if no rays were traced.
+  double lit_share = 1;
   // False: the error is the oracle's prediction, which rays may yet contradict.
   bool is_seen_by_rays = false;
 };
