@@ -146,19 +146,19 @@ uint64_t CellTurn::FindReceivers() {
       "the receivers of a cell");
   cell_.receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
-  cell_.weights =
-      ReceiverWeights({.id = cell_.id,
-                       .patches = patches,
-                       .clusters = cell_.receivers.get(),
-                       .care = cell_.care,
-                       .least_reflectance = context_->least_reflectance});
+  cell_.weights = ReceiverWeights(
+      {.id = cell_.id,
+       .patches = patches,
+       .clusters = cell_.receivers.get(),
+       .care = cell_.care,
+       .least_reflectance = context_->surface.least_reflectance});
   return covers.rays;
 }
 
 // ------------------------------------------------------------- propagation
 
 bool CellTurn::HasNews(SolveContext& context, CellId cell) {
-  const std::vector<CellId> seen = context.pager.Order().SeenFrom(cell);
+  const std::vector<CellId> seen = context.pager.Pairs().SeenFrom(cell);
   return std::any_of(seen.begin(), seen.end(), [&](CellId source) {
     return HasSent(context.state, source, cell);
   });
@@ -184,7 +184,7 @@ void CellTurn::GatherPair(CellId source) {
   CellPager& pager = context_->pager;
   // Half of all visible pairs have no links, and reading a tree for nothing is
   // expensive: docs/decisions/schedules.md.
-  if (!pager.Order().IsLinked(cell_.id, source)) {
+  if (!pager.Pairs().IsLinked(cell_.id, source)) {
     return;
   }
   pager.Order().MoveTo(cell_.id, source);
@@ -238,7 +238,7 @@ void CellTurn::Settle() {
   const CellBalance::Light light = balance.Sum();
   row.residual = light.unsent;
   row.reflected =
-      context_->is_black
+      context_->surface.is_black
           ? LeavingFlux({*cell_.tree,
                          patches,
                          AllGrey(context_->surfaces, kLeastWeightReflectance),

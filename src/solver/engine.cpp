@@ -18,14 +18,6 @@ constexpr uint32_t kMostSweeps = 60;
 // The first guess of the light assumes at most this mean reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
 
-double AreaOfCells(const SolveState& state) {
-  double area = 0;
-  for (const CellRow& row : state.cells) {
-    area += row.area;
-  }
-  return area;
-}
-
 }  // namespace
 
 Engine::Engine(BlockStorage& store,
@@ -35,9 +27,6 @@ Engine::Engine(BlockStorage& store,
   ReserveWorkspace();
   if (!context_.is_resumed) {
     Start();
-  }
-  if (context_.is_black) {
-    context_.area = AreaOfCells(context_.state);
   }
   context_.pager.Order().Watch(context_.state.cells);
   StartSweep();
@@ -68,35 +57,18 @@ void Engine::Start() {
   state.basis = context_.options.basis;
   state.seed = context_.options.seed;
   state.error = context_.options.error;
-  state.cells.resize(context_.partition.cells.size());
-  double emitted = 0;
-  double reflecting = 0;  // area times reflectance
-  double patches = 0;
-  for (size_t i = 0; i < state.cells.size(); ++i) {
-    ThrowIfStopRequested();
-    CellRow& row = state.cells[i];
-    for (const Patch& p : LoadCellPatches(context_.store, CellId(i)).patches) {
-      const Material& m = context_.scene.materials.at(p.material.Index());
-      if (p.emits) {
-        emitted += PatchArea(p) * MeanChannel(m.exitance);
-        row.peak =
-            std::max(row.peak, static_cast<float>(MaxChannel(m.exitance)));
-      }
-      row.area += p.reflects ? PatchArea(p) : 0;
-      reflecting += p.reflects ? PatchArea(p) * MeanChannel(m.reflectance) : 0;
-      ++patches;
-    }
-  }
-  const double all_area = std::max(AreaOfCells(state), 1e-12);
-  const double area = context_.is_black ? all_area : context_.area;
+  const PatchTotals& totals = context_.totals;
+  const MeasuredSurface& surface = context_.surface;
   // The mean reflected radiosity is a guess until the first round has measured
   // it. The guess assumes that no light is lost.
   const double reflectance =
-      context_.is_black
-          ? double{kLeastWeightReflectance}
-          : std::min(reflecting / all_area, kMostGuessedReflectance);
-  state.mean_reflected = emitted / area * reflectance / (1 - reflectance);
-  StartRound(FirstTau(state, area, patches));
+      surface.is_black ? double{kLeastWeightReflectance}
+                       : std::min(totals.reflectance_area /
+                                      std::max(totals.receiving_area, 1e-12),
+                                  kMostGuessedReflectance);
+  state.mean_reflected =
+      totals.emitted / surface.area * reflectance / (1 - reflectance);
+  StartRound(FirstTau(state, surface.area, totals.count));
 }
 
 void Engine::StartRound(double tau) {
@@ -149,13 +121,13 @@ void Engine::FinishSweep() {
 
 void Engine::FinishRound() {
   SolveState& state = context_.state;
-  state.rounds.push_back(RecordRound(&state, context_.area));
+  state.rounds.push_back(RecordRound(&state, context_.surface.area));
   ENFILADE_CHECK(std::isfinite(state.mean_reflected),
                  "the light of round {} is not finite",
                  state.rounds.size());
   checkpoints_.MakeCommitDue();  // each round's end is worth a commit
   ResidualEstimate by_rays;
-  if (!context_.is_black && IsWorthChecking(state)) {
+  if (!context_.surface.is_black && IsWorthChecking(state)) {
     by_rays = CheckRoundByRays();
   }
   TellOfRound(by_rays);

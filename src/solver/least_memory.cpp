@@ -265,8 +265,8 @@ class NeedFinder {
         kSolveWorkspaceBytes + portal_bytes_ +
         kSceneCopies * BytesOf(LoadSceneInfo(*store_)) +
         sizes_.size() * kSolveBytesPerCell +
-        NextUse::BytesFor(sizes_.size(),
-                          LoadVisibilitySummary(*store_).visible_pairs);
+        PairTable::BytesFor(sizes_.size(),
+                            LoadVisibilitySummary(*store_).visible_pairs);
     // The access trace takes a share of the whole budget, the trace included.
     const uint64_t share = AccessTrace::OwnBytesUnder(least->budget_bytes);
     least->budget_bytes += share + AccessTrace::OwnBytesUnder(2 * share);

@@ -18,7 +18,7 @@ constexpr double kWeakShare = 0.5;
 void PairRefinement::Unlink(CellId source) {
   context_->store.EraseAll(
       BlockKind::kLinks, receiver_->id.value, source.value);
-  context_->pager.Order().SetLinked(receiver_->id, source, false);
+  context_->pager.Pairs().SetLinked(receiver_->id, source, false);
 }
 
 void PairRefinement::Refine(const VisibleCell& source) {
@@ -48,7 +48,7 @@ void PairRefinement::Refine(const VisibleCell& source) {
                     context_->state.cursor.chunk,
                     [&](const LinkBlock& links) { GatherNew(s, links); });
   WriteLinks(s, refiner, &between, &writer);
-  pager.Order().SetLinked(receiver_->id, s.id, writer.Chunks() > 0);
+  pager.Pairs().SetLinked(receiver_->id, s.id, writer.Chunks() > 0);
 }
 
 PairWork PairRefinement::WorkOf(const SourceCell& s,
@@ -58,7 +58,7 @@ PairWork PairRefinement::WorkOf(const SourceCell& s,
   options.tau = context_->state.tau;
   options.tau_weak = kWeakShare * context_->state.tau;
   options.seed = context_->SeedOfRound();
-  options.counts_black = context_->is_black;
+  options.counts_black = context_->surface.is_black;
   return {options,
           {.id = receiver_->id,
            .part = context_->pager.BoxOf(receiver_->id, source.of_receiver),
@@ -66,7 +66,7 @@ PairWork PairRefinement::WorkOf(const SourceCell& s,
            .tree = receiver_->tree.get(),
            .clusters = receiver_->receivers.get(),
            .care = receiver_->care,
-           .least_reflectance = context_->least_reflectance,
+           .least_reflectance = context_->surface.least_reflectance,
            .weights = receiver_->weights},
           {.id = s.id,
            .part = context_->pager.BoxOf(s.id, source.of_source),

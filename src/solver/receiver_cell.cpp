@@ -13,7 +13,7 @@ VisibleSet SourcesOf(SolveContext& context, CellId cell, MemoryCharge* charge) {
     return context.ReadOnce(
         [&] { return LoadVisibleSet(context.store, cell, reserve); });
   }
-  const std::vector<CellId> seen = context.pager.Order().SeenFrom(cell);
+  const std::vector<CellId> seen = context.pager.Pairs().SeenFrom(cell);
   reserve((seen.size() + 1) * sizeof(VisibleCell));
   VisibleSet sources;
   sources.reserve(seen.size() + 1);  // and the cell itself

@@ -14,31 +14,48 @@ namespace {
 // A cell counts as lit above this share of the mean reflected radiosity.
 constexpr double kDarkShare = 1e-6;
 
-// All reflecting patches together.
-struct Reflecting {
-  double area = 0;         // m2; what the error is a mean over
-  double reflectance = 0;  // mean over the area
-};
-
-Reflecting ReflectingPatches(const BlockStorage& store,
-                             const SceneInfo& scene,
-                             size_t cells) {
-  Reflecting all;
-  for (size_t i = 0; i < cells; ++i) {
+// Adds up all patches, and makes the rows of the cells, which know their areas
+// and lamps alone.
+PatchTotals SurveyPatches(const BlockStorage& store,
+                          const SceneInfo& scene,
+                          size_t cells,
+                          std::vector<CellRow>* rows) {
+  PatchTotals all;
+  rows->resize(cells);
+  for (size_t i = 0; i < rows->size(); ++i) {
     ThrowIfStopRequested();
+    CellRow& row = (*rows)[i];
     for (const Patch& p : LoadCellPatches(store, CellId(i)).patches) {
-      if (Reflects(p, scene.materials)) {
-        const Material& material = scene.materials[p.material.Index()];
-        all.area += PatchArea(p);
-        all.reflectance += PatchArea(p) * MeanChannel(material.reflectance);
+      const Material& m = scene.materials.at(p.material.Index());
+      const double area = PatchArea(p);
+      ++all.count;
+      if (p.emits) {
+        all.emitted += area * MeanChannel(m.exitance);
+        row.peak =
+            std::max(row.peak, static_cast<float>(MaxChannel(m.exitance)));
       }
+      if (p.reflects) {
+        row.area += area;
+        all.reflectance_area += area * MeanChannel(m.reflectance);
+      }
+      all.reflecting_area += Reflects(p, scene.materials) ? area : 0;
     }
+    all.receiving_area += row.area;
   }
-  all.reflectance /= std::max(all.area, 1e-30);
   return all;
 }
 
 }  // namespace
+
+MeasuredSurface::MeasuredSurface(const PatchTotals& totals)
+    : is_black(totals.reflecting_area <= 0),
+      area(is_black ? std::max(totals.receiving_area, 1e-12)
+                    : totals.reflecting_area),
+      least_reflectance(
+          is_black ? kLeastWeightReflectance
+                   : std::min(kLeastWeightReflectance,
+                              static_cast<float>(totals.reflectance_area /
+                                                 totals.reflecting_area))) {}
 
 SolveContext::SolveContext(BlockStorage& of_store,
                            const SolveOptions& of_solve,
@@ -59,18 +76,12 @@ SolveContext::SolveContext(BlockStorage& of_store,
       surfaces(MakeSurfaceTable(scene)),
       device(budget, scene.bounds.Center()),
       pager(store, scene, partition, shape, device, budget),
-      chunks(store, [this](LinkChunk&& chunk) {
-        pager.Links().Keep(std::move(chunk));
-      }) {
-  const Reflecting reflecting =
-      ReflectingPatches(store, scene, partition.cells.size());
-  area = reflecting.area;
-  is_black = area <= 0;
-  if (!is_black) {
-    least_reflectance =
-        std::min(least_reflectance, static_cast<float>(reflecting.reflectance));
-  }
-  is_resumed = LoadSolveState(store, &state);
+      chunks(
+          store,
+          [this](LinkChunk&& chunk) { pager.Links().Keep(std::move(chunk)); }),
+      totals(SurveyPatches(store, scene, partition.cells.size(), &state.cells)),
+      surface(totals),
+      is_resumed(LoadSolveState(store, &state)) {
   if (is_resumed) {
     RequireSense(state, partition.cells.size());
   }

@@ -22,9 +22,29 @@
 
 namespace enfilade {
 
+// Sums over all patches of the building.
+struct PatchTotals {
+  double count = 0;
+  double emitted = 0;           // W, mean of the channels
+  double receiving_area = 0;    // m2
+  double reflecting_area = 0;   // of these, m2
+  double reflectance_area = 0;  // integral of the mean reflectance, m2
+};
+
+// What the error is a mean over.
+struct MeasuredSurface {
+  explicit MeasuredSurface(const PatchTotals& totals);
+
+  // True if nothing reflects: the solve is then for the irradiance, and
+  // measures its error as if all surfaces had kLeastWeightReflectance.
+  bool is_black;
+  double area;  // m2, of the patches that reflect, or else of all that receive
+  float least_reflectance;  // RefineSide::least_reflectance of all receivers
+};
+
 struct SolveContext {
   // Reads scene and partition, and the state if the store has one; otherwise
-  // the state is an empty one.
+  // the state has all cells, with their areas and lamps alone.
   SolveContext(BlockStorage& of_store,
                const SolveOptions& of_solve,
                MemoryBudget& of_memory);
@@ -70,16 +90,9 @@ struct SolveContext {
   CellPager pager;
   ChunkWriter chunks;  // tells the pager of what it has written
   SolveState state;
-  bool is_resumed = false;  // the state is the store's
-
-  // What the error is a mean over, m2: the area of the reflecting patches. If
-  // none reflects, it is that of all patches, which Engine adds up.
-  double area = 0;
-  // True if nothing reflects: the solve is then for the irradiance, and
-  // measures its error as if all surfaces had kLeastWeightReflectance.
-  bool is_black = false;
-  // RefineSide::least_reflectance of all receivers.
-  float least_reflectance = kLeastWeightReflectance;
+  const PatchTotals totals;
+  const MeasuredSurface surface;
+  const bool is_resumed;  // the state is the store's
 };
 
 }  // namespace enfilade

@@ -16,6 +16,7 @@
 #include "solver/paging/item_cache.h"
 #include "solver/paging/link_cache.h"
 #include "solver/paging/next_use.h"
+#include "solver/paging/pair_table.h"
 #include "solver/refine/refine_side.h"
 #include "solver/refine/source_weights.h"
 #include "solver/transfer/cell_geometry.h"
@@ -85,7 +86,8 @@ class CellPager {
   std::shared_ptr<const SourceWeights> Weights(CellId cell);
 
   // The cell will be balanced: its weights, which must not be in use, say no
-  // longer what it sends. Until RenewWeights they are made of the tree as it is.
+  // longer what it sends. Until RenewWeights they are made of the tree as it
+  // is.
   void ForgetWeights(CellId cell);
 
   // Makes the weights anew after the cell was balanced. Its tree is in use.
@@ -117,6 +119,9 @@ class CellPager {
     items_.StartTurn();
     order_.StartTurn(receiver, sources);
   }
+
+  // Which cells see each other and have links.
+  PairTable& Pairs() { return pairs_; }
 
   // The place of the work in its order: what comes next decides what is
   // evicted.
@@ -159,6 +164,7 @@ class CellPager {
   const OcclusionDevice* device_;
   MemoryBudget* budget_;
   CellMaker maker_;
+  PairTable pairs_;
   NextUse order_;
   ItemCache items_;
   LinkCache links_;

@@ -9,9 +9,9 @@
 
 #pragma once
 
-#include "base/block_storage.h"
 #include "base/ids.h"
 #include "base/memory.h"
+#include "solver/paging/pair_table.h"
 #include "solver/state/solve_state.h"
 #include "visibility/visible_set.h"
 
@@ -30,11 +30,9 @@ class NextUse {
  public:
   static constexpr uint64_t kNever = std::numeric_limits<uint64_t>::max() / 2;
 
-  // Reads each visible set once, and finds which pairs have links.
-  NextUse(const BlockStorage& store, size_t cells, MemoryBudget& budget);
-
-  // The bytes that NextUse takes for these numbers of cells and visible pairs.
-  static uint64_t BytesFor(size_t cells, uint64_t visible_pairs);
+  // Pairs and budget must outlive this object.
+  NextUse(const PairTable& pairs, MemoryBudget& budget)
+      : pairs_(&pairs), budget_(&budget) {}
 
   // From now on, these rows (borrowed) say which cells have something new to
   // send. Before this call, all cells do.
@@ -58,14 +56,6 @@ class NextUse {
   [[nodiscard]] std::pair<uint32_t, uint32_t> At() const {
     return {receiver_, source_};
   }
-
-  // Whether the receiver has links from the source.
-  void SetLinked(CellId receiver, CellId source, bool is_linked);
-
-  [[nodiscard]] bool IsLinked(CellId receiver, CellId source) const;
-
-  // The cells that a cell sees, including itself, in ascending order.
-  [[nodiscard]] std::vector<CellId> SeenFrom(CellId cell) const;
 
   // The distance to the next use of a cell's geometry, in units that serve only
   // for comparison; 0: in use now. The functions below return the same for
@@ -99,24 +89,10 @@ class NextUse {
   [[nodiscard]] uint64_t OfLinks(CellId receiver, CellId source) const;
 
  private:
-  // An entry of a cell's list: a cell that sees it, and which of the two cells
-  // has links from the other.
-  struct Seer {
-    uint32_t cell : 30;
-    uint32_t gathers : 1;  // this cell has links from the list's cell
-    uint32_t sends : 1;    // the list's cell has links from this cell
-  };
-
-  [[nodiscard]] bool See(CellId cell, CellId seer) const;
-  [[nodiscard]] const Seer& SeerOf(CellId cell, CellId seer) const;
-  [[nodiscard]] std::span<const Seer> SeersOf(uint32_t cell) const;
-  [[nodiscard]] std::span<const Seer> SeersFrom(uint32_t cell,
-                                                uint32_t first) const;
-
-  [[nodiscard]] uint64_t TurnLength() const { return first_.size() + 1; }
+  [[nodiscard]] uint64_t TurnLength() const { return pairs_->CellCount() + 2; }
 
   [[nodiscard]] uint64_t TurnsUntilNextSweep() const {
-    return first_.size() - 1 - receiver_;
+    return pairs_->CellCount() - receiver_;
   }
 
   [[nodiscard]] uint64_t Place(uint32_t receiver, uint32_t source) const;
@@ -127,16 +103,14 @@ class NextUse {
   }
 
   [[nodiscard]] bool HasNews(uint32_t receiver, uint32_t source) const;
-  [[nodiscard]] bool Gathers(const Seer& seer,
+  [[nodiscard]] bool Gathers(const PairTable::Seer& seer,
                              uint32_t cell,
                              bool is_next_sweep) const;
   [[nodiscard]] bool HasTurn(uint32_t cell) const;
   [[nodiscard]] uint64_t AsSource(uint32_t cell) const;
   [[nodiscard]] uint64_t AsSourceInNextSweep(uint32_t cell) const;
 
-  std::vector<uint32_t> first_;  // by cell: where its list begins
-  std::vector<Seer> seers_;      // lists, ascending, with the cell itself
-  MemoryCharge charge_;
+  const PairTable* pairs_;
   const std::vector<CellRow>* rows_ = nullptr;
   SweepKind sweep_ = SweepKind::kRefine;
   uint32_t receiver_ = 0;

@@ -71,7 +71,8 @@ class ItemsInRow : public ::testing::Test {
 
   test::RowOfRooms row_{kCells};
   MemoryBudget budget_{kRoomy};
-  NextUse order_{*row_.store, kCells, budget_};
+  PairTable pairs_{*row_.store, kCells, budget_};
+  NextUse order_{pairs_, budget_};
   std::vector<uint32_t> saved_;
   ItemCache items_{order_, budget_, [this](const ItemKey& key, const void*) {
                      saved_.push_back(key.cell);

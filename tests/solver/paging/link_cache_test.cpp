@@ -52,7 +52,8 @@ class LinksInRow : public ::testing::Test {
 
   test::RowOfRooms row_{3};
   MemoryBudget budget_{kRoomy};
-  NextUse order_{*row_.store, 3, budget_};
+  PairTable pairs_{*row_.store, 3, budget_};
+  NextUse order_{pairs_, budget_};
   ItemCache items_{
       order_, budget_, [](const ItemKey&, const void*) { return 0; }};
   LinkCache links_{*row_.store, items_};

@@ -93,12 +93,13 @@ void ExpectSameOrder(const Distance& distance, const StepsTo& steps) {
 }
 
 TEST_F(NextUseInRow, OrdersCellsAsPropagationDoes) {
-  NextUse next(*store_, kCells, budget_);
-  EXPECT_EQ(
-      budget_.UsedBytes(),
-      NextUse::BytesFor(kCells, LoadVisibilitySummary(*store_).visible_pairs));
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
+  EXPECT_EQ(budget_.UsedBytes(),
+            PairTable::BytesFor(kCells,
+                                LoadVisibilitySummary(*store_).visible_pairs));
   for (const Pair& p : order_) {
-    next.SetLinked(p.receiver, p.source.source, true);
+    pairs.SetLinked(p.receiver, p.source.source, true);
   }
   next.StartSweep(SweepKind::kPropagate);
   for (size_t at = 0; at < order_.size(); ++at) {
@@ -116,9 +117,10 @@ TEST_F(NextUseInRow, OrdersCellsAsPropagationDoes) {
 
 // What a cell has received is needed in that cell's own turn only.
 TEST_F(NextUseInRow, OrdersWhatIsReceivedByTurns) {
-  NextUse next(*store_, kCells, budget_);
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
   for (const Pair& p : order_) {
-    next.SetLinked(p.receiver, p.source.source, true);
+    pairs.SetLinked(p.receiver, p.source.source, true);
   }
   for (const SweepKind kind : {SweepKind::kRefine, SweepKind::kPropagate}) {
     next.StartSweep(kind);
@@ -143,9 +145,10 @@ TEST_F(NextUseInRow, OrdersWhatIsReceivedByTurns) {
 // What a cell has sent is needed where others gather it, but not while links
 // are made, which takes the whole tree.
 TEST_F(NextUseInRow, OrdersNewsByThoseWhoGatherThem) {
-  NextUse next(*store_, kCells, budget_);
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
   for (const Pair& p : order_) {
-    next.SetLinked(p.receiver, p.source.source, true);
+    pairs.SetLinked(p.receiver, p.source.source, true);
   }
   const auto is_news_of = [](const Pair& p, CellId c) {
     return p.source.source == c && p.receiver != c;
@@ -178,13 +181,14 @@ TEST_F(NextUseInRow, OrdersNewsByThoseWhoGatherThem) {
 
 // Pairs without links do not count in propagation.
 TEST_F(NextUseInRow, LeavesOutPairsWithoutLinks) {
-  NextUse next(*store_, kCells, budget_);
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
   const auto is_linked = [](const Pair& p) {
     return (p.receiver.value + 2 * p.source.source.value) % 3 != 0;
   };
   for (const Pair& p : order_) {
-    next.SetLinked(p.receiver, p.source.source, is_linked(p));
-    EXPECT_EQ(next.IsLinked(p.receiver, p.source.source), is_linked(p));
+    pairs.SetLinked(p.receiver, p.source.source, is_linked(p));
+    EXPECT_EQ(pairs.IsLinked(p.receiver, p.source.source), is_linked(p));
   }
   next.StartSweep(SweepKind::kPropagate);
   for (size_t at = 0; at < order_.size(); ++at) {
@@ -202,7 +206,8 @@ TEST_F(NextUseInRow, LeavesOutPairsWithoutLinks) {
 // A receiver does not look again at a source that has not changed since it
 // looked.
 TEST_F(NextUseInRow, LeavesOutSourcesWithoutNews) {
-  NextUse next(*store_, kCells, budget_);
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
   std::vector<CellRow> rows(kCells);
   for (size_t i = 0; i < kCells; ++i) {
     rows[i].processed = 10;
@@ -210,7 +215,7 @@ TEST_F(NextUseInRow, LeavesOutSourcesWithoutNews) {
   }
   next.Watch(rows);
   for (const Pair& p : order_) {
-    next.SetLinked(p.receiver, p.source.source, true);
+    pairs.SetLinked(p.receiver, p.source.source, true);
   }
   next.StartSweep(SweepKind::kPropagate);
   next.StartTurn(CellId(2U), {});
@@ -224,7 +229,8 @@ TEST_F(NextUseInRow, LeavesOutSourcesWithoutNews) {
 }
 
 TEST_F(NextUseInRow, KnowsWhatStandsBetweenInATurn) {
-  NextUse next(*store_, kCells, budget_);
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
   next.StartSweep(SweepKind::kRefine);
   for (size_t at = 0; at < order_.size(); ++at) {
     MoveTo(at, &next);
@@ -256,7 +262,8 @@ TEST_F(NextUseInRow, HoldsTheOrderOfATurnWhereTheProcessHasRoom) {
   const std::vector<char> ballast(64 << 20, 1);
   MemoryBudget narrow(1 << 20);
   for (MemoryBudget* budget : {&budget_, &narrow}) {
-    NextUse next(*store_, kCells, *budget);
+    const PairTable pairs(*store_, kCells, *budget);
+    NextUse next(pairs, *budget);
     const uint64_t before = budget->UsedBytes();
     MoveTo(0, &next);
     EXPECT_EQ(budget->UsedBytes() > before, budget == &budget_);
@@ -267,7 +274,8 @@ TEST_F(NextUseInRow, HoldsTheOrderOfATurnWhereTheProcessHasRoom) {
 // The links of a pair are read once in a sweep, those of a cell with itself
 // again and again at the end of the cell's turn.
 TEST_F(NextUseInRow, OrdersLinksAsTheyAreRead) {
-  NextUse next(*store_, kCells, budget_);
+  PairTable pairs(*store_, kCells, budget_);
+  NextUse next(pairs, budget_);
   next.StartSweep(SweepKind::kPropagate);
   for (size_t at = 0; at < order_.size(); ++at) {
     MoveTo(at, &next);
