@@ -40,13 +40,18 @@ class SolvedScene {
       : store(CreateStoreInMemory()) {
     WriteFile(dir_ / "scene.mtl", mtl);
     WriteFile(dir_ / "scene.obj", "mtllib scene.mtl\n" + obj);
-    MemoryBudget budget(kRoomy);
-    ImportScene(dir_ / "scene.obj", {}, budget, *store);
-    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
-    BuildTraceChunks(*store, budget);
-    SolveOptions options;
-    options.error = error;
-    Solve(*store, options, budget);
+    SolveIt(error);
+  }
+
+  // A floor with furniture.
+  SolvedScene(int rooms, double error) : store(CreateStoreInMemory()) {
+    const ProgramResult written = RunProgram({"scene",
+                                              "floorplan",
+                                              "--rooms",
+                                              std::to_string(rooms),
+                                              dir_ / "scene.obj"});
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+    SolveIt(error);
   }
 
   // Multiplies the irradiance that the solution has by a factor, everywhere or
@@ -81,6 +86,16 @@ class SolvedScene {
   std::unique_ptr<BlockStorage> store;
 
  private:
+  void SolveIt(double error) {
+    MemoryBudget budget(kRoomy);
+    ImportScene(dir_ / "scene.obj", {}, budget, *store);
+    BuildVisibleSets(BuildPartition(*store, {}, budget), {}, budget, *store);
+    BuildTraceChunks(*store, budget);
+    SolveOptions options;
+    options.error = error;
+    Solve(*store, options, budget);
+  }
+
   TemporaryFolder dir_;
 };
 
@@ -327,11 +342,18 @@ TEST(ResidualProbes, StandForTheWholeArea) {
   EXPECT_LT(std::max(area.Off(), lit.Off()), 0.02);
 }
 
+// The tight budget holds neither the building nor the solution, so that both
+// are read again and again.
 TEST(ResidualCheck, IsTheSameForEveryBudgetAndNumberOfThreads) {
-  const SolvedScene scene = LampOverSquare();
+  constexpr uint64_t kTight = 7 << 20;
+  const SolvedScene scene(6, 0.5);
+  const uint64_t begin = scene.store->Stats().bytes_read;
   const ResidualEstimate roomy = Measure(scene, 0.05);
+  const uint64_t read = scene.store->Stats().bytes_read - begin;
   const ThreadLimit one_thread(1);
-  const ResidualEstimate tight = Measure(scene, 0.05, 6 << 20);
+  const ResidualEstimate tight = Measure(scene, 0.05, kTight);
+  const uint64_t read_again = scene.store->Stats().bytes_read - begin - read;
+  EXPECT_GT(read_again, 2 * read) << "it is not tight";
   EXPECT_EQ(roomy.value, tight.value);
   EXPECT_EQ(roomy.low, tight.low);
   EXPECT_EQ(roomy.rays, tight.rays);
