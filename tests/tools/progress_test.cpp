@@ -49,7 +49,7 @@ TEST(ProgressText, ClampsTheFraction) {
 
 // What another part has taken says nothing of this one.
 TEST(Progress, ExtrapolatesEachPartByItself) {
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   Progress progress(Progress::Output::kTerminal);
   progress.Begin("solve");
   // Lines begin after a second.
@@ -58,7 +58,7 @@ TEST(Progress, ExtrapolatesEachPartByItself) {
   progress.UpdatePart("round 1 residual", 0, "");
   std::this_thread::sleep_for(std::chrono::milliseconds(250));
   progress.UpdatePart("round 1 residual", 0.5, "error 0.3");
-  const std::string shown = testing::internal::GetCapturedStderr();
+  const std::string shown = ::testing::internal::GetCapturedStderr();
   EXPECT_NE(shown.find("solve round 1 refine 50 %"), std::string::npos);
   EXPECT_NE(shown.find("solve round 1 residual 50 %, 0 s left: error 0.3"),
             std::string::npos)

@@ -81,18 +81,18 @@ class ItemsInRow : public ::testing::Test {
   std::optional<MemoryCharge> others_;
 };
 
-using Cells = std::vector<uint32_t>;
+using CellNumbers = std::vector<uint32_t>;
 
 TEST_F(ItemsInRow, WhatIsNeededLastGoesFirst) {
   LeaveRoomFor(3);
   for (const uint32_t cell : {0U, 2U, 3U}) {
     Insert(cell);
   }
-  EXPECT_EQ(InMemory(), (Cells{0, 2, 3}));
+  EXPECT_EQ(InMemory(), (CellNumbers{0, 2, 3}));
   items_.Reserve(kItem, "a test").Reset();
-  EXPECT_EQ(InMemory(), (Cells{2, 3}));
+  EXPECT_EQ(InMemory(), (CellNumbers{2, 3}));
   items_.Reserve(2 * kItem, "a test").Reset();
-  EXPECT_EQ(InMemory(), (Cells{2}));
+  EXPECT_EQ(InMemory(), (CellNumbers{2}));
 }
 
 TEST_F(ItemsInRow, WhatIsInUseStays) {
@@ -101,12 +101,12 @@ TEST_F(ItemsInRow, WhatIsInUseStays) {
   Insert(2);
   auto used = items_.Use<uint32_t>(ReceivedBy(0));
   items_.Reserve(kItem, "a test").Reset();
-  EXPECT_EQ(InMemory(), (Cells{0}));
+  EXPECT_EQ(InMemory(), (CellNumbers{0}));
   EXPECT_EQ(*used, 0U);
   EXPECT_THROW(items_.Reserve(2 * kItem, "a test"), DoesNotFitError);
   used.reset();
   items_.Reserve(2 * kItem, "a test").Reset();
-  EXPECT_EQ(InMemory(), Cells{});
+  EXPECT_EQ(InMemory(), CellNumbers{});
 }
 
 // Memory that would not do in any case is not bought with what is needed.
@@ -116,9 +116,9 @@ TEST_F(ItemsInRow, NothingGoesForWhatFindsNoRoomAnyway) {
   Insert(2);
   const auto used = items_.Use<uint32_t>(ReceivedBy(2));
   EXPECT_EQ(items_.ReserveIfPossible(3 * kItem, "a test").Bytes(), 0U);
-  EXPECT_EQ(InMemory(), (Cells{0, 2}));
+  EXPECT_EQ(InMemory(), (CellNumbers{0, 2}));
   EXPECT_EQ(items_.ReserveIfPossible(2 * kItem, "a test").Bytes(), 2 * kItem);
-  EXPECT_EQ(InMemory(), (Cells{2}));
+  EXPECT_EQ(InMemory(), (CellNumbers{2}));
 }
 
 TEST_F(ItemsInRow, WhatNeedNotBeKeptDrivesOutOnlyWhatIsNeededLater) {
@@ -129,14 +129,15 @@ TEST_F(ItemsInRow, WhatNeedNotBeKeptDrivesOutOnlyWhatIsNeededLater) {
   LeaveRoomFor(1);
   Insert(3);
   keep(2);
-  EXPECT_EQ(InMemory(), (Cells{2}));
+  EXPECT_EQ(InMemory(), (CellNumbers{2}));
   keep(4);
-  EXPECT_EQ(InMemory(), (Cells{2})) << "cell 2 comes earlier";
+  EXPECT_EQ(InMemory(), (CellNumbers{2})) << "cell 2 comes earlier";
   keep(1);
-  EXPECT_EQ(InMemory(), (Cells{2})) << "none is sought again in this turn";
+  EXPECT_EQ(InMemory(), (CellNumbers{2}))
+      << "none is sought again in this turn";
   StartTurn(1);
   keep(1);
-  EXPECT_EQ(InMemory(), (Cells{1}));
+  EXPECT_EQ(InMemory(), (CellNumbers{1}));
 }
 
 TEST_F(ItemsInRow, WhatWasChangedIsWrittenBackOnce) {
@@ -147,14 +148,14 @@ TEST_F(ItemsInRow, WhatWasChangedIsWrittenBackOnce) {
     const auto used = items_.Use<uint32_t>(ReceivedBy(0));
     items_.MarkChanged(ReceivedBy(0), kItem, "a test");
   }
-  EXPECT_EQ(saved_, Cells{}) << "not before it must be";
+  EXPECT_EQ(saved_, CellNumbers{}) << "not before it must be";
   items_.Reserve(2 * kItem, "a test").Reset();
-  EXPECT_EQ(saved_, Cells{0});
+  EXPECT_EQ(saved_, CellNumbers{0});
   items_.Flush();
-  EXPECT_EQ(saved_, (Cells{0, 2}));
+  EXPECT_EQ(saved_, (CellNumbers{0, 2}));
   items_.Flush();
   items_.EvictAll();
-  EXPECT_EQ(saved_, (Cells{0, 2}));
+  EXPECT_EQ(saved_, (CellNumbers{0, 2}));
 }
 
 TEST_F(ItemsInRow, WhatIsForgottenIsNotWrittenBack) {
@@ -162,7 +163,7 @@ TEST_F(ItemsInRow, WhatIsForgottenIsNotWrittenBack) {
   items_.Forget(ReceivedBy(2));
   items_.Forget(ReceivedBy(3));  // it was never there
   items_.Flush();
-  EXPECT_EQ(saved_, Cells{});
+  EXPECT_EQ(saved_, CellNumbers{});
   EXPECT_EQ(items_.Use<uint32_t>(ReceivedBy(2)), nullptr);
 }
 

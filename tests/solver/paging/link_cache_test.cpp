@@ -14,26 +14,26 @@
 namespace enfilade {
 namespace {
 
-constexpr CellPair kPair{CellId(1U), CellId(2U)};
-constexpr LinkEnds kEnds{100, 100, 0};
-constexpr size_t kChunks = 3;
+constexpr CellPair kKeptPair{CellId(1U), CellId(2U)};
+constexpr LinkEnds kKeptEnds{100, 100, 0};
+constexpr size_t kKeptChunks = 3;
 
 class LinksInRow : public ::testing::Test {
  protected:
   LinksInRow() {
     order_.StartSweep(SweepKind::kPropagate);
-    order_.MoveTo(kPair.receiver, kPair.source);
+    order_.MoveTo(kKeptPair.receiver, kKeptPair.source);
     ChunkWriter writer(*row_.store, [&](LinkChunk&& chunk) {
       written_.push_back(std::move(chunk));
     });
-    for (uint32_t chunk = 0; chunk < kChunks; ++chunk) {
+    for (uint32_t chunk = 0; chunk < kKeptChunks; ++chunk) {
       LinkBlock block;
       Link link;
       link.receiver = chunk;
       link.kind = LinkKind::kWeak;
       link.value = 1;
       block.links.push_back(link);
-      writer.Start({kPair, chunk, std::move(block), 0});
+      writer.Start({kKeptPair, chunk, std::move(block), 0});
       writer.Finish();
     }
   }
@@ -42,7 +42,7 @@ class LinksInRow : public ::testing::Test {
   std::pair<std::vector<uint32_t>, bool> Visit() {
     const uint64_t before = row_.store->Stats().bytes_read;
     std::vector<uint32_t> receivers;
-    links_.Visit(kPair, kEnds, [&](const LinkBlock& block) {
+    links_.Visit(kKeptPair, kKeptEnds, [&](const LinkBlock& block) {
       for (const Link& link : block.links) {
         receivers.push_back(link.receiver);
       }
@@ -60,28 +60,28 @@ class LinksInRow : public ::testing::Test {
   std::vector<LinkChunk> written_;
 };
 
-using Visited = std::pair<std::vector<uint32_t>, bool>;
-const std::vector<uint32_t> kAll = {0, 1, 2};
+using LinksVisited = std::pair<std::vector<uint32_t>, bool>;
+const std::vector<uint32_t> kAllReceivers = {0, 1, 2};
 
 TEST_F(LinksInRow, AreReadOnceWhereThereIsRoom) {
-  EXPECT_EQ(Visit(), Visited(kAll, true));
-  EXPECT_EQ(Visit(), Visited(kAll, false));
+  EXPECT_EQ(Visit(), LinksVisited(kAllReceivers, true));
+  EXPECT_EQ(Visit(), LinksVisited(kAllReceivers, false));
   links_.Forget();
-  EXPECT_EQ(Visit(), Visited(kAll, true));
+  EXPECT_EQ(Visit(), LinksVisited(kAllReceivers, true));
 }
 
 TEST_F(LinksInRow, AreReadAgainWhereThereIsNoRoom) {
   const MemoryCharge others(budget_, budget_.FreeBytes(), "others");
-  EXPECT_EQ(Visit(), Visited(kAll, true));
-  EXPECT_EQ(Visit(), Visited(kAll, true));
+  EXPECT_EQ(Visit(), LinksVisited(kAllReceivers, true));
+  EXPECT_EQ(Visit(), LinksVisited(kAllReceivers, true));
 }
 
 TEST_F(LinksInRow, AreNotReadWhereTheyWereKept) {
-  ASSERT_EQ(written_.size(), kChunks);
+  ASSERT_EQ(written_.size(), kKeptChunks);
   for (LinkChunk& chunk : written_) {
     links_.Keep(std::move(chunk));
   }
-  EXPECT_EQ(Visit(), Visited(kAll, false));
+  EXPECT_EQ(Visit(), LinksVisited(kAllReceivers, false));
   EXPECT_EQ(items_.Trace().TakeReads().belady, 0U) << "they were made here";
 }
 
