@@ -63,8 +63,8 @@ class ItemCache {
     return std::static_pointer_cast<T>(UseItem(key, true));
   }
 
-  // The same for an item that is used for a moment only: valid until the cache
-  // is used again.
+  // The same for an item that is not in use and is used for a moment only:
+  // valid until the cache is used again.
   template <typename T>
   const T* UseBriefly(const ItemKey& key) {
     return static_cast<const T*>(UseItemBriefly(key));
