@@ -76,7 +76,7 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
   };
   view_.display_radiosity = [this](std::span<const PatchPoint> points) {
     std::vector<Rgb> values;
-    CallWithin([&] { values = OpenSolution().DisplayRadiosity(points); });
+    CallWithin([&] { values = OpenShown().Radiosity(points); });
     return values;
   };
   view_.for_each_mean = [this](
@@ -93,9 +93,14 @@ StoredBuilding::StoredBuilding(const BlockStorage& store,
 
 StoredBuilding::~StoredBuilding() = default;
 
+void StoredBuilding::CloseSolution() {
+  shown_.reset();
+  solution_.reset();
+}
+
 void StoredBuilding::Close() {
   tracer_.reset();
-  solution_.reset();
+  CloseSolution();
   tracer_charge_.Reset();
   solution_charge_.Reset();
 }
@@ -139,7 +144,7 @@ MemoryBudget& StoredBuilding::Share(double fraction,
 RayTracer& StoredBuilding::OpenTracer() {
   if (!tracer_) {
     if (turns_) {
-      solution_.reset();
+      CloseSolution();
     }
     tracer_ = std::make_unique<RayTracer>(
         *store_, Share(kTracerShare, tracer_budget_, tracer_charge_));
@@ -156,6 +161,14 @@ Solution& StoredBuilding::OpenSolution() {
         *store_, Share(kSolutionShare, solution_budget_, solution_charge_));
   }
   return *solution_;
+}
+
+DisplaySolution& StoredBuilding::OpenShown() {
+  const Solution& solution = OpenSolution();
+  if (!shown_) {
+    shown_ = std::make_unique<DisplaySolution>(solution);
+  }
+  return *shown_;
 }
 
 }  // namespace enfilade

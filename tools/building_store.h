@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/memory.h"
+#include "solver/solution/display_solution.h"
 
 #include <memory>
 #include <optional>
@@ -49,9 +50,11 @@ class StoredBuilding {
 
  private:
   void Close();
+  void CloseSolution();
   template <typename Call>
   void CallWithin(const Call& call);
   [[nodiscard]] RayTracer& OpenTracer();
+  [[nodiscard]] DisplaySolution& OpenShown();
   MemoryBudget& Share(double fraction,
                       std::optional<MemoryBudget>& share,
                       MemoryCharge& charge);
@@ -73,6 +76,7 @@ class StoredBuilding {
   MemoryCharge solution_charge_;
   std::unique_ptr<RayTracer> tracer_;
   std::unique_ptr<Solution> solution_;
+  std::unique_ptr<DisplaySolution> shown_;  // of `solution_`
 };
 
 }  // namespace enfilade

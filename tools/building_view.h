@@ -27,7 +27,8 @@ struct BuildingView {
   std::function<void(std::span<const TraceRay>, std::span<TraceHit>)> trace;
   // As RayTracer::Parts. May be empty: 1.
   std::function<size_t()> trace_parts;
-  // As the member functions of Solution with these names.
+  // As Solution::Radiosity, Solution::Irradiance and
+  // DisplaySolution::Radiosity.
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> radiosity;
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)> irradiance;
   std::function<std::vector<Rgb>(std::span<const PatchPoint>)>

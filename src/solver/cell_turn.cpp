@@ -146,12 +146,12 @@ uint64_t CellTurn::FindReceivers() {
       "the receivers of a cell");
   cell_.receivers =
       std::make_unique<ClusterTree>(patches, std::move(covers.receivers));
-  cell_.weights = ReceiverWeights(
-      {.id = cell_.id,
-       .patches = patches,
-       .clusters = cell_.receivers.get(),
-       .care = cell_.care,
-       .least_reflectance = context_->surface.least_reflectance});
+  cell_.weights =
+      WeighReceiver({.id = cell_.id,
+                     .patches = patches,
+                     .clusters = cell_.receivers.get(),
+                     .care = cell_.care,
+                     .least_reflectance = context_->surface.least_reflectance});
   return covers.rays;
 }
 

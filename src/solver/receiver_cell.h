@@ -31,7 +31,7 @@ struct ReceiverCell {
   std::shared_ptr<ReceivedLight> received;
 
   // During refinement: what is asked of each patch, and the elements at which
-  // refinement begins, with their weights (ReceiverWeights).
+  // refinement begins, with their weights (WeighReceiver).
   MemoryCharge care_charge;
   CellCare care;
   MemoryCharge receivers_charge;

@@ -12,7 +12,7 @@
 #include "solver/elements/push_pull.h"
 #include "solver/links/link_store.h"
 #include "solver/paging/cell_pager.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_receiver.h"
 #include "solver/solve.h"
 #include "solver/state/solve_state.h"
 #include "visibility/occlusion.h"
@@ -39,7 +39,8 @@ struct MeasuredSurface {
   // measures its error as if all surfaces had kLeastWeightReflectance.
   bool is_black;
   double area;  // m2, of the patches that reflect, or else of all that receive
-  float least_reflectance;  // RefineSide::least_reflectance of all receivers
+  float
+      least_reflectance;  // RefineReceiver::least_reflectance of all receivers
 };
 
 struct SolveContext {

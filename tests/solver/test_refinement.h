@@ -8,7 +8,8 @@
 #include "solver/elements/received_light.h"
 #include "solver/refine/apply_links.h"
 #include "solver/refine/pair_work.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_receiver.h"
+#include "solver/refine/refine_source.h"
 #include "solver/refine/refiner.h"
 #include "solver/refine/source_weights.h"
 #include "solver/transfer/blockers.h"
@@ -29,6 +30,10 @@ namespace enfilade::test {
 
 inline constexpr double kReflectance = 0.5;
 
+struct SourceAndTree : RefineSource {
+  const CellTree* tree = nullptr;
+};
+
 // A cell that sends 1 W/m2 from everywhere.
 class BrightCell {
  public:
@@ -44,20 +49,27 @@ class BrightCell {
       }
     }
     tree_.UpdateDetail();
-    weights_ = ReceiverWeights(
+    weights_ = WeighReceiver(
         {.id = CellId(id_), .patches = geometry_, .clusters = &clusters_});
   }
 
-  // The side as the cell sends light now, with the given groups.
-  [[nodiscard]] RefineSide Side(const SourceGroups* groups = nullptr) const {
-    RefineSide side{.id = CellId(id_),
-                    .patches = geometry_,
-                    .tree = &tree_,
-                    .clusters = &clusters_,
-                    .groups = groups,
-                    .weights = weights_};
-    side.sent = &sent_.emplace_back(WeighSource(side));
-    return side;
+  [[nodiscard]] RefineReceiver Receiver() const {
+    return {.id = CellId(id_),
+            .patches = geometry_,
+            .clusters = &clusters_,
+            .weights = weights_};
+  }
+
+  // The cell as it sends light now, with the given groups.
+  [[nodiscard]] SourceAndTree Source(
+      const SourceGroups* groups = nullptr) const {
+    SourceAndTree source{{.id = CellId(id_),
+                          .patches = geometry_,
+                          .clusters = &clusters_,
+                          .groups = groups},
+                         &tree_};
+    source.sent = &sent_.emplace_back(WeighSource(source, tree_));
+    return source;
   }
 
   [[nodiscard]] const std::vector<PatchGeometry>& Geometry() const {
@@ -81,12 +93,12 @@ class BrightCell {
   ReceivedLight received_;
   ClusterTree clusters_;
   std::vector<float> weights_;
-  mutable std::deque<SourceWeights> sent_;  // of all sides
+  mutable std::deque<SourceWeights> sent_;  // of all sources
 };
 
 inline Refiner MakeRefiner(const RefineOptions& options,
-                           const RefineSide& receiver,
-                           const RefineSide& source,
+                           const RefineReceiver& receiver,
+                           const SourceAndTree& source,
                            const Blockers& blockers) {
   return {PairWork(options, receiver, source), *source.tree, blockers};
 }
@@ -142,8 +154,8 @@ inline void ExpectSame(const RawLink& a, const RawLink& b) {
 
 // The links of all items of work.
 inline std::vector<RawLinks> RefineAll(const RefineOptions& options,
-                                       const RefineSide& receiver,
-                                       const RefineSide& source,
+                                       const RefineReceiver& receiver,
+                                       const SourceAndTree& source,
                                        const Blockers& blockers) {
   const Refiner refiner = MakeRefiner(options, receiver, source, blockers);
   std::vector<RawLinks> links(refiner.ItemCount());

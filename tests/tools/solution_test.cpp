@@ -94,7 +94,7 @@ TEST(Solution, OfWhichACellDoesNotFitIsRefused) {
   const Solution solution(SolvedRooms(), small);
   EXPECT_THROW(
       solution.VisitCells(AllCells(solution),
-                          [](size_t /*i*/, const Solution::Cell& /*cell*/) {}),
+                          [](size_t /*i*/, const SolvedCell& /*cell*/) {}),
       DoesNotFitError);
   EXPECT_EQ(small.UsedBytes(), 0U);
 }
@@ -106,7 +106,7 @@ TEST(Solution, VisitsEachCellOnceWithItsPatches) {
   std::vector<CellId> cells = AllCells(solution);
   std::reverse(cells.begin(), cells.end());
   std::vector<std::atomic<int>> visits(cells.size());
-  solution.VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
+  solution.VisitCells(cells, [&](size_t i, const SolvedCell& cell) {
     ++visits[i];
     EXPECT_EQ(cell.Patches().size(), partition.cells[cells[i].Index()].patches);
     // The leaves of a patch cover it.

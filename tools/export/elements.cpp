@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/planar_polygon.h"
+#include "solver/solution/display_solution.h"
 
 namespace enfilade {
 namespace {
@@ -96,12 +97,14 @@ MeshSource DisplayMeshOf(const Solution& solution,
   mesh.cells = solution.CellCount();
   mesh.for_each = [&solution, options](CellId cell, const MeshSink& sink) {
     uint64_t first = 0;
-    solution.ForEachDisplayMesh(
-        cell, options, [&](const DisplayMesh& piece, const Patch& patch) {
-          PassVertices(solution, piece, patch, sink);
-          PassFaces(cell, piece, first, sink);
-          first += piece.VertexCount();
-        });
+    ForEachDisplayMesh(solution,
+                       cell,
+                       options,
+                       [&](const DisplayMesh& piece, const Patch& patch) {
+                         PassVertices(solution, piece, patch, sink);
+                         PassFaces(cell, piece, first, sink);
+                         first += piece.VertexCount();
+                       });
   };
   return mesh;
 }

@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "base/vec.h"
+#include "solver/solution/display_mesh.h"
 #include "solver/solution/solution.h"
 
 #include <array>

@@ -292,9 +292,9 @@ void CellPager::RenewWeights(CellId cell) {
   auto weights = std::make_shared<SourceWeights>(
       WeighSource({.id = cell,
                    .patches = geometry->patches,
-                   .tree = tree.get(),
                    .clusters = geometry->clusters.get(),
-                   .groups = &geometry->groups}));
+                   .groups = &geometry->groups},
+                  *tree));
   room.Reset();
   const uint64_t bytes = weights->SizeBytes();
   items_.MakeRoom(bytes, kWeightsPurpose);

@@ -17,7 +17,7 @@
 #include "solver/paging/link_cache.h"
 #include "solver/paging/next_use.h"
 #include "solver/paging/pair_table.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_source.h"
 #include "solver/refine/source_weights.h"
 #include "solver/transfer/cell_geometry.h"
 #include "solver/transfer/shaft.h"

@@ -126,9 +126,9 @@ void ClusterRefiner::DrawPairs(ClusterPair pair, const PairBounds& bounds) {
     }
     const float form_factor =
         std::min(bounds.form_factor, FormFactorBound(receiver.end, source.end));
-    const float transfer = receiver.weight * PeakOf(source) * form_factor;
+    const float brightness = receiver.weight * PeakOf(source);
     elements_.DrawWeak(
-        receiver, source, {form_factor, transfer, bounds.probability});
+        receiver, source, {brightness, form_factor, bounds.probability});
   }
 }
 
@@ -155,12 +155,12 @@ bool ClusterRefiner::InPart(uint32_t first, uint32_t count) const {
 }
 
 bool ClusterRefiner::InGroup(uint32_t source_item) const {
-  const RefineSide& source = pair_->Source();
+  const RefineSource& source = pair_->Source();
   return source.InGroup(source.clusters->Items()[source_item].patch);
 }
 
 ReceiverElement ClusterRefiner::MakeReceiver(uint32_t item) const {
-  const RefineSide& receiver = pair_->Receiver();
+  const RefineReceiver& receiver = pair_->Receiver();
   return RootReceiver(receiver, receiver.clusters->Items()[item]);
 }
 

@@ -64,9 +64,10 @@ void ElementRefiner::Visit(const ReceiverElement& r,
     return;
   }
   const float form_factor = FormFactorBound(r.end, s.end);
-  const float bound = r.weight * PeakOf(s) * form_factor;
+  const float brightness = r.weight * PeakOf(s);
+  const float bound = brightness * form_factor;
   if (bound < pair_->tau_weak) {
-    DrawWeak(r, s, {form_factor, bound, 1});
+    DrawWeak(r, s, {brightness, form_factor});
     return;
   }
   const ShaftEnds ends =
@@ -113,11 +114,7 @@ void ElementRefiner::VisitSeen(const ReceiverElement& r,
   }
   const float error =
       pair_->TrueError(r, r.weight * (bounds.by_receiver + bounds.by_source));
-  if (look.is_seen) {
-    sink_->AddError(error);
-  } else {
-    sink_->AddBlockedError(error);
-  }
+  sink_->AddError(error, look.is_seen);
   const uint16_t bits = look.proven ? look.bits
                         : look.few  ? rays->AskFewAnew()
                                     : rays->AskAllAnew();
@@ -236,7 +233,7 @@ void ElementRefiner::AcceptBlocked(const ReceiverElement& r,
   if (!part_.Owns(r.level)) {
     return;
   }
-  sink_->AddBlockedError(pair_->TrueError(r, error));
+  sink_->AddError(pair_->TrueError(r, error), false);
   const uint16_t bits = rays->AskFewAnew();
   if (bits != 0) {
     Accept(r, s, JudgeTransfer(r.end, s), bits);
@@ -293,24 +290,13 @@ void ElementRefiner::DrawWeak(const ReceiverElement& r,
   if (!part_.Owns(r.level) || !FaceEachOther(r, s)) {
     return;
   }
-  const float probability = std::min(
-      bounds.drawn,
-      pair_->work.WeakProbability(bounds.transfer, bounds.form_factor));
-  Random random(KeyOf(r, s));
-  if (random.Next() * static_cast<double>(bounds.drawn) >=
-      static_cast<double>(probability)) {
-    return;
+  WeakDraw draw(*pair_, bounds, KeyOf(r, s));
+  if (draw.IsKept()) {
+    draw.Add(LinkBetween(r, s),
+             r,
+             SampleTransfer(r.end, s.end, IsNear(r.end, s.end), draw.Numbers()),
+             sink_);
   }
-  const SampledTransfer sample =
-      SampleTransfer(r.end, s.end, IsNear(r.end, s.end), &random);
-  if (!(sample.form_factor > 0)) {
-    return;
-  }
-  const float coefficient = sample.form_factor / probability;
-  const float error =
-      r.weight * PeakOf(s) * coefficient * std::sqrt(1 - probability);
-  sink_->AddPending(
-      {LinkBetween(r, s), coefficient, pair_->TrueError(r, error)}, sample.ray);
 }
 
 }  // namespace enfilade

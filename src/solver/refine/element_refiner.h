@@ -16,6 +16,7 @@
 #include "solver/refine/pair_context.h"
 #include "solver/refine/receiver_element.h"
 #include "solver/refine/source_elements.h"
+#include "solver/refine/weak_draw.h"
 #include "solver/state/work_part.h"
 #include "solver/transfer/link_rays.h"
 #include "solver/transfer/oracle.h"
@@ -24,14 +25,6 @@
 #include <cstdint>
 
 namespace enfilade {
-
-// What bounds say of a transfer that is too weak to be refined.
-struct WeakBounds {
-  float form_factor = 0;
-  float transfer = 0;  // weighted, W/m
-  // The probability with which the pair was chosen to be looked at.
-  float drawn = 1;
-};
 
 // For one part of the work; makes the links of this part alone.
 class ElementRefiner {

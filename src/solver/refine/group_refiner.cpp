@@ -57,15 +57,11 @@ uint64_t GroupRefiner::KeyOf(const ReceiverElement& r, uint32_t group) const {
 void GroupRefiner::Draw(const ReceiverElement& r, uint32_t group, float drawn) {
   const float form_factor =
       FormFactorOfGroup(GroupAt(group), r.end.center, r.end.radius);
-  const float bound = r.weight * SentBy(group).Most() * form_factor;
-  const float probability =
-      bound < pair_->tau_weak
-          ? std::min(drawn, pair_->work.WeakProbability(bound, form_factor))
-          : drawn;
-  Random random(MixKey(KeyOf(r, group), kGroupKey));
-  if (random.Next() * static_cast<double>(drawn) <
-      static_cast<double>(probability)) {
-    Visit(r, {group, 0, probability}, WholeGroup(GroupAt(group)));
+  const WeakDraw draw(*pair_,
+                      {BrightnessOf(r, group), form_factor, drawn},
+                      MixKey(KeyOf(r, group), kGroupKey));
+  if (draw.IsKept()) {
+    Visit(r, {group, 0, draw.Probability()}, WholeGroup(GroupAt(group)));
   }
 }
 
@@ -85,8 +81,7 @@ void GroupRefiner::Visit(const ReceiverElement& r,
   if (transfer.Facing().count == 0) {
     return;
   }
-  const float bound =
-      r.weight * SentBy(visit.group).Most() * transfer.FormFactorBound();
+  const float bound = BrightnessOf(r, visit.group) * transfer.FormFactorBound();
   if (visit.drawn < 1 || bound < pair_->tau_weak) {
     DrawWeak(r, visit, transfer);
     return;
@@ -189,11 +184,7 @@ void GroupRefiner::Keep(const ReceiverElement& r,
                         GroupRays* rays) {
   const float error =
       pair_->TrueError(r, judged.by_receiver + judged.by_source);
-  if (judged.is_seen) {
-    sink_->AddError(error);
-  } else {
-    sink_->AddBlockedError(error);
-  }
+  sink_->AddError(error, judged.is_seen);
   std::array<float, kTransferNodes> gain = transfer.AtNodes();
   if (!judged.proven) {
     const auto shares = rays->Look(judged.look.few ? 1 : kManyPoints,
@@ -249,34 +240,23 @@ void GroupRefiner::Accept(const ReceiverElement& r,
   sink_->Add(link);
 }
 
-// Draws a weak link, as ElementRefiner::DrawWeak does.
 void GroupRefiner::DrawWeak(const ReceiverElement& r,
                             GroupVisit visit,
                             const GroupTransfer& transfer) {
   if (!part_.Owns(r.level)) {
     return;
   }
-  const float brightness = r.weight * SentBy(visit.group).Most();
-  const float probability = std::min(
-      visit.drawn,
-      pair_->work.WeakProbability(brightness * transfer.FormFactorBound(),
-                                  transfer.FormFactorBound()));
-  Random random(KeyOf(r, visit.group));
-  if (random.Next() * static_cast<double>(visit.drawn) >=
-      static_cast<double>(probability)) {
-    return;
+  WeakDraw draw(
+      *pair_,
+      {BrightnessOf(r, visit.group), transfer.FormFactorBound(), visit.drawn},
+      KeyOf(r, visit.group));
+  if (draw.IsKept()) {
+    draw.Add(
+        {r.patch, visit.group, r.path, kRootPath, LinkKind::kGroup, 0, 0, {}},
+        r,
+        transfer.Sample(draw.Numbers()),
+        sink_);
   }
-  const SampledTransfer sample = transfer.Sample(&random);
-  if (!(sample.form_factor > 0)) {
-    return;
-  }
-  const float coefficient = sample.form_factor / probability;
-  const float error = brightness * coefficient * std::sqrt(1 - probability);
-  sink_->AddPending(
-      {{r.patch, visit.group, r.path, kRootPath, LinkKind::kGroup, 0, 0, {}},
-       coefficient,
-       pair_->TrueError(r, error)},
-      sample.ray);
 }
 
 }  // namespace enfilade

@@ -7,6 +7,7 @@
 #include "solver/refine/pair_context.h"
 #include "solver/refine/receiver_element.h"
 #include "solver/refine/source_weights.h"
+#include "solver/refine/weak_draw.h"
 #include "solver/state/work_part.h"
 #include "solver/transfer/form_factor.h"
 #include "solver/transfer/group_transfer.h"
@@ -96,6 +97,12 @@ class GroupRefiner {
 
   [[nodiscard]] const GroupWeight& SentBy(uint32_t group) const {
     return pair_->Source().sent->groups[group];
+  }
+
+  // The most that the group sends, weighted by the receiver, W/m.
+  [[nodiscard]] float BrightnessOf(const ReceiverElement& r,
+                                   uint32_t group) const {
+    return r.weight * SentBy(group).Most();
   }
 
   const PairContext* pair_;

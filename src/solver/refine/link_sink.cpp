@@ -27,13 +27,9 @@ void LinkSink::AddPending(const PendingLink& link, PointPair ray) {
   }
 }
 
-void LinkSink::AddError(float error) {
-  out_->squared_error +=
+void LinkSink::AddError(float error, bool is_seen) {
+  (is_seen ? out_->squared_error : blocked_squared_) +=
       static_cast<double>(error) * static_cast<double>(error);
-}
-
-void LinkSink::AddBlockedError(float error) {
-  blocked_squared_ += static_cast<double>(error) * static_cast<double>(error);
 }
 
 // Weak links may go on waiting for their rays, unless the rays decide on
@@ -63,7 +59,7 @@ void LinkSink::TracePending() {
       RawLink link = pending.link;
       link.gain.fill(pending.coefficient);
       link.value = EncodeCoefficient(pending.coefficient);
-      AddError(pending.error);
+      AddError(pending.error, true);
       Add(link);
     }
   }

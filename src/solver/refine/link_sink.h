@@ -45,13 +45,11 @@ class LinkSink {
   // Adds the link if its ray gets through.
   void AddPending(const PendingLink& link, PointPair ray);
 
-  // The error of a transfer (PairContext::TrueError), W/m.
-  void AddError(float error);
-
-  // The error of a transfer whose rays are all blocked, if half of all rays got
-  // through. How much light may still get through depends on how many rays get
-  // through elsewhere: behind a wall, none do.
-  void AddBlockedError(float error);
+  // The error of a transfer (PairContext::TrueError), W/m. If none of its light
+  // is seen to arrive, it is the error if half of all rays got through: how
+  // much light may still arrive depends on how many rays get through elsewhere.
+  // Behind a wall, none do.
+  void AddError(float error, bool is_seen);
 
   // Takes the blocked errors since the last call by the share of the rays since
   // then that got through.

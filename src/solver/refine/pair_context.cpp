@@ -19,11 +19,11 @@ PairContext::PairContext(PairWork work_of_pair,
     : work(std::move(work_of_pair)),
       sources(Source().patches, source_tree),
       blockers(&between),
-      basis(Receiver().tree->Shape().basis),
+      basis(source_tree.Shape().basis),
       tau(static_cast<float>(work.Options().tau)),
       tau_weak(static_cast<float>(work.Options().tau_weak)),
       shadows(basis->kind.flat ? 1 : kShadowsOfOrder[basis->kind.order]),
-      constant_basis(Receiver().tree->Shape().NodeStride() == 1),
+      constant_basis(source_tree.Shape().NodeStride() == 1),
       is_partial(!Receiver().part.IsEverything() ||
                  !Source().part.IsEverything()) {}
 

@@ -7,7 +7,9 @@
 #include "solver/elements/element_tree.h"
 #include "solver/refine/pair_work.h"
 #include "solver/refine/receiver_element.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_options.h"
+#include "solver/refine/refine_receiver.h"
+#include "solver/refine/refine_source.h"
 #include "solver/refine/source_elements.h"
 #include "solver/transfer/blockers.h"
 #include "solver/transfer/form_factor.h"
@@ -30,9 +32,11 @@ struct PairContext {
   bool constant_basis;
   bool is_partial;  // the cells see only parts of each other
 
-  [[nodiscard]] const RefineSide& Receiver() const { return work.Receiver(); }
+  [[nodiscard]] const RefineReceiver& Receiver() const {
+    return work.Receiver();
+  }
 
-  [[nodiscard]] const RefineSide& Source() const { return work.Source(); }
+  [[nodiscard]] const RefineSource& Source() const { return work.Source(); }
 
   // Whether both elements reach into the parts of their cells that see the
   // other cell.

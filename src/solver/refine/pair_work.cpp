@@ -55,8 +55,8 @@ float FormFactorOfGroup(const SourceGroup& group, Vec3f middle, float radius) {
 }
 
 PairWork::PairWork(const RefineOptions& options,
-                   const RefineSide& receiver,
-                   const RefineSide& source)
+                   const RefineReceiver& receiver,
+                   const RefineSource& source)
     : options_(options), receiver_(receiver), source_(source) {
   ENFILADE_CHECK(
       receiver.weights.size() == receiver.clusters->Clusters().size(),

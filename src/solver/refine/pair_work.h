@@ -7,7 +7,9 @@
 #pragma once
 
 #include "solver/refine/rare_draws.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_options.h"
+#include "solver/refine/refine_receiver.h"
+#include "solver/refine/refine_source.h"
 #include "solver/refine/source_weights.h"
 
 #include <cstddef>
@@ -50,16 +52,15 @@ struct WorkItem {
 
 class PairWork {
  public:
-  // All sides are borrowed. The tree of the source is not needed.
   PairWork(const RefineOptions& options,
-           const RefineSide& receiver,
-           const RefineSide& source);
+           const RefineReceiver& receiver,
+           const RefineSource& source);
 
   [[nodiscard]] const RefineOptions& Options() const { return options_; }
 
-  [[nodiscard]] const RefineSide& Receiver() const { return receiver_; }
+  [[nodiscard]] const RefineReceiver& Receiver() const { return receiver_; }
 
-  [[nodiscard]] const RefineSide& Source() const { return source_; }
+  [[nodiscard]] const RefineSource& Source() const { return source_; }
 
   // Items are sorted by receiver, so that links come nearly in the order in
   // which they are stored. The number of items grows with the number of
@@ -92,8 +93,8 @@ class PairWork {
   void SortItems();
 
   RefineOptions options_;
-  RefineSide receiver_;
-  RefineSide source_;
+  RefineReceiver receiver_;
+  RefineSource source_;
   std::vector<WorkItem> items_;
 };
 

@@ -2,7 +2,7 @@
 
 namespace enfilade {
 
-ReceiverElement RootReceiver(const RefineSide& receiver,
+ReceiverElement RootReceiver(const RefineReceiver& receiver,
                              const ClusterItem& item) {
   const PatchGeometry& patch = receiver.patches[item.patch];
   ReceiverElement r;

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "solver/elements/element_tree.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_receiver.h"
 #include "solver/transfer/cluster_tree.h"
 #include "solver/transfer/form_factor.h"
 
@@ -23,7 +23,7 @@ struct ReceiverElement {
 };
 
 // An element at which refinement begins.
-ReceiverElement RootReceiver(const RefineSide& receiver,
+ReceiverElement RootReceiver(const RefineReceiver& receiver,
                              const ClusterItem& item);
 
 ReceiverElement ChildReceiver(const ReceiverElement& parent, size_t child);

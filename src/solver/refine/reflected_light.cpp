@@ -1,6 +1,6 @@
 #include "solver/refine/reflected_light.h"
 
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_receiver.h"
 
 namespace enfilade {
 

@@ -30,18 +30,16 @@ BlockKey KeyOf(CellId id) {
   return {BlockKind::kSourceWeights, id.value};
 }
 
-std::vector<GroupWeight> WeighGroups(const RefineSide& source) {
+std::vector<GroupWeight> WeighGroups(const RefineSource& source,
+                                     const CellTree& tree) {
   std::vector<GroupWeight> weights;
   if (source.groups == nullptr) {
     return weights;
   }
   weights.reserve(source.groups->All().size());
   for (const SourceGroup& group : source.groups->All()) {
-    const GroupRadiosity b = RadiosityOf(*source.groups,
-                                         group,
-                                         source.patches,
-                                         source.tree->Shape(),
-                                         source.tree->Sent());
+    const GroupRadiosity b = RadiosityOf(
+        *source.groups, group, source.patches, tree.Shape(), tree.Sent());
     float largest = 0;
     for (const float mean : b.mean) {
       largest = std::max(largest, std::abs(mean));
@@ -64,7 +62,7 @@ uint64_t SourceWeights::BytesFor(size_t patches) {
          patches * (4 * sizeof(float) + sizeof(GroupWeight));
 }
 
-SourceWeights WeighSource(const RefineSide& source) {
+SourceWeights WeighSource(const RefineSource& source, const CellTree& tree) {
   std::vector<float> peaks;
   std::vector<float> fluxes;
   peaks.reserve(source.clusters->Items().size());
@@ -72,17 +70,16 @@ SourceWeights WeighSource(const RefineSide& source) {
   for (const ClusterItem& item : source.clusters->Items()) {
     const PatchGeometry& patch = source.patches[item.patch];
     const ElementId element(item.patch);
-    const float peak =
-        source.InGroup(item.patch)
-            ? 0
-            : PeakOf(NodeRadiosity(*source.tree, element, patch.shape),
-                     source.tree->Detail(element));
+    const float peak = source.InGroup(item.patch)
+                           ? 0
+                           : PeakOf(NodeRadiosity(tree, element, patch.shape),
+                                    tree.Detail(element));
     peaks.push_back(peak);
     fluxes.push_back(peak * patch.area);
   }
   return {source.clusters->LargestOf(peaks),
           source.clusters->LargestOf(fluxes),
-          WeighGroups(source)};
+          WeighGroups(source, tree)};
 }
 
 bool HasSourceWeights(const BlockStorage& store, CellId id) {

@@ -10,7 +10,7 @@
 #include "base/packed.h"
 #include "solver/elements/element_tree.h"
 #include "solver/elements/geometry.h"
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_source.h"
 #include "solver/transfer/cell_geometry.h"
 #include "solver/transfer/form_factor.h"
 
@@ -48,7 +48,7 @@ struct SourceWeights {
 
 // Makes the bounds of a source, whose `sent` is not needed. The bounds come
 // from what whole patches send, so they are the same after the tree has grown.
-SourceWeights WeighSource(const RefineSide& source);
+SourceWeights WeighSource(const RefineSource& source, const CellTree& tree);
 
 [[nodiscard]] bool HasSourceWeights(const BlockStorage& store, CellId id);
 

@@ -74,7 +74,7 @@ void ProbeChooser::WeighCells(std::span<const CellId> cells) {
       *budget_, count * sizeof(double), "the areas of patches");
   std::vector<double> areas(count);  // 0 of patches that do not reflect
   std::vector<Light> lights(cells.size());
-  solution_->VisitCells(cells, [&](size_t i, const Solution::Cell& cell) {
+  solution_->VisitCells(cells, [&](size_t i, const SolvedCell& cell) {
     const std::span<const Patch> patches = cell.Patches();
     const uint32_t begin = first_patch_[cells[i].Index()];
     double* const weights = &weights_[begin + size_t{1}];
@@ -153,7 +153,7 @@ ProbeBatch ProbeChooser::Choose(uint64_t key, ProbeStrata strata) const {
                  in_cells.end(),
                  std::back_inserter(cells),
                  [](const ProbesInCell& in) { return in.cell; });
-  solution_->VisitCells(cells, [&](size_t k, const Solution::Cell& cell) {
+  solution_->VisitCells(cells, [&](size_t k, const SolvedCell& cell) {
     SetOnLeaves(cell, in_cells[k].places, &batch);
   });
   return batch;
@@ -168,7 +168,7 @@ void ProbeChooser::AddVisible(CellId cell, ProbeBatch* batch) const {
 
 // Sets the points of a cell's probes on leaves. The places are in ascending
 // order.
-void ProbeChooser::SetOnLeaves(const Solution::Cell& cell,
+void ProbeChooser::SetOnLeaves(const SolvedCell& cell,
                                std::span<const Place> places,
                                ProbeBatch* batch) const {
   std::vector<PatchId> patches;

@@ -117,7 +117,7 @@ class ProbeChooser {
   [[nodiscard]] double DensityOf(const Patch& p, const Rgb& irradiance) const;
   [[nodiscard]] size_t PatchAt(double at) const;
   void AddVisible(CellId cell, ProbeBatch* batch) const;
-  void SetOnLeaves(const Solution::Cell& cell,
+  void SetOnLeaves(const SolvedCell& cell,
                    std::span<const Place> places,
                    ProbeBatch* batch) const;
   void SetOnLeaf(const Patch& patch,

@@ -32,8 +32,8 @@ class LinkedRoom : public ::testing::Test {
  protected:
   LinkedRoom() {
     const RefineOptions options = {.tau = kRoomTau, .tau_weak = kRoomTau / 2};
-    for (RawLinks& item :
-         test::RefineAll(options, cell_.Side(), cell_.Side(), scenery_.All())) {
+    for (RawLinks& item : test::RefineAll(
+             options, cell_.Receiver(), cell_.Source(), scenery_.All())) {
       items_.push_back(std::move(item));
     }
   }

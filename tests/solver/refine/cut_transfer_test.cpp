@@ -95,7 +95,7 @@ Errors ErrorsOfLinks(const Patch& receiver,
   options.tau = kLampTau;
   options.tau_weak = 0.5 * kLampTau;
   const Refiner refiner =
-      test::MakeRefiner(options, to.Side(), from.Side(), scenery.All());
+      test::MakeRefiner(options, to.Receiver(), from.Source(), scenery.All());
   LinkBlock block;
   Errors errors;
   for (size_t item = 0; item < refiner.ItemCount(); ++item) {

@@ -92,13 +92,13 @@ TEST_F(LinkSinkTest, DropsWeakLinksWhoseRaysAreBlocked) {
 TEST_F(LinkSinkTest, BlockedErrorsCountByTheRaysThatGetThrough) {
   LinkSink sink(nothing_.All(), {}, &out_);
   *sink.Rays() = {.traced = 96, .seen = 0};
-  sink.AddBlockedError(10);
+  sink.AddError(10, false);
   EXPECT_EQ(out_.squared_error, 0);
   sink.TakeBlocked();
   EXPECT_NEAR(out_.squared_error, 100 * 0.02, 1e-12);
   // All rays since then got through: errors count once at most.
   *sink.Rays() = {.traced = 192, .seen = 96};
-  sink.AddBlockedError(10);
+  sink.AddError(10, false);
   sink.TakeBlocked();
   EXPECT_NEAR(out_.squared_error, 102, 1e-12);
   sink.TakeBlocked();
@@ -108,7 +108,7 @@ TEST_F(LinkSinkTest, BlockedErrorsCountByTheRaysThatGetThrough) {
 TEST_F(LinkSinkTest, RaysThatWaitCountForBlockedErrors) {
   LinkSink sink(square_.All(), {}, &out_);
   sink.AddPending(Pending(), kUpwards);
-  sink.AddBlockedError(10);
+  sink.AddError(10, false);
   sink.TakeBlocked();
   EXPECT_NEAR(out_.squared_error, 100 * 2.0 / 5, 1e-12);
 }

@@ -23,8 +23,8 @@ class FloorAndCeiling : public ::testing::Test {
   const BrightCell floor_ = BrightCell(0, basis_, {test::Floor()});
   const BrightCell ceiling_ = BrightCell(1, basis_, {test::Ceiling(1)});
   const Scenery none_ = Scenery({});
-  RefineSide receiver_ = floor_.Side();
-  RefineSide source_ = ceiling_.Side();
+  RefineReceiver receiver_ = floor_.Receiver();
+  test::SourceAndTree source_ = ceiling_.Source();
 };
 
 TEST_F(FloorAndCeiling, ErrorsCountWithoutTheCareOfTheReceiver) {

@@ -56,8 +56,8 @@ struct Average {
 };
 
 // The mean gain of the receiver's patches, one value per seed.
-Average GainsOf(const RefineSide& receiver,
-                const RefineSide& source,
+Average GainsOf(const RefineReceiver& receiver,
+                const test::SourceAndTree& source,
                 const Blockers& blockers) {
   Average average;
   for (uint64_t seed = 0; seed < 10000; ++seed) {
@@ -80,7 +80,7 @@ TEST(PairWork, AreNextToNoneBetweenCellsThatHardlySeeEachOther) {
   const BrightCell near(1, basis, Tiled(Ceiling(0.5), 32));
   const BrightCell far(1, basis, Tiled(Ceiling(1000), 32));
   const auto items = [&](const BrightCell& ceiling) {
-    return PairWork({}, floor.Side(), ceiling.Side()).Items().size();
+    return PairWork({}, floor.Receiver(), ceiling.Source()).Items().size();
   };
   EXPECT_GE(items(near), 1024U / 8);
   EXPECT_LE(items(far), 1U);
@@ -97,8 +97,8 @@ TEST(PairWork, LinksWhatSeesEachOtherAlone) {
   const Scenery scenery({});
   const BrightCell floor(0, basis, Tiled(Floor(), 4));
   const BrightCell ceiling(1, basis, Tiled(Ceiling(0.7), 4));
-  RefineSide receiver = floor.Side();
-  RefineSide source = ceiling.Side();
+  RefineReceiver receiver = floor.Receiver();
+  test::SourceAndTree source = ceiling.Source();
   std::vector<RawLink> expected;
   for (const RawLinks& item :
        RefineAll(options, receiver, source, scenery.All())) {
@@ -128,10 +128,11 @@ TEST(PairWork, IsNoneWhereNothingOfACellCanBeSeen) {
   const Basis basis(2);
   const BrightCell floor(0, basis, Tiled(Floor(), 4));
   const BrightCell ceiling(1, basis, Tiled(Ceiling(0.7), 4));
-  RefineSide source = ceiling.Side();
+  test::SourceAndTree source = ceiling.Source();
   source.part.high.z = 0.6F;
-  EXPECT_FALSE(PairWork({}, floor.Side(), ceiling.Side()).Items().empty());
-  EXPECT_TRUE(PairWork({}, floor.Side(), source).Items().empty());
+  EXPECT_FALSE(
+      PairWork({}, floor.Receiver(), ceiling.Source()).Items().empty());
+  EXPECT_TRUE(PairWork({}, floor.Receiver(), source).Items().empty());
 }
 
 // Refinement looks at two or three of a million pairs.
@@ -140,7 +141,8 @@ TEST(PairWork, OfFarCellsAreRightOnTheAverage) {
   const Scenery scenery({});
   const BrightCell floor(0, basis, Tiled(Floor(), 32));
   const BrightCell ceiling(1, basis, Tiled(Ceiling(10), 32));
-  const Average gains = GainsOf(floor.Side(), ceiling.Side(), scenery.All());
+  const Average gains =
+      GainsOf(floor.Receiver(), ceiling.Source(), scenery.All());
   const double exact = BetweenUnitSquares(10);
   EXPECT_LE(gains.StandardError(), 0.05 * exact);
   EXPECT_NEAR(gains.Mean(), exact, 4 * gains.StandardError());
@@ -159,13 +161,13 @@ TEST(PairWork, OfAFarBulbAreRightOnTheAverage) {
   test::Append(patches, test::Bulb({0.5, 0.5, kHeight}, kRadius, 5));
   const BrightCell lamp(1, basis, patches);
   const SourceGroups groups(lamp.Geometry());
-  const RefineSide source = lamp.Side(&groups);
+  const test::SourceAndTree source = lamp.Source(&groups);
   ASSERT_EQ(groups.Roots().size(), 1U);
   // A convex body shows a quarter of its area on the average over all
   // directions; a bulb shows nearly as much from each direction.
   const double area = static_cast<double>(groups.All()[groups.Roots()[0]].area);
   const double about = area / 4 / (kPi * kHeight * kHeight);
-  const Average gains = GainsOf(floor.Side(), source, scenery.All());
+  const Average gains = GainsOf(floor.Receiver(), source, scenery.All());
   EXPECT_LE(gains.StandardError(), 0.05 * about);
   EXPECT_NEAR(gains.Mean(), about, 4 * gains.StandardError() + 0.02 * about);
 }

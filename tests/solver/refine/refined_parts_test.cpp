@@ -89,8 +89,8 @@ class VeryFinelyLinkedRoom : public ::testing::Test {
   const Scenery scenery_{room_};
   const Refiner refiner_ =
       test::MakeRefiner({.tau = 0.0004, .tau_weak = 0.0002},
-                        cell_.Side(),
-                        cell_.Side(),
+                        cell_.Receiver(),
+                        cell_.Source(),
                         scenery_.All());
 };
 

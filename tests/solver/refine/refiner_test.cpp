@@ -71,7 +71,7 @@ Gains LinkToItself(const RefineOptions& options,
   Gains gains;
   LinkBlock block;
   for (const RawLinks& item :
-       RefineAll(options, cell->Side(), cell->Side(), blockers)) {
+       RefineAll(options, cell->Receiver(), cell->Source(), blockers)) {
     gains.squared_error += item.squared_error;
     cell->Link(item, &block);
   }
@@ -121,11 +121,11 @@ TEST_P(FineLinks, OfABulbAsOneAreThoseOfItsFacets) {
   const auto link = [&](bool as_one) {
     BrightCell cell(0, basis, patches);
     const SourceGroups groups(cell.Geometry());
-    const RefineSide source = cell.Side(as_one ? &groups : nullptr);
+    const test::SourceAndTree source = cell.Source(as_one ? &groups : nullptr);
     LinkBlock block;
     double squared_error = 0;
     for (const RawLinks& item :
-         RefineAll(options, cell.Side(), source, scenery.All())) {
+         RefineAll(options, cell.Receiver(), source, scenery.All())) {
       squared_error += item.squared_error;
       cell.Link(item, &block);
     }
@@ -162,13 +162,13 @@ TEST_P(FineLinks, EndAtTheRimOfABulbInTheFloor) {
     const Scenery scenery(patches);
     BrightCell cell(0, basis, patches);
     const SourceGroups groups(cell.Geometry());
-    const RefineSide source = cell.Side(&groups);
+    const test::SourceAndTree source = cell.Source(&groups);
     RefineOptions options;
     options.tau = kTau;
     options.tau_weak = 0.5 * kTau;
     options.seed = static_cast<uint64_t>(place);
     for (const RawLinks& item :
-         RefineAll(options, cell.Side(), source, scenery.All())) {
+         RefineAll(options, cell.Receiver(), source, scenery.All())) {
       for (const RawLink& link : item.links) {
         const PatchGeometry& floor = cell.Geometry()[0];
         if (link.receiver_patch != 0) {
@@ -233,7 +233,7 @@ TEST_P(FineLinks, OfAFloorBelowAShadeBringWhatIsInIt) {
   double flux = 0;
   double square_error = 0;
   for (const RawLinks& item :
-       RefineAll(options, cell.Side(), cell.Side(), scenery.All())) {
+       RefineAll(options, cell.Receiver(), cell.Source(), scenery.All())) {
     for (const RawLink& link : item.links) {
       if (link.receiver_patch == 0 && link.source_patch == kPlate.value) {
         const PatchGeometry& floor = cell.Geometry()[0];
@@ -303,7 +303,7 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
   options.tau_weak = 0.5 * options.tau;
   LinkBlock block;
   for (const RawLinks& item :
-       RefineAll(options, cell.Side(), cell.Side(), scenery.All())) {
+       RefineAll(options, cell.Receiver(), cell.Source(), scenery.All())) {
     cell.Link(item, &block);
   }
   SortLinks(&block);
@@ -373,7 +373,7 @@ TEST(Refiner, ItemsOfWorkGrowWithTheReceiversAlone) {
   const auto items = [&](int receivers, int sources) {
     const BrightCell floor(0, basis, Tiled(Floor(), receivers));
     const BrightCell ceiling(1, basis, Tiled(Ceiling(1), sources));
-    return PairWork({}, floor.Side(), ceiling.Side()).Items().size();
+    return PairWork({}, floor.Receiver(), ceiling.Source()).Items().size();
   };
   const size_t few = items(16, 32);
   EXPECT_LE(items(16, 64), 2 * few) << "four times the sources";
@@ -390,8 +390,8 @@ class FinelyLinkedRoom : public ::testing::Test {
   const BrightCell cell_{0, basis_, room_};
   const Scenery scenery_{room_};
   const Refiner refiner_ = test::MakeRefiner({.tau = 0.01, .tau_weak = 0.005},
-                                             cell_.Side(),
-                                             cell_.Side(),
+                                             cell_.Receiver(),
+                                             cell_.Source(),
                                              scenery_.All());
 };
 
@@ -402,8 +402,8 @@ TEST(Refiner, HasTheSameLinksOfManySourcesHoweverTheWorkIsCut) {
   const BrightCell ceiling(1, basis, Tiled(Ceiling(0.1), 64));
   const Scenery scenery({});
   const Refiner refiner = test::MakeRefiner({.tau = 1e-4, .tau_weak = 5e-5},
-                                            floor.Side(),
-                                            ceiling.Side(),
+                                            floor.Receiver(),
+                                            ceiling.Source(),
                                             scenery.All());
   const auto whole = RefineInParts(refiner, SIZE_MAX);
   const auto expected = Sorted(whole);
@@ -461,14 +461,14 @@ TEST(Care, IsASmallerTauOfOnePatch) {
     RefineOptions options;
     options.tau = tau;
     options.tau_weak = tau / 2;
-    RefineSide side = receiver.Side();
-    side.care = care;
-    const std::vector<float> weights = ReceiverWeights(side);
-    side.weights = weights;
+    RefineReceiver cared = receiver.Receiver();
+    cared.care = care;
+    const std::vector<float> weights = WeighReceiver(cared);
+    cared.weights = weights;
     std::array<std::vector<std::tuple<uint64_t, uint64_t, uint32_t>>, 2> made;
     double error = 0;
     for (const RawLinks& item :
-         RefineAll(options, side, source.Side(), scenery.All())) {
+         RefineAll(options, cared, source.Source(), scenery.All())) {
       for (const RawLink& link : item.links) {
         made[link.receiver_patch == kCaredFor ? 1 : 0].emplace_back(
             uint64_t{link.receiver_patch} << 32 | link.receiver_path,
@@ -517,8 +517,8 @@ TEST(Links, SeeTheNarrowShadowOfARim) {
   // weighs 2 tau.
   double transfer = 0;
   options.tau = 1;
-  for (const RawLinks& item :
-       RefineAll(options, receiver.Side(), source.Side(), Scenery({}).All())) {
+  for (const RawLinks& item : RefineAll(
+           options, receiver.Receiver(), source.Source(), Scenery({}).All())) {
     for (const RawLink& link : item.links) {
       transfer += MeanGain(link);
     }
@@ -531,8 +531,8 @@ TEST(Links, SeeTheNarrowShadowOfARim) {
   for (int seed = 0; seed < kSeeds; ++seed) {
     options.seed = static_cast<uint64_t>(seed);
     std::map<float, double> along_top;  // by coordinate a
-    for (const RawLinks& item :
-         RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+    for (const RawLinks& item : RefineAll(
+             options, receiver.Receiver(), source.Source(), scenery.All())) {
       for (const RawLink& link : item.links) {
         const ElementFrame frame =
             FrameOfPath(PatchShape::kParallelogram, link.receiver_path);
@@ -571,8 +571,8 @@ TEST(Links, KeepRaysThatDidNotDecideOnThem) {
     for (int seed = 0; seed < kSeeds; ++seed) {
       options.seed = MixKey(78, static_cast<uint64_t>(seed));
       double gain = 0;
-      for (const RawLinks& item :
-           RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+      for (const RawLinks& item : RefineAll(
+               options, receiver.Receiver(), source.Source(), scenery.All())) {
         for (const RawLink& link : item.links) {
           gain += MeanGain(link) *
                   std::pow(0.25, (std::bit_width(link.receiver_path) - 1) / 2);
@@ -600,7 +600,7 @@ TEST(Links, AreTheSameForAnyNumberOfThreads) {
   options.seed = 3;
   const auto with = [&](size_t threads) {
     const ThreadLimit limit(threads);
-    return RefineAll(options, cell.Side(), cell.Side(), scenery.All());
+    return RefineAll(options, cell.Receiver(), cell.Source(), scenery.All());
   };
   const auto one = with(1);
   const auto two = with(2);

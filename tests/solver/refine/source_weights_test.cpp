@@ -49,10 +49,9 @@ CellGeometry RoomWithBulbs() {
   return CellOf(patches);
 }
 
-RefineSide SideOf(const CellGeometry& cell, const CellTree& tree) {
+RefineSource SourceOf(const CellGeometry& cell) {
   return {.id = kSourceCell,
           .patches = cell.patches,
-          .tree = &tree,
           .clusters = cell.clusters.get(),
           .groups = &cell.groups};
 }
@@ -96,7 +95,7 @@ void ExpectLargestOfEachCluster(const CellGeometry& cell,
 TEST(SourceWeights, AreTheLargestOfEachCluster) {
   const CellGeometry cell = RandomCell(40);
   const CellTree tree = TreeOf(cell);
-  const SourceWeights weights = WeighSource(SideOf(cell, tree));
+  const SourceWeights weights = WeighSource(SourceOf(cell), tree);
   EXPECT_EQ(weights.peaks[0], 40);
   ExpectLargestOfEachCluster(cell, weights);
 }
@@ -105,7 +104,7 @@ TEST(SourceWeights, OfClustersLeaveOutTheGroups) {
   const CellGeometry cell = RoomWithBulbs();
   ASSERT_EQ(cell.groups.Roots().size(), 2U);
   const CellTree tree = TreeOf(cell);
-  const SourceWeights weights = WeighSource(SideOf(cell, tree));
+  const SourceWeights weights = WeighSource(SourceOf(cell), tree);
   EXPECT_EQ(weights.peaks[0], kSides);
   ExpectLargestOfEachCluster(cell, weights);
 }
@@ -116,7 +115,7 @@ TEST(SourceWeights, OfClustersLeaveOutTheGroups) {
 TEST(SourceWeights, OfGroupsAreMeanAndDeviation) {
   const CellGeometry cell = RoomWithBulbs();
   const CellTree tree = TreeOf(cell);
-  const SourceWeights weights = WeighSource(SideOf(cell, tree));
+  const SourceWeights weights = WeighSource(SourceOf(cell), tree);
   const auto groups = cell.groups.All();
   ASSERT_EQ(weights.groups.size(), groups.size());
   for (size_t g = 0; g < groups.size(); ++g) {
@@ -142,13 +141,13 @@ TEST(SourceWeights, OfGroupsAreMeanAndDeviation) {
 TEST(SourceWeights, AreTheSameOnceTheTreeHasGrown) {
   const CellGeometry cell = RandomCell(10);
   CellTree tree = TreeOf(cell);
-  const SourceWeights before = WeighSource(SideOf(cell, tree));
+  const SourceWeights before = WeighSource(SourceOf(cell), tree);
   for (uint32_t patch = 0; patch < 10; ++patch) {
     tree.FindOrCreate(
         PatchId(patch), ChildPath(ChildPath(kRootPath, 2), 1), cell.patches);
   }
   tree.UpdateDetail();
-  const SourceWeights after = WeighSource(SideOf(cell, tree));
+  const SourceWeights after = WeighSource(SourceOf(cell), tree);
   EXPECT_EQ(before.peaks, after.peaks);
   EXPECT_EQ(before.fluxes, after.fluxes);
 }
@@ -156,7 +155,7 @@ TEST(SourceWeights, AreTheSameOnceTheTreeHasGrown) {
 TEST(SourceWeights, ComeBackFromTheStore) {
   const CellGeometry cell = RoomWithBulbs();
   const CellTree tree = TreeOf(cell);
-  const SourceWeights weights = WeighSource(SideOf(cell, tree));
+  const SourceWeights weights = WeighSource(SourceOf(cell), tree);
   const auto store = CreateStoreInMemory();
   EXPECT_FALSE(HasSourceWeights(*store, kSourceCell));
   SaveSourceWeights(*store, kSourceCell, weights);
@@ -178,7 +177,7 @@ TEST(SourceWeights, OfAnotherCellAreRefused) {
   const CellGeometry cell = RandomCell(40);
   const CellTree tree = TreeOf(cell);
   const auto store = CreateStoreInMemory();
-  SaveSourceWeights(*store, kSourceCell, WeighSource(SideOf(cell, tree)));
+  SaveSourceWeights(*store, kSourceCell, WeighSource(SourceOf(cell), tree));
   EXPECT_THROW(LoadSourceWeights(*store, kSourceCell, RandomCell(90)),
                DamagedStoreError);
 }

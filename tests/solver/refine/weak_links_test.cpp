@@ -59,8 +59,8 @@ Statistics SampledFormFactor(const std::vector<Patch>& sources,
   for (int seed = 0; seed < seeds; ++seed) {
     options.seed = MixKey(77, static_cast<uint64_t>(seed));
     double gain = 0;
-    for (const RawLinks& item :
-         RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+    for (const RawLinks& item : RefineAll(
+             options, receiver.Receiver(), source.Source(), scenery.All())) {
       for (const RawLink& link : item.links) {
         gain += MeanGain(link) / 16;
       }
@@ -134,7 +134,7 @@ TEST(SlowWeakLinks, OfABulbAsOneAreUnbiased) {
   Append(all, lit);
   all.push_back(test::Rectangle({0, -1, 0.94}, {1, 0, 0}, {0, 2, 0}));
   const Scenery scenery(all);
-  const RefineSide side = source.Side(&groups);
+  const test::SourceAndTree sending = source.Source(&groups);
   double exact = 0;
   for (const Patch& p : bulb) {
     const std::vector<PatchGeometry> facet = GeometryOf({p});
@@ -154,7 +154,7 @@ TEST(SlowWeakLinks, OfABulbAsOneAreUnbiased) {
     options.seed = MixKey(78, static_cast<uint64_t>(seed));
     double gain = 0;
     for (const RawLinks& item :
-         RefineAll(options, receiver.Side(), side, scenery.All())) {
+         RefineAll(options, receiver.Receiver(), sending, scenery.All())) {
       for (const RawLink& link : item.links) {
         gain += link.kind == LinkKind::kGroup ? MeanGain(link) / 16 : 0;
       }
@@ -176,8 +176,8 @@ TEST(WeakLinks, StoreTheirGainToHalfPrecision) {
   options.tau = 1e9;
   options.tau_weak = 1e9;
   size_t links = 0;
-  for (const RawLinks& item :
-       RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+  for (const RawLinks& item : RefineAll(
+           options, receiver.Receiver(), source.Source(), scenery.All())) {
     for (const RawLink& link : item.links) {
       EXPECT_EQ(link.kind, LinkKind::kWeak);
       EXPECT_NEAR(
@@ -205,8 +205,8 @@ TEST(WeakLinks, BringNothingFromBehind) {
     size_t links = 0;
     for (uint64_t seed = 0; seed < 100; ++seed) {
       options.seed = seed;
-      for (const RawLinks& item :
-           RefineAll(options, receiver.Side(), source.Side(), scenery.All())) {
+      for (const RawLinks& item : RefineAll(
+               options, receiver.Receiver(), source.Source(), scenery.All())) {
         links += item.links.size();
       }
     }

@@ -2,6 +2,7 @@
 // bits under any cap and number of threads.
 
 #include "base/planar_polygon.h"
+#include "solver/solution/display_solution.h"
 
 #include <algorithm>
 #include <array>
@@ -148,7 +149,8 @@ TEST_P(DisplayOfChairs, HasNoStepsAtElementBorders) {
     const CellPatches patches = LoadCellPatches(*store, CellId(c));
     const auto pairs = AcrossBorders(solution, CellId(c), patches);
     before = std::max(before, LargestStep(solution.Radiosity(pairs)));
-    after = std::max(after, LargestStep(solution.DisplayRadiosity(pairs)));
+    after = std::max(after,
+                     LargestStep(DisplaySolution(solution).Radiosity(pairs)));
     solution.ForEachLeaf(CellId(c), [&](const LeafElement& leaf) {
       if (patches.patches[leaf.patch.Index()].emits) {
         return;

@@ -1,4 +1,4 @@
-#include "solver/refine/refine_side.h"
+#include "solver/refine/refine_receiver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,17 +17,17 @@ float CareOf(std::span<const PatchCare> care, uint32_t patch) {
   return care.empty() ? 1.0F : care[patch].care;
 }
 
-std::vector<float> ReceiverWeights(const RefineSide& side) {
+std::vector<float> WeighReceiver(const RefineReceiver& receiver) {
   std::vector<float> weights;
-  weights.reserve(side.clusters->Items().size());
-  for (const ClusterItem& item : side.clusters->Items()) {
-    const PatchGeometry& patch = side.patches[item.patch];
+  weights.reserve(receiver.clusters->Items().size());
+  for (const ClusterItem& item : receiver.clusters->Items()) {
+    const PatchGeometry& patch = receiver.patches[item.patch];
     weights.push_back(WeightOf(patch,
                                FrameOfPath(patch.shape, item.path),
-                               CareOf(side.care, item.patch),
-                               side.least_reflectance));
+                               CareOf(receiver.care, item.patch),
+                               receiver.least_reflectance));
   }
-  return side.clusters->LargestOf(weights);
+  return receiver.clusters->LargestOf(weights);
 }
 
 }  // namespace enfilade
