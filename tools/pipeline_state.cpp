@@ -27,18 +27,19 @@ auto ReadMeta(const BlockStorage& store,
               const Read& read) {
   const auto text = store.Meta(name);
   if (!text) {
-    throw DamagedStoreError(
-        fmt::format("the store has no '{}' entry: it was not made by "
-                    "'enfilade solve', or is damaged",
-                    name));
+    ThrowDamaged(store,
+                 fmt::format("has no '{}' entry: it was not made by 'enfilade "
+                             "solve', or is damaged",
+                             name));
   }
   try {
     return read(json::parse(*text));
   } catch (const json::exception& error) {
     std::string_view why = error.what();
     why.remove_prefix(why.find(' ') + 1);  // the library's tag
-    throw DamagedStoreError(
-        fmt::format("the store's '{}' entry cannot be read: {}", name, why));
+    ThrowDamaged(
+        store,
+        fmt::format("has a '{}' entry that cannot be read ({})", name, why));
   }
 }
 
@@ -160,10 +161,10 @@ Stage LoadStage(const BlockStorage& store) {
       return static_cast<Stage>(i);
     }
   }
-  throw DamagedStoreError(fmt::format(
-      "the store's stage is '{}', which is none: it was not made by 'enfilade "
-      "solve', or is damaged",
-      name.value_or("")));
+  ThrowDamaged(store,
+               fmt::format("has the stage '{}', which is none: it was not made "
+                           "by 'enfilade solve', or is damaged",
+                           name.value_or("")));
 }
 
 void SaveRunRecord(BlockStorage& store, const RunRecord& record) {

@@ -46,13 +46,24 @@ std::string ToString(const BlockKey& key) {
 Bytes BlockStorage::GetOrThrow(const BlockKey& key) const {
   auto content = Get(key);
   if (!content) {
-    throw DamagedStoreError(
-        fmt::format("{} has lost its block '{}'; restore it from a copy or "
-                    "solve the scene again",
-                    Name(),
-                    ToString(key)));
+    ThrowDamaged(*this, fmt::format("has lost its block '{}'", ToString(key)));
   }
   return std::move(*content);
+}
+
+void ThrowDamaged(const BlockStorage& store, std::string_view what) {
+  throw DamagedStoreError(
+      fmt::format("{} {}; restore it from a copy or solve the scene again",
+                  store.Name(),
+                  what));
+}
+
+void internal::ThrowDamagedContent(const BlockStorage& store,
+                                   const BlockKey& key,
+                                   const DamagedStoreError& why) {
+  ThrowDamaged(
+      store,
+      fmt::format("has a damaged block '{}': {}", ToString(key), why.what()));
 }
 
 }  // namespace enfilade

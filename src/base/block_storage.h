@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace enfilade {
 
@@ -116,5 +117,57 @@ class BlockStorage {
   [[nodiscard]] virtual StoreStats Stats() const = 0;
   [[nodiscard]] virtual uint64_t FileBytes() const = 0;
 };
+
+// Throws DamagedStoreError, which names the store, says what is wrong with it
+// ("holds no scene") and what to do.
+[[noreturn]] void ThrowDamaged(const BlockStorage& store,
+                               std::string_view what);
+
+namespace internal {
+
+[[noreturn]] void ThrowDamagedContent(const BlockStorage& store,
+                                      const BlockKey& key,
+                                      const DamagedStoreError& why);
+
+template <typename Read>
+auto ReadContent(const BlockStorage& store,
+                 const BlockKey& key,
+                 const Bytes& content,
+                 const Read& read) {
+  try {
+    ByteReader in(content);
+    auto value = read(in);
+    in.RequireEnd();
+    return value;
+  } catch (const DamagedStoreError& why) {
+    ThrowDamagedContent(store, key, why);
+  }
+}
+
+}  // namespace internal
+
+// The value that read(ByteReader&) makes of a block's content, all of which it
+// must read. What it finds wrong, it says of "it", the block, by a
+// DamagedStoreError; the error that is thrown then names store and block too.
+// Throws DamagedStoreError if there is no block.
+template <typename Read>
+auto ReadBlock(const BlockStorage& store,
+               const BlockKey& key,
+               const Read& read) {
+  return internal::ReadContent(store, key, store.GetOrThrow(key), read);
+}
+
+// As ReadBlock(); nullopt if there is no block.
+template <typename Read>
+auto ReadBlockIfAny(const BlockStorage& store,
+                    const BlockKey& key,
+                    const Read& read)
+    -> std::optional<decltype(read(std::declval<ByteReader&>()))> {
+  const auto content = store.Get(key);
+  if (!content) {
+    return std::nullopt;
+  }
+  return internal::ReadContent(store, key, *content, read);
+}
 
 }  // namespace enfilade

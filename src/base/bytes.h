@@ -98,7 +98,7 @@ class ByteReader {
         return value;
       }
     }
-    throw DamagedStoreError("a stored number is longer than 64 bits");
+    throw DamagedStoreError("a number in it is longer than 64 bits");
   }
 
   std::string GetString() {
@@ -115,7 +115,7 @@ class ByteReader {
     static_assert(std::is_trivially_copyable_v<T>);
     const uint64_t count = GetVarint();
     if (count > Remaining() / sizeof(T)) {
-      throw DamagedStoreError("a stored array is longer than its block");
+      throw DamagedStoreError("an array in it is longer than all of it");
     }
     std::vector<T> values(count);
     const auto raw = Take(count * sizeof(T));
@@ -129,10 +129,20 @@ class ByteReader {
 
   [[nodiscard]] bool AtEnd() const { return bytes_.empty(); }
 
+  // The bytes that are left, which count as read.
+  std::span<const std::byte> TakeRest() { return Take(bytes_.size()); }
+
+  // Throws DamagedStoreError if there is more to read.
+  void RequireEnd() const {
+    if (!AtEnd()) {
+      throw DamagedStoreError("it goes on behind its end");
+    }
+  }
+
  private:
   std::span<const std::byte> Take(uint64_t size) {
     if (size > bytes_.size()) {
-      throw DamagedStoreError("a stored block ends too early");
+      throw DamagedStoreError("it ends too early");
     }
     const auto taken = bytes_.first(static_cast<size_t>(size));
     bytes_ = bytes_.subspan(static_cast<size_t>(size));

@@ -24,6 +24,14 @@ inline double MaxChannel(const Rgb& c) {
   return std::max({c[0], c[1], c[2]});
 }
 
+// Where a basis of higher order swings below 0, 0 is nearer to the truth.
+inline Rgb NotBelowZero(Rgb value) {
+  for (double& channel : value) {
+    channel = std::max(channel, 0.0);
+  }
+  return value;
+}
+
 inline double MeanChannel(const Rgb& c) {
   return (c[0] + c[1] + c[2]) / 3;
 }

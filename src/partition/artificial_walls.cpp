@@ -1,6 +1,7 @@
 #include "partition/artificial_walls.h"
 
 #include "base/stop.h"
+#include "partition/face_sorter.h"
 
 #include <algorithm>
 #include <array>
@@ -51,56 +52,35 @@ LeafBatch NextBatch(const FaceSurvey& survey,
   return batch;
 }
 
-// Collects the centers of the parts of faces in the crowded leaves of a batch.
-class CenterCollector {
+// Collects the centers of the pieces of faces in the crowded leaves of a batch.
+class CenterCollector : public FaceSorter {
  public:
   CenterCollector(const BspTree& tree,
                   const FaceSurvey& survey,
                   uint32_t most_patches,
                   const LeafBatch& batch)
-      : tree_(&tree) {
+      : FaceSorter(tree) {
     for (uint32_t leaf = batch.first; leaf < batch.end; ++leaf) {
       if (survey.patches[leaf] > most_patches) {
-        centers_[leaf];
+        centers_[leaf].reserve(survey.patches[leaf]);
       }
-    }
-  }
-
-  void Add(const Polygon& polygon) {
-    for (const Polygon& part : PlanarParts(polygon)) {
-      Descend(tree_->root, part);
     }
   }
 
   Centers Take() { return std::move(centers_); }
 
  private:
-  void Descend(BspChild child, const Polygon& polygon) {
-    if (child.IsLeaf()) {
-      const auto leaf = centers_.find(child.Leaf().value);
-      if (leaf != centers_.end()) {
-        leaf->second.push_back(VertexMean(polygon));
-      }
-      return;
+  void AddToLeaf(LeafId leaf,
+                 const Polygon& piece,
+                 uint32_t /*sides*/) override {
+    const auto found = centers_.find(leaf.value);
+    if (found != centers_.end()) {
+      found->second.push_back(VertexMean(piece));
     }
-    const BspNode& node = tree_->nodes[child.Node().Index()];
-    switch (Classify(polygon, node.plane, kOnPlaneM)) {
-      case PlaneSide::kFront:
-        return Descend(node.front, polygon);
-      case PlaneSide::kBack:
-        return Descend(node.back, polygon);
-      case PlaneSide::kOn:
-        Descend(node.front, polygon);
-        return Descend(node.back, polygon);
-      case PlaneSide::kCut:
-        break;
-    }
-    const SplitPolygons parts = Split(polygon, node.plane, kOnPlaneM);
-    Descend(node.front, parts.front);
-    Descend(node.back, parts.back);
   }
 
-  const BspTree* tree_;
+  void AddCover(NodeId /*node*/, const Polygon& /*piece*/) override {}
+
   Centers centers_;
 };
 
@@ -233,17 +213,15 @@ FaceSurvey RelieveCrowdedLeaves(const BlockStorage& store,
     for (LeafBatch batch = NextBatch(survey, most_patches, 0);
          batch.patches > 0;
          batch = NextBatch(survey, most_patches, batch.end)) {
-      // Two patches or more make one center, and the vector of centers may have
-      // room for twice as many. Cutting a leaf copies half of its centers, then
-      // half of those, and so on.
+      // The survey has counted a patch or more of each piece, which makes one
+      // center. Cutting a leaf copies half of its centers, then half of those,
+      // and so on.
       const MemoryCharge charge(
           budget,
           (batch.patches + batch.most_patches) * sizeof(Point3),
           "the faces of crowded rooms");
       CenterCollector collector(built.tree, survey, most_patches, batch);
-      ForEachFace(store, [&collector](FaceId, const Face& face) {
-        collector.Add(face.vertices);
-      });
+      collector.AddAll(store);
       Centers centers = collector.Take();
       built.tree.root = cutter.Relieve(
           built.tree.root, ConvexRegion(built.tree.box), centers);

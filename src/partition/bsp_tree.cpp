@@ -92,12 +92,14 @@ uint32_t GetChunks(size_t count,
                    const BlockStorage& store,
                    std::vector<T>& items) {
   while (items.size() < count) {
-    const Bytes block =
-        store.GetOrThrow({BlockKind::kPortals, first++, kTreeBlock});
-    const auto chunk = ByteReader(block).GetArray<T>();
-    if (chunk.empty()) {
-      throw DamagedStoreError("a stored piece of the partition is empty");
-    }
+    const BlockKey key{BlockKind::kPortals, first++, kTreeBlock};
+    const auto chunk = ReadBlock(store, key, [](ByteReader& in) {
+      auto some = in.GetArray<T>();
+      if (some.empty()) {
+        throw DamagedStoreError("it is empty");
+      }
+      return some;
+    });
     items.insert(items.end(), chunk.begin(), chunk.end());
   }
   return first;
@@ -136,12 +138,13 @@ void SaveTree(const BspTree& tree,
 }
 
 PartitionLocator::PartitionLocator(const BlockStorage& store) {
-  const Bytes head = store.GetOrThrow({BlockKind::kPortals, 0, kTreeBlock});
-  ByteReader reader(head);
-  tree_.box = reader.Get<Box3>();
-  tree_.root = reader.Get<BspChild>();
-  const uint64_t nodes = reader.GetVarint();
-  const uint64_t leaves = reader.GetVarint();
+  const auto [nodes, leaves] = ReadBlock(
+      store, {BlockKind::kPortals, 0, kTreeBlock}, [&](ByteReader& in) {
+        tree_.box = in.Get<Box3>();
+        tree_.root = in.Get<BspChild>();
+        const uint64_t node_count = in.GetVarint();
+        return std::pair(node_count, in.GetVarint());
+      });
   const uint32_t next = GetChunks(nodes, 1, store, tree_.nodes);
   GetChunks(leaves, next, store, cell_of_leaf_);
   tree_.leaf_count = static_cast<uint32_t>(leaves);

@@ -29,6 +29,13 @@ constexpr double kAlike = 1.05;
 // the part.
 constexpr double kShortRunAtLampM = 2e-3;
 
+size_t LongestAxis(Vec3 extent) {
+  if (extent.x >= extent.y && extent.x >= extent.z) {
+    return 0;
+  }
+  return extent.y >= extent.z ? 1 : 2;
+}
+
 // Groups the segments into chains whose ends meet.
 DisjointSets JoinEndToEnd(const std::vector<Segment>& segments) {
   struct End {
@@ -41,13 +48,20 @@ DisjointSets JoinEndToEnd(const std::vector<Segment>& segments) {
     ends.push_back({segments[i].a, i});
     ends.push_back({segments[i].b, i});
   }
-  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
-    return std::pair(a.at.x, a.segment) < std::pair(b.at.x, b.segment);
+  // Along the axis on which they are spread the most, few are beside each
+  // other.
+  Box3 box;
+  for (const End& end : ends) {
+    box.Include(end.at);
+  }
+  const size_t axis = LongestAxis(box.Extent());
+  std::sort(ends.begin(), ends.end(), [axis](const End& a, const End& b) {
+    return std::pair(a.at[axis], a.segment) < std::pair(b.at[axis], b.segment);
   });
   DisjointSets chains(segments.size());
   for (size_t i = 0; i < ends.size(); ++i) {
     for (size_t k = i + 1;
-         k < ends.size() && ends[k].at.x - ends[i].at.x <= kMeetM;
+         k < ends.size() && ends[k].at[axis] - ends[i].at[axis] <= kMeetM;
          ++k) {
       if (Length(ends[k].at - ends[i].at) <= kMeetM) {
         chains.Join(ends[i].segment, ends[k].segment);

@@ -71,22 +71,24 @@ void VisitPortals(const BlockStorage& store,
                   const std::function<void(Portal&&)>& visit) {
   uint64_t visited = 0;
   for (uint32_t chunk = 0; visited < count; ++chunk) {
-    const Bytes bytes = store.GetOrThrow({BlockKind::kPortals, chunk, kind});
-    if (read) {
-      read(bytes.size());
-    }
-    ByteReader reader(bytes);
-    if (reader.AtEnd()) {
-      throw DamagedStoreError("a stored piece of the portals is empty");
-    }
-    while (!reader.AtEnd()) {
-      Portal portal;
-      portal.front = CellId(static_cast<uint32_t>(reader.GetVarint()));
-      portal.back = CellId(static_cast<uint32_t>(reader.GetVarint()));
-      portal.vertices = reader.GetArray<Point3>();
-      visit(std::move(portal));
-      ++visited;
-    }
+    const BlockKey key{BlockKind::kPortals, chunk, kind};
+    visited += ReadBlock(store, key, [&](ByteReader& in) {
+      if (read) {
+        read(in.Remaining());
+      }
+      if (in.AtEnd()) {
+        throw DamagedStoreError("it is empty");
+      }
+      uint64_t some = 0;
+      for (; !in.AtEnd(); ++some) {
+        Portal portal;
+        portal.front = CellId(static_cast<uint32_t>(in.GetVarint()));
+        portal.back = CellId(static_cast<uint32_t>(in.GetVarint()));
+        portal.vertices = in.GetArray<Point3>();
+        visit(std::move(portal));
+      }
+      return some;
+    });
   }
 }
 
@@ -148,9 +150,7 @@ void SaveRegions(const std::vector<CellId>& cell_of_region,
 Partition LoadWithoutPortals(const BlockStorage& store, uint64_t* portals) {
   const auto text = store.Meta(kMetaName);
   if (!text) {
-    throw DamagedStoreError(
-        "the store holds no cells: its partition was never finished; solve "
-        "the scene again");
+    ThrowDamaged(store, "holds no cells: its partition was never finished");
   }
   ByteReader head(std::as_bytes(std::span<const char>(*text)));
   Partition partition;
@@ -201,19 +201,19 @@ uint64_t BytesOf(const Portal& portal) {
 }
 
 std::optional<std::vector<CellId>> LoadRegionCells(const BlockStorage& store) {
-  const auto block = store.Get(kRegionKey);
-  if (!block) {
-    return std::nullopt;
-  }
-  ByteReader head(*block);
-  head.GetVarint();  // number of openings
-  return head.GetArray<CellId>();
+  return ReadBlockIfAny(store, kRegionKey, [](ByteReader& in) {
+    in.GetVarint();  // number of openings
+    return in.GetArray<CellId>();
+  });
 }
 
 void ForEachOpening(const BlockStorage& store,
                     const std::function<void(const Portal&)>& visit) {
-  const Bytes block = store.GetOrThrow(kRegionKey);
-  const uint64_t openings = ByteReader(block).GetVarint();
+  const uint64_t openings = ReadBlock(store, kRegionKey, [](ByteReader& in) {
+    const uint64_t count = in.GetVarint();
+    in.TakeRest();  // the cells of the regions
+    return count;
+  });
   VisitPortals(store, kOpeningBlock, openings, {}, visit);
 }
 

@@ -54,7 +54,7 @@ CellPatches DecodeCellPatches(std::span<const std::byte> bytes) {
   const uint64_t count = reader.GetVarint();
   constexpr size_t kLeastPatchBytes = 9 * sizeof(double) + 4;
   if (count > reader.Remaining() / kLeastPatchBytes) {
-    throw DamagedStoreError("a stored cell ends before its last patch");
+    throw DamagedStoreError("it ends before its last patch");
   }
   cell.patches.resize(count);
   for (Patch& p : cell.patches) {
@@ -66,12 +66,15 @@ CellPatches DecodeCellPatches(std::span<const std::byte> bytes) {
     SetFlags(reader.Get<uint8_t>(), p);
     p.layer = reader.Get<uint8_t>();
   }
+  reader.RequireEnd();
   return cell;
 }
 
 CellPatches LoadCellPatches(const BlockStorage& store, CellId cell) {
-  return DecodeCellPatches(
-      store.GetOrThrow({BlockKind::kCellPatches, cell.value}));
+  return ReadBlock(
+      store, {BlockKind::kCellPatches, cell.value}, [](ByteReader& in) {
+        return DecodeCellPatches(in.TakeRest());
+      });
 }
 
 }  // namespace enfilade

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -36,6 +37,48 @@ struct Lamp {
   std::optional<SpaceId> space;
 };
 
+// A rectangle in plan; empty if `low` is not below `high`.
+struct Extent {
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+
+  Point2 low{kFar, kFar};
+  Point2 high{-kFar, -kFar};
+};
+
+Extent Union(const Extent& a, const Extent& b) {
+  return {{std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y)},
+          {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y)}};
+}
+
+Extent Common(const Extent& a, const Extent& b) {
+  return {{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y)},
+          {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y)}};
+}
+
+Extent ExtentOf(const LevelFace& face) {
+  Extent extent;
+  for (const Point2 p : face.outline) {
+    extent = Union(extent, {p, p});
+  }
+  return extent;
+}
+
+// For each face, the extent of all others together.
+std::vector<Extent> ExtentsOfOthers(const std::vector<LevelFace>& faces) {
+  std::vector<Extent> others(faces.size());
+  Extent before;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    others[i] = before;
+    before = Union(before, ExtentOf(faces[i]));
+  }
+  Extent behind;
+  for (size_t i = faces.size(); i-- > 0;) {
+    others[i] = Union(others[i], behind);
+    behind = Union(behind, ExtentOf(faces[i]));
+  }
+  return others;
+}
+
 class LampLayer {
  public:
   LampLayer(const PlanIndex& plan,
@@ -44,25 +87,25 @@ class LampLayer {
       : plan_(plan), input_(input), charge_(budget, "the default luminaires") {}
 
   const std::vector<Lamp>& Run() {
-    for (const LevelFace& ceiling : plan_.Levels()) {
-      TryGrid(ceiling, kCoarseSteps * kFineStepMetres);
-    }
-    for (const LevelFace& ceiling : plan_.Levels()) {
-      TryGrid(ceiling, kFineStepMetres);
+    const std::vector<Extent> others = ExtentsOfOthers(plan_.Levels());
+    for (const double step :
+         {kCoarseSteps * kFineStepMetres, kFineStepMetres}) {
+      for (size_t i = 0; i < others.size(); ++i) {
+        TryGrid(plan_.Levels()[i], others[i], step);
+      }
     }
     return lamps_;
   }
 
  private:
-  void TryGrid(const LevelFace& ceiling, double step) {
+  // `others`: of all other level faces, one of which must be the floor.
+  void TryGrid(const LevelFace& ceiling, const Extent& others, double step) {
     if (input_.has_spaces && !ceiling.below) {
       return;
     }
-    Point2 low = ceiling.outline[0];
-    Point2 high = low;
-    for (const Point2 p : ceiling.outline) {
-      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    const auto [low, high] = Common(ExtentOf(ceiling), others);
+    if (!(low.x <= high.x && low.y <= high.y)) {
+      return;
     }
     const auto first = [&](double value) {
       return static_cast<int64_t>(std::ceil(value / step - 0.5));

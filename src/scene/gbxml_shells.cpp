@@ -1,9 +1,12 @@
 #include "scene/gbxml_shells.h"
 
 #include "base/planar_polygon.h"
+#include "base/stop.h"
 #include "scene/figure_cut.h"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 namespace enfilade {
 namespace {
@@ -46,8 +49,18 @@ bool GbxmlShells::IsClosed(SpaceId space) const {
 // taken as one of the latter if the shell needs it to be closed, or less open.
 void GbxmlShells::Complete(SpaceShell& shell,
                            const std::vector<size_t>& doubtful) {
-  constexpr size_t kMostTried = 8;
-  const size_t tried = std::min(doubtful.size(), kMostTried);
+  constexpr size_t kMostTogether = 8;
+  if (doubtful.size() <= kMostTogether) {
+    CompleteByBest(shell, doubtful);
+  } else {
+    CompleteByLeavingOut(SpaceShell(shell), doubtful, &shell);
+  }
+}
+
+// Tries each set of Surfaces.
+void GbxmlShells::CompleteByBest(SpaceShell& shell,
+                                 const std::vector<size_t>& doubtful) {
+  const size_t tried = doubtful.size();
   SpaceShell best = shell;
   double best_open = shell.OpenLength(kShellToleranceMetres);
   size_t best_mask = 0;
@@ -68,6 +81,46 @@ void GbxmlShells::Complete(SpaceShell& shell,
   shell = std::move(best);
   for (size_t bit = 0; bit < tried; ++bit) {
     in_shell_[doubtful[bit]] = (best_mask >> bit & 1U) != 0;
+  }
+}
+
+// Begins with all Surfaces, since a wall alone may close less than it opens,
+// and leaves out the one without which least is open, again and again.
+void GbxmlShells::CompleteByLeavingOut(const SpaceShell& bare,
+                                       std::vector<size_t> doubtful,
+                                       SpaceShell* shell) {
+  const auto with = [&](const std::vector<size_t>& surfaces) {
+    SpaceShell candidate = bare;
+    for (const size_t i : surfaces) {
+      candidate.Add(model_->surfaces[i].polygon);
+    }
+    return candidate;
+  };
+  double open = with(doubtful).OpenLength(kShellToleranceMetres);
+  while (open > 0 && !doubtful.empty()) {
+    ThrowIfStopRequested();
+    double least = std::numeric_limits<double>::infinity();
+    std::vector<size_t> best;
+    for (size_t i = 0; i < doubtful.size(); ++i) {
+      std::vector<size_t> others = doubtful;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const double left = with(others).OpenLength(kShellToleranceMetres);
+      if (left < least) {
+        least = left;
+        best = std::move(others);
+      }
+    }
+    if (least >= open) {
+      break;
+    }
+    open = least;
+    doubtful = std::move(best);
+  }
+  if (open < bare.OpenLength(kShellToleranceMetres) - kShellToleranceMetres) {
+    *shell = with(doubtful);
+    for (const size_t i : doubtful) {
+      in_shell_[i] = true;
+    }
   }
 }
 

@@ -44,6 +44,10 @@ class GbxmlShells {
 
  private:
   void Complete(SpaceShell& shell, const std::vector<size_t>& doubtful);
+  void CompleteByBest(SpaceShell& shell, const std::vector<size_t>& doubtful);
+  void CompleteByLeavingOut(const SpaceShell& bare,
+                            std::vector<size_t> doubtful,
+                            SpaceShell* shell);
   [[nodiscard]] int FirstInFront(const GbxmlSurface& surface) const;
   [[nodiscard]] int Vote(const GbxmlSurface& surface,
                          Point3 front,

@@ -17,9 +17,10 @@ constexpr double kLeastWallLengthMetres = 0.05;
 constexpr double kUpright = 0.2;
 constexpr uint64_t kBytesPerFace = 200;  // includes its places in the index
 constexpr uint64_t kFacesPerCharge = 4096;
-// A face with more places in the index, such as a site, gets its own charge.
+// A level face is placed in cells so large that they are no more than this.
+constexpr double kMostPlaces = 16;
+// A wall with more places in the index gets its own charge.
 constexpr double kManyPlaces = 64;
-constexpr double kMostPlaces = 1e12;  // more than any memory holds
 constexpr double kBytesPerPlace = 80;
 constexpr std::string_view kPurpose = "finding places for default luminaires";
 
@@ -61,8 +62,8 @@ bool LevelFace::Covers(Point2 p) const {
   return true;
 }
 
-int64_t PlanIndex::Cell(double value) {
-  return static_cast<int64_t>(std::floor(value / kCellMetres));
+int64_t PlanIndex::Cell(double value, double size) {
+  return static_cast<int64_t>(std::floor(value / size));
 }
 
 uint64_t PlanIndex::Key(int64_t x, int64_t y) {
@@ -113,17 +114,15 @@ void PlanIndex::AddLevel(std::span<const Point3> polygon,
     std::reverse(face.outline.begin(), face.outline.end());
   }
   const auto index = static_cast<uint32_t>(levels_.size());
-  const double places = ((high.x - low.x) / kCellMetres + 1) *
-                        ((high.y - low.y) / kCellMetres + 1);
-  if (places > kManyPlaces) {
-    charges_of_large_.emplace_back(
-        *budget_,
-        static_cast<uint64_t>(std::min(places, kMostPlaces) * kBytesPerPlace),
-        kPurpose);
+  double size = kCellMetres;
+  while (((high.x - low.x) / size + 1) * ((high.y - low.y) / size + 1) >
+         kMostPlaces) {
+    size *= 2;
   }
-  for (int64_t x = Cell(low.x); x <= Cell(high.x); ++x) {
-    for (int64_t y = Cell(low.y); y <= Cell(high.y); ++y) {
-      levels_at_[Key(x, y)].push_back(index);
+  Grid& grid = levels_at_[size];
+  for (int64_t x = Cell(low.x, size); x <= Cell(high.x, size); ++x) {
+    for (int64_t y = Cell(low.y, size); y <= Cell(high.y, size); ++y) {
+      grid[Key(x, y)].push_back(index);
     }
   }
   levels_.push_back(std::move(face));
@@ -156,12 +155,34 @@ void PlanIndex::AddWall(std::span<const Point3> polygon) {
       apart(wall.from, wall.to) < kLeastWallLengthMetres) {
     return;
   }
-  const auto index = static_cast<uint32_t>(walls_.size());
-  const auto [x0, x1] = std::minmax({Cell(wall.from.x), Cell(wall.to.x)});
-  const auto [y0, y1] = std::minmax({Cell(wall.from.y), Cell(wall.to.y)});
-  for (int64_t x = x0; x <= x1; ++x) {
-    for (int64_t y = y0; y <= y1; ++y) {
-      const double cx = static_cast<double>(x) * kCellMetres;
+  PlaceWall(wall, static_cast<uint32_t>(walls_.size()));
+  walls_.push_back(wall);
+}
+
+// Goes through the columns of cells that the wall crosses, and in each through
+// the few cells that it may meet there.
+void PlanIndex::PlaceWall(const WallLine& wall, uint32_t index) {
+  const auto [from, to] = std::minmax(
+      wall.from, wall.to, [](Point2 a, Point2 b) { return a.x < b.x; });
+  const double places =
+      (to.x - from.x + std::abs(to.y - from.y)) / kCellMetres + 1;
+  if (places > kManyPlaces) {
+    charges_of_long_.emplace_back(
+        *budget_, static_cast<uint64_t>(places * kBytesPerPlace), kPurpose);
+  }
+  const double rise = to.x > from.x ? (to.y - from.y) / (to.x - from.x) : 0;
+  for (int64_t x = Cell(from.x, kCellMetres); x <= Cell(to.x, kCellMetres);
+       ++x) {
+    const double cx = static_cast<double>(x) * kCellMetres;
+    const bool is_first = x == Cell(from.x, kCellMetres);
+    const bool is_last = x == Cell(to.x, kCellMetres);
+    const double enter = is_first ? from.y : from.y + rise * (cx - from.x);
+    const double leave =
+        is_last ? to.y : from.y + rise * (cx + kCellMetres - from.x);
+    const auto [low, high] =
+        std::minmax({Cell(enter, kCellMetres), Cell(leave, kCellMetres)});
+    // One cell more at each end, for rounding.
+    for (int64_t y = low - 1; y <= high + 1; ++y) {
       const double cy = static_cast<double>(y) * kCellMetres;
       if (SegmentMeetsBox(wall.from,
                           wall.to,
@@ -171,13 +192,14 @@ void PlanIndex::AddWall(std::span<const Point3> polygon) {
       }
     }
   }
-  walls_.push_back(wall);
 }
 
 template <typename Visit>
 bool PlanIndex::AnyWall(Point2 low, Point2 high, const Visit& visit) const {
-  for (int64_t x = Cell(low.x); x <= Cell(high.x); ++x) {
-    for (int64_t y = Cell(low.y); y <= Cell(high.y); ++y) {
+  for (int64_t x = Cell(low.x, kCellMetres); x <= Cell(high.x, kCellMetres);
+       ++x) {
+    for (int64_t y = Cell(low.y, kCellMetres); y <= Cell(high.y, kCellMetres);
+         ++y) {
       const auto it = walls_at_.find(Key(x, y));
       if (it != walls_at_.end() &&
           std::any_of(it->second.begin(), it->second.end(), [&](uint32_t i) {

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -58,13 +59,15 @@ class PlanIndex {
   // Calls visit(face) for every level face over or under p.
   template <typename Visit>
   void ForLevelsAt(Point2 p, const Visit& visit) const {
-    const auto it = levels_at_.find(Key(Cell(p.x), Cell(p.y)));
-    if (it == levels_at_.end()) {
-      return;
-    }
-    for (const uint32_t i : it->second) {
-      if (levels_[i].Covers(p)) {
-        visit(levels_[i]);
+    for (const auto& [size, levels_at] : levels_at_) {
+      const auto it = levels_at.find(Key(Cell(p.x, size), Cell(p.y, size)));
+      if (it == levels_at.end()) {
+        continue;
+      }
+      for (const uint32_t i : it->second) {
+        if (levels_[i].Covers(p)) {
+          visit(levels_[i]);
+        }
       }
     }
   }
@@ -81,13 +84,17 @@ class PlanIndex {
   [[nodiscard]] Point3 ToWorld(Point2 p, double z) const;
 
  private:
-  static int64_t Cell(double value);
+  // The faces in each cell of a square grid.
+  using Grid = std::unordered_map<uint64_t, std::vector<uint32_t>>;
+
+  static int64_t Cell(double value, double size);
   static uint64_t Key(int64_t x, int64_t y);
 
   void AddLevel(std::span<const Point3> polygon,
                 Vec3 normal,
                 std::optional<SpaceId> below);
   void AddWall(std::span<const Point3> polygon);
+  void PlaceWall(const WallLine& wall, uint32_t index);
 
   template <typename Visit>
   bool AnyWall(Point2 low, Point2 high, const Visit& visit) const;
@@ -96,11 +103,12 @@ class PlanIndex {
   double least_level_;
   MemoryBudget* budget_;
   std::vector<MemoryCharge> charges_;
-  std::vector<MemoryCharge> charges_of_large_;
+  std::vector<MemoryCharge> charges_of_long_;
   std::vector<LevelFace> levels_;
   std::vector<WallLine> walls_;
-  std::unordered_map<uint64_t, std::vector<uint32_t>> levels_at_;
-  std::unordered_map<uint64_t, std::vector<uint32_t>> walls_at_;
+  // By the size of the cells: each face is in few cells, however large it is.
+  std::map<double, Grid> levels_at_;
+  Grid walls_at_;
 };
 
 }  // namespace enfilade

@@ -235,7 +235,7 @@ uint64_t BytesOf(const SceneInfo& info) {
 SceneInfo LoadSceneInfo(const BlockStorage& store) {
   const std::optional<std::string> text = store.Meta(kSceneMeta);
   if (!text) {
-    throw DamagedStoreError("the store holds no scene");
+    ThrowDamaged(store, "holds no scene");
   }
   return DecodeInfo(*text);
 }
@@ -245,12 +245,13 @@ void ForEachFace(const BlockStorage& store,
   const uint64_t chunks = store.Count(BlockKind::kFaces);
   uint32_t next_id = 0;
   for (uint32_t chunk = 0; chunk < chunks; ++chunk) {
-    const Bytes bytes = store.GetOrThrow({BlockKind::kFaces, chunk, 0, 0});
-    ByteReader in(bytes);
-    for (uint64_t left = in.GetVarint(); left > 0; --left) {
-      ThrowIfStopRequested();
-      visit(FaceId(next_id++), GetFace(in));
-    }
+    ReadBlock(store, {BlockKind::kFaces, chunk, 0, 0}, [&](ByteReader& in) {
+      for (uint64_t left = in.GetVarint(); left > 0; --left) {
+        ThrowIfStopRequested();
+        visit(FaceId(next_id++), GetFace(in));
+      }
+      return next_id;
+    });
   }
 }
 

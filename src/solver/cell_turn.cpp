@@ -215,40 +215,16 @@ void CellTurn::Settle() {
   SolveState& state = context_->state;
   pager.Order().MoveTo(cell_.id, cell_.id);
   pager.ForgetWeights(cell_.id);
-  CellRow& row = state.cells[cell_.id.Index()];
   const auto delta = pager.Delta(cell_.id);
-  CellBalance balance({cell_.id,
-                       cell_.geometry.get(),
-                       cell_.tree.get(),
-                       delta.get(),
-                       cell_.received.get(),
-                       &row},
-                      context_->surfaces,
-                      pager,
-                      context_->store,
-                      &state.times);
-  // Commits fall between cycles; all state of a cycle is then in the store.
-  const double tolerance = ToleratedResidual(state, row);
-  while (state.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
-    ++state.cursor.cycle;
-    checkpoints_->Pass();
-  }
+  const CellBalance::Light light = Balance(delta.get());
+  CellRow& row = state.cells[cell_.id.Index()];
   const bool was_lit = context_->IsLit(cell_.id);
-  const auto& patches = cell_.geometry->patches;
-  const CellBalance::Light light = balance.Sum();
-  row.residual = light.unsent;
-  row.reflected =
-      context_->surface.is_black
-          ? LeavingFlux({*cell_.tree,
-                         patches,
-                         AllGrey(context_->surfaces, kLeastWeightReflectance),
-                         &cell_.received->gathered})
-          : light.leaving - EmittedFlux(patches, context_->surfaces);
-  row.peak = cell_.tree->Sent().MaxAbs();
+  RecordLight(light, &row);
   row.elements = cell_.tree->Size();
   row.processed = ++state.tick;
   if (state.phase == SolvePhase::kRefine) {
-    row.changed = SumOverLeaves(*cell_.tree, patches, *delta).squared;
+    row.changed =
+        SumOverLeaves(*cell_.tree, cell_.geometry->patches, *delta).squared;
   }
   const bool sees_others = cell_.sources.size() > 1;
   if (delta->MaxAbs() > 0) {
@@ -263,6 +239,42 @@ void CellTurn::Settle() {
   pager.MarkDirty(cell_.id);
   pager.MarkReceivedDirty(cell_.id);
   pager.RenewWeights(cell_.id);
+}
+
+// Commits fall between cycles; all state of a cycle is then in the store.
+CellBalance::Light CellTurn::Balance(CoefficientArray* delta) {
+  SolveState& state = context_->state;
+  CellRow& row = state.cells[cell_.id.Index()];
+  CellBalance balance({cell_.id,
+                       cell_.geometry.get(),
+                       cell_.tree.get(),
+                       delta,
+                       cell_.received.get(),
+                       &row},
+                      context_->surfaces,
+                      context_->pager,
+                      context_->store,
+                      &state.times);
+  const double tolerance = ToleratedResidual(state, row);
+  while (state.cursor.cycle < kMostCycles && !balance.RunCycle(tolerance)) {
+    ++state.cursor.cycle;
+    checkpoints_->Pass();
+  }
+  return balance.Sum();
+}
+
+void CellTurn::RecordLight(const CellBalance::Light& light,
+                           CellRow* row) const {
+  const auto& patches = cell_.geometry->patches;
+  row->residual = light.unsent;
+  row->reflected =
+      context_->surface.is_black
+          ? LeavingFlux({*cell_.tree,
+                         patches,
+                         AllGrey(context_->surfaces, kLeastWeightReflectance),
+                         &cell_.received->gathered})
+          : light.leaving - EmittedFlux(patches, context_->surfaces);
+  row->peak = cell_.tree->Sent().MaxAbs();
 }
 
 }  // namespace enfilade

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/ids.h"
+#include "solver/cell_balance.h"
 #include "solver/checkpoints.h"
 #include "solver/receiver_cell.h"
 #include "solver/solve_context.h"
@@ -42,6 +43,8 @@ class CellTurn {
   void GatherPair(CellId source);
   // Balances the light within the cell and updates its row.
   void Settle();
+  CellBalance::Light Balance(CoefficientArray* delta);
+  void RecordLight(const CellBalance::Light& light, CellRow* row) const;
   void KeepForReaders();
 
   SolveContext* context_;

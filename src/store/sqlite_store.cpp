@@ -203,6 +203,7 @@ void SqliteStore::SetMeta(std::string_view name, std::string_view value) {
 
 std::optional<std::string> SqliteStore::Meta(std::string_view name) const {
   const std::lock_guard lock(mutex_);
+  ThrowIfFailed();
   return NamingFile([&] { return catalogue_->Meta(name); });
 }
 
@@ -280,6 +281,7 @@ void SqliteStore::EraseAll(const KeyPrefix& prefix) {
 
 internal::BlockTotals SqliteStore::Totals(const KeyPrefix& prefix) const {
   const std::lock_guard lock(mutex_);
+  ThrowIfFailed();
   return catalogue_->Totals(prefix);
 }
 
@@ -289,6 +291,7 @@ void SqliteStore::ForEachEntry(BlockKind kind, const Visit& visit) const {
   const BlockKey last = KeyPrefix{kind, {}, {}}.Last();
   while (true) {
     std::unique_lock lock(mutex_);
+    ThrowIfFailed();
     // One entry more than is visited: the first one of the next round.
     auto entries = catalogue_->Range(first, last, kKeysAtATime + 1);
     lock.unlock();

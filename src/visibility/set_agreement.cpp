@@ -47,7 +47,7 @@ size_t CountBits(std::span<const std::byte> bytes) {
 std::vector<CellId> GetAscending(ByteReader& reader) {
   const uint64_t count = reader.GetVarint();
   if (count > reader.Remaining()) {
-    throw DamagedStoreError("a stored visible set ends too early");
+    throw DamagedStoreError("it ends too early");
   }
   std::vector<CellId> cells(count);
   uint32_t last = 0;
@@ -339,21 +339,20 @@ Bytes EncodeVisibleSet(
   return writer.Take();
 }
 
-std::vector<CellId> DecodeVisibleSources(const Bytes& bytes) {
+std::vector<CellId> DecodeVisibleSources(std::span<const std::byte> bytes) {
   ByteReader reader(bytes);
   return GetAscending(reader);
 }
 
-VisibleSet DecodeVisibleSet(const Bytes& bytes,
+VisibleSet DecodeVisibleSet(std::span<const std::byte> bytes,
                             const std::function<void(uint64_t)>& reserve) {
   ByteReader reader(bytes);
   const std::vector<CellId> sources = GetAscending(reader);
   const size_t width = (sources.size() + 7) / 8;
   if (reader.Remaining() != (2 * sizeof(CellPart) + width) * sources.size()) {
-    throw DamagedStoreError("a stored visible set has the wrong length");
+    throw DamagedStoreError("it has the wrong length");
   }
-  const std::span<const std::byte> rows =
-      std::span(bytes).last(width * sources.size());
+  const std::span<const std::byte> rows = bytes.last(width * sources.size());
   if (reserve) {
     reserve(VisibleSetBytes(sources.size(), CountBits(rows)));
   }

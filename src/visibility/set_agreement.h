@@ -89,10 +89,10 @@ Bytes EncodeVisibleSet(
     const VisibleSet& set,
     const std::function<std::span<const CellId>(size_t source)>& between_of);
 // The sources alone.
-std::vector<CellId> DecodeVisibleSources(const Bytes& bytes);
+std::vector<CellId> DecodeVisibleSources(std::span<const std::byte> bytes);
 // Before the set is made, `reserve` is told how many bytes it takes.
 VisibleSet DecodeVisibleSet(
-    const Bytes& bytes,
+    std::span<const std::byte> bytes,
     const std::function<void(uint64_t bytes)>& reserve = {});
 
 }  // namespace enfilade

@@ -188,19 +188,23 @@ TraceChunk DecodeTraceChunk(std::span<const std::byte> bytes) {
   chunk.triangle_ids = reader.GetArray<TracePrimitive>();
   if (chunk.quads.size() != chunk.quad_ids.size() ||
       chunk.triangles.size() != chunk.triangle_ids.size()) {
-    throw DamagedStoreError("a stored trace chunk contradicts itself");
+    throw DamagedStoreError("it contradicts itself");
   }
+  reader.RequireEnd();
   return chunk;
 }
 
 std::vector<TraceChunkInfo> LoadTraceTable(const BlockStorage& store) {
-  const Bytes bytes = store.GetOrThrow({BlockKind::kTrace, 0});
-  return ByteReader(bytes).GetArray<TraceChunkInfo>();
+  return ReadBlock(store, {BlockKind::kTrace, 0}, [](ByteReader& in) {
+    return in.GetArray<TraceChunkInfo>();
+  });
 }
 
 TraceChunk LoadTraceChunk(const BlockStorage& store, size_t index) {
-  return DecodeTraceChunk(
-      store.GetOrThrow({BlockKind::kTrace, 1 + static_cast<uint32_t>(index)}));
+  return ReadBlock(
+      store,
+      {BlockKind::kTrace, 1 + static_cast<uint32_t>(index)},
+      [](ByteReader& in) { return DecodeTraceChunk(in.TakeRest()); });
 }
 
 void BuildTraceChunks(BlockStorage& store, MemoryBudget& budget) {

@@ -144,7 +144,7 @@ VisibilitySummary LoadVisibilitySummary(const BlockStorage& store) {
   std::istringstream text(store.Meta(kSummaryMeta).value_or(""));
   VisibilitySummary summary;
   if (!(text >> summary.visible_pairs >> summary.budget_spent_cells)) {
-    throw DamagedStoreError("the store holds no visible sets");
+    ThrowDamaged(store, "holds no visible sets");
   }
   return summary;
 }
@@ -164,15 +164,19 @@ uint64_t VisibleSetBytes(size_t sources, size_t between) {
 
 std::vector<CellId> LoadVisibleSources(const BlockStorage& store,
                                        CellId receiver) {
-  return DecodeVisibleSources(
-      store.GetOrThrow({BlockKind::kVisibleSet, receiver.value}));
+  return ReadBlock(
+      store, {BlockKind::kVisibleSet, receiver.value}, [](ByteReader& in) {
+        return DecodeVisibleSources(in.TakeRest());
+      });
 }
 
 VisibleSet LoadVisibleSet(const BlockStorage& store,
                           CellId receiver,
                           const std::function<void(uint64_t)>& reserve) {
-  return DecodeVisibleSet(
-      store.GetOrThrow({BlockKind::kVisibleSet, receiver.value}), reserve);
+  return ReadBlock(
+      store, {BlockKind::kVisibleSet, receiver.value}, [&](ByteReader& in) {
+        return DecodeVisibleSet(in.TakeRest(), reserve);
+      });
 }
 
 }  // namespace enfilade

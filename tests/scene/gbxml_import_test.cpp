@@ -285,6 +285,47 @@ TEST_F(GbxmlImport, EverySurfaceWhoseSidesAreUnclearIsToldOf) {
                           }));
 }
 
+// Each of the room's twelve walls is a surface that names the room twice, and
+// so is a partition inside of it.
+TEST_F(GbxmlImport, ManyWallsThatNameTheirSpaceTwiceCloseIt) {
+  constexpr size_t kWalls = 12;
+  constexpr double kHeight = 3;
+  std::vector<Point3> floor;
+  for (size_t i = 0; i < kWalls; ++i) {
+    const double angle = 2 * kPi * static_cast<double>(i) / kWalls;
+    floor.push_back({5 * std::cos(angle), 5 * std::sin(angle), 0});
+  }
+  std::vector<Point3> roof = floor;
+  for (Point3& p : roof) {
+    p.z = kHeight;
+  }
+  std::string text =
+      "<gbXML lengthUnit=\"Meters\"><Campus><Building><Space id=\"a\"/>"
+      "</Building>" +
+      Surface("SlabOnGrade", {"a"}, floor) + Surface("Roof", {"a"}, roof) +
+      Surface("InteriorWall",
+              {"a", "a"},
+              {{0, 0, 0}, {2, 0, 0}, {2, 0, kHeight}, {0, 0, kHeight}});
+  for (size_t i = 0; i < kWalls; ++i) {
+    const size_t next = (i + 1) % kWalls;
+    text += Surface("ExteriorWall",
+                    {"a", "a"},
+                    {floor[i], floor[next], roof[next], roof[i]});
+  }
+  const Imported scene = Import(text + "</Campus></gbXML>");
+  EXPECT_EQ(scene.info.gbxml->closed_spaces, 1U);
+  for (const Face& face : scene.faces) {
+    const Point3 middle = VertexMean(face.vertices);
+    if (Emits(scene.info.materials[face.material.Index()])) {
+      continue;
+    }
+    const bool is_wall = std::hypot(middle.x, middle.y) > 4;
+    EXPECT_EQ(face.front_space && face.back_space,
+              !is_wall && middle.z > 0 && middle.z < kHeight)
+        << middle.x << " " << middle.y << " " << middle.z;
+  }
+}
+
 TEST_F(GbxmlImport, MissingWallLeavesBothSpacesOpen) {
   EXPECT_EQ(Import(TwoRooms("")).info.gbxml->closed_spaces, 0U);
 }

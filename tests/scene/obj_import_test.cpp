@@ -159,8 +159,7 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   EXPECT_NE(in_km, HashSceneFiles(room("4"), {}).value);
 }
 
-// The polygon is refused before anything, such as default lamps, is laid out
-// over all of it.
+// The polygon is refused before anything is laid out over all of it.
 TEST_F(ObjImport, APolygonThatIsAsLargeAsAPlanetIsRefusedAtOnce) {
   ImportOptions options;
   options.default_luminaires = true;
@@ -176,7 +175,55 @@ TEST_F(ObjImport, APolygonThatIsAsLargeAsAPlanetIsRefusedAtOnce) {
     EXPECT_NE(error.find("by the --unit that was given"), std::string::npos)
         << far << error;
   }
-  EXPECT_THROW(ImportFile(scene("9e4"), options), DoesNotFitError);
+  EXPECT_NE(ImportError(scene("9e4"), options).find("no ceiling"),
+            std::string::npos);
+}
+
+// What is laid out is the house, and not the site on which it stands.
+TEST_F(ObjImport, ASiteTakesNoMoreMemoryThanTheHouseOnIt) {
+  const auto quad = [](double low, double high, double z) {
+    return fmt::format(
+        "v {0} {0} {2}\nv {1} {0} {2}\nv {1} {1} {2}\nv {0} {1} {2}\n"
+        "f -4 -3 -2 -1\n",
+        low,
+        high,
+        z);
+  };
+  ImportOptions options;
+  options.default_luminaires = true;
+  options.unit = 1;
+  for (const double site : {10.0, 40'000.0}) {
+    const auto scene = temp_.Write(
+        "site.obj", quad(-site, site, 0) + quad(0, 4, 3) + quad(0, 4, 3.2));
+    constexpr uint64_t kBudget = 20ULL << 20;
+    EXPECT_EQ(ImportFile(scene, options, kBudget).faces.size(), 3U + 4U)
+        << site;
+  }
+}
+
+// A fence across the site hides no lamps beside it, and those under it not.
+TEST_F(ObjImport, LongWallsKeepLampsOffWhereverTheyRun) {
+  const auto lamps = [&](const std::string& wall) {
+    ImportOptions options;
+    options.default_luminaires = true;
+    options.unit = 1;
+    const std::string hall =
+        "v 0 0 0\nv 60 0 0\nv 60 60 0\nv 0 60 0\nf 1 2 3 4\n"
+        "v 0 0 3\nv 60 0 3\nv 60 60 3\nv 0 60 3\nf 8 7 6 5\n";
+    return ImportFile(temp_.Write("hall.obj", hall + wall), options)
+               .faces.size() -
+           (wall.empty() ? 2U : 3U);
+  };
+  const size_t open = lamps("");
+  const std::string steep =
+      "v 1 -500 0\nv 59 500 0\nv 59 500 3\nv 1 -500 3\nf -4 -3 -2 -1\n";
+  const std::string flat =
+      "v -500 1 0\nv 500 59 0\nv 500 59 3\nv -500 1 3\nf -4 -3 -2 -1\n";
+  const std::string away =
+      "v -500 61 0\nv 500 61 0\nv 500 61 3\nv -500 61 3\nf -4 -3 -2 -1\n";
+  EXPECT_EQ(lamps(away), open);
+  EXPECT_NE(lamps(steep), open);
+  EXPECT_EQ(lamps(steep), lamps(flat)) << "the same wall, mirrored";
 }
 
 TEST_F(ObjImport, AStrayVertexIsRefusedOnlyIfAPolygonHasIt) {

@@ -386,6 +386,34 @@ TEST(StoreFaults, FullDiskKeepsThePreviousCommit) {
   }
 }
 
+// What has not been committed is gone, so that no answer fits what the caller
+// has written.
+TEST(StoreFaults, AfterAFailedWriteNothingIsAnswered) {
+  const TemporaryFolder folder;
+  auto store = CreateStore(folder / "a.enf");
+  store->SetMeta("name", "value");
+  store->Put({BlockKind::kCellTree, 1, 0, 0}, TestContent(1, 1000));
+  {
+    const FileSizeLimit full(0);
+    EXPECT_THROW(
+        {
+          for (uint32_t i = 0; i < 100; ++i) {
+            store->Put({BlockKind::kCellTree, 2, i, 0},
+                       TestContent(i, 1'000'000));
+          }
+          store->Commit();
+        },
+        DiskError);
+  }
+  EXPECT_THROW(static_cast<void>(store->Meta("name")), DiskError);
+  EXPECT_THROW(static_cast<void>(store->Get({BlockKind::kCellTree, 1, 0, 0})),
+               DiskError);
+  EXPECT_THROW(static_cast<void>(store->Count(BlockKind::kCellTree)),
+               DiskError);
+  EXPECT_THROW(store->ForEachKey(BlockKind::kCellTree, [](const BlockKey&) {}),
+               DiskError);
+}
+
 TEST(StoreFaults, AFullDiskKeepsNobodyFromReading) {
   const TemporaryFolder folder;
   const auto path = folder / "a.enf";

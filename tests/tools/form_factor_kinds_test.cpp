@@ -75,6 +75,14 @@ class Panels {
     return rows;
   }
 
+  [[nodiscard]] bool Face(size_t i, size_t j) const {
+    return ReferenceScene::Face(panels_[i], panels_[j]);
+  }
+
+  [[nodiscard]] float VisibleShare(size_t i, size_t j) const {
+    return scene_.VisibleShare(panels_[i], panels_[j]);
+  }
+
   [[nodiscard]] bool IsEnclosed(size_t i) const {
     return scene_.IsEnclosed(panels_[i]);
   }
@@ -134,6 +142,34 @@ class FormFactorKinds : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+// The floor lies half before a board that stands over its middle, and half
+// behind it. There is nothing else, so that what faces the board sees all of
+// it.
+TEST_F(FormFactorKinds, ThatWhichLiesBehindAHorizonIsNotHidden) {
+  WriteFile(folder_ / "a.mtl",
+            "newmtl floor\nKd 0.5 0.5 0.5\n"
+            "newmtl board\nKd 0.5 0.5 0.5\nKe 1 1 1\n");
+  WriteFile(folder_ / "a.obj",
+            "mtllib a.mtl\n"
+            "v -1 0 0\nv 1 0 0\nv 1 1 0\nv -1 1 0\n"
+            "v 0 0 0.05\nv 0 1 0.05\nv 0 1 1.05\nv 0 0 1.05\n"
+            "usemtl floor\nf 1 2 3 4\nusemtl board\nf 5 6 7 8\n");
+  ASSERT_EQ(Solve({"--method", "matrix"}).exit_code, 0);
+  for (const double edge : {2.0, 0.7}) {
+    const Panels panels(folder_ / "a.enf", edge);
+    size_t facing = 0;
+    for (size_t i = 0; i < panels.All().size(); ++i) {
+      for (size_t j = 0; j < panels.All().size(); ++j) {
+        if (i != j && panels.Face(i, j)) {
+          ++facing;
+          EXPECT_EQ(panels.VisibleShare(i, j), 1) << i << " " << j;
+        }
+      }
+    }
+    EXPECT_GE(facing, 2U) << edge;
+  }
+}
 
 // Between panels of edge h at distance 1 both midpoint rules are wrong by the
 // second derivatives of 1 / (pi r^4), |f''| < 4 / pi: h^2 / 24 of them in each

@@ -162,7 +162,7 @@ struct Expected {
 
 void ExpectMatches(const Comparison& c, const Expected& expected) {
   EXPECT_LE(c.rms, kSquaresBound);
-  EXPECT_LE(std::abs(c.deviation), c.rms);
+  EXPECT_LE(std::abs(c.deviation), kQuadrature);  // of the links' sums, too
   EXPECT_NEAR(c.exact_mean / expected.mean, 1, kQuadrature);
 }
 
@@ -308,7 +308,6 @@ TEST(FurnaceRoom, WallsWrittenTwiceCountOnce) {
   WriteFile(folder / "a.obj", obj);
   const FurnaceError f = MeasureFurnace(SolveIn(folder, "m2", "0.02"), 0.6);
   EXPECT_LE(f.rms, 0.01);
-  EXPECT_LE(std::abs(f.mean), 0.01);
 }
 
 // Light is reflected twenty times, and with it the errors in the sums of the
@@ -318,7 +317,8 @@ TEST(SlowFurnaceRoom, WhiteRoomIsAsBrightAsItShouldBe) {
       Solve({"furnace", "--count", "4", "--reflectance", "0.95"}, "m2", "0.05"),
       0.95);
   EXPECT_LE(f.rms, 0.05);
-  EXPECT_LE(std::abs(f.mean), 0.05);
+  // Were all errors of one sign, the mean would be nearly the RMS.
+  EXPECT_LE(std::abs(f.mean), 0.05 / 4);
 }
 
 }  // namespace

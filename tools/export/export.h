@@ -75,8 +75,9 @@ struct ExportSummary {
 };
 
 // Throws UsageError for an unknown extension (the message lists those known),
-// InputError if the store holds no solution, DiskError if writing fails; a file
-// that was there before is then left as it was.
+// InputError if the store holds no solution, DiskError if writing fails; files
+// that were there before are then left as they were. Only between the renaming
+// of the two files of a .gltf can a failure leave an old one beside a new one.
 ExportSummary Export(const BlockStorage& store,
                      const std::filesystem::path& out,
                      const ExportOptions& options,

@@ -2,11 +2,15 @@
 
 #include "base/error.h"
 
+#include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
+#include <system_error>
+
+#include <fmt/format.h>
 
 namespace enfilade {
-
 namespace {
 
 // Whether the line has all that every run writes. Lines of other versions may
@@ -22,11 +26,25 @@ bool IsOfStudy(const Json& line) {
          has("exit_code", [](const Json& j) { return j.is_number_integer(); });
 }
 
+// Throws DiskError.
+std::ifstream OpenStudy(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) {
+    throw DiskError(fmt::format("cannot read '{}': {}",
+                                file.string(),
+                                std::generic_category().message(errno)));
+  }
+  return in;
+}
+
 }  // namespace
 
 std::vector<Json> LoadStudy(const std::filesystem::path& file) {
   std::vector<Json> lines;
-  std::ifstream in(file);
+  if (!std::filesystem::exists(file)) {
+    return lines;
+  }
+  std::ifstream in = OpenStudy(file);
   for (std::string text; std::getline(in, text);) {
     Json line = Json::parse(text, nullptr, false);
     if (IsOfStudy(line)) {
@@ -34,6 +52,24 @@ std::vector<Json> LoadStudy(const std::filesystem::path& file) {
     }
   }
   return lines;
+}
+
+void CutTornLine(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) {
+    return;
+  }
+  uintmax_t whole = 0;
+  std::ifstream in = OpenStudy(file);
+  for (std::string text; std::getline(in, text) && !in.eof();) {
+    whole += text.size() + 1;
+  }
+  in.close();
+  std::error_code failed;
+  std::filesystem::resize_file(file, whole, failed);
+  if (failed) {
+    throw DiskError(
+        fmt::format("cannot write '{}': {}", file.string(), failed.message()));
+  }
 }
 
 double Number(const Json& line, const char* key) {

@@ -15,9 +15,14 @@
 
 namespace enfilade {
 
-// The lines of a study's file, without a last line that a kill left incomplete.
-// Empty if there is no file.
+// The lines of a study's file, without those that other versions wrote and that
+// lack what every line has now, and without a torn last line. Empty if there is
+// no file. Throws DiskError if the file cannot be read.
 std::vector<Json> LoadStudy(const std::filesystem::path& file);
+
+// Cuts off a last line that a kill left without its end, so that lines can be
+// appended. Throws DiskError.
+void CutTornLine(const std::filesystem::path& file);
 
 // The number under `key`; NaN if the line has no such number.
 double Number(const Json& line, const char* key);

@@ -50,13 +50,12 @@ class Study {
         file_(options.folder / (experiment.name + ".jsonl")),
         lines_(LoadStudy(file_)) {
     fs::create_directories(Work(""));
-    RewriteFile();
+    CutTornLine(file_);
   }
 
   std::vector<Json> Run();
 
  private:
-  void RewriteFile();
   // The runs of a value that are asked for and have no line yet.
   [[nodiscard]] std::vector<StudySetting> MissingRuns(double value) const;
   void RunAll(double value, const std::vector<StudySetting>& settings);
@@ -148,15 +147,6 @@ void Study::RunAll(double value, const std::vector<StudySetting>& settings) {
 void Study::ShowRun(const std::string& what) {
   progress_.Update(static_cast<double>(done_) / static_cast<double>(missing_),
                    fmt::format("run {} of {}, {}", done_ + 1, missing_, what));
-}
-
-// Drops a line that a kill left incomplete, before anything is appended.
-void Study::RewriteFile() {
-  WriteFileInOneStep(file_, [&](std::ostream& out) {
-    for (const Json& line : lines_) {
-      out << LineText(line) << '\n';
-    }
-  });
 }
 
 void Study::RunOne(double value,

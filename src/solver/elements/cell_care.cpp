@@ -38,20 +38,15 @@ BlockKey KeyOf(CellId cell) {
 }  // namespace
 
 CellCare LoadCellCare(const BlockStorage& store, CellId cell, size_t patches) {
-  const auto stored = store.Get(KeyOf(cell));
-  if (!stored) {
-    return CellCare(patches);
-  }
-  CellCare care = ByteReader(*stored).GetArray<PatchCare>();
-  if (care.size() != patches) {
-    throw DamagedStoreError(
-        fmt::format("the store's block '{}' is of {} patches, cell {} has {}",
-                    ToString(KeyOf(cell)),
-                    care.size(),
-                    cell.value,
-                    patches));
-  }
-  return care;
+  auto care = ReadBlockIfAny(store, KeyOf(cell), [&](ByteReader& in) {
+    CellCare read = in.GetArray<PatchCare>();
+    if (read.size() != patches) {
+      throw DamagedStoreError(fmt::format(
+          "it is of {} patches, and the cell has {}", read.size(), patches));
+    }
+    return read;
+  });
+  return care ? std::move(*care) : CellCare(patches);
 }
 
 void SaveCellCare(std::span<const PatchCare> care,

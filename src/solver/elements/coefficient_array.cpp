@@ -100,7 +100,7 @@ void GetShuffled(ByteReader* in, std::span<float> values) {
   const auto bytes = in->GetArray<uint8_t>();
   const size_t count = values.size();
   if (bytes.size() != count * sizeof(float)) {
-    throw DamagedStoreError("an element tree has the wrong number of values");
+    throw DamagedStoreError("it has the wrong number of values");
   }
   for (size_t i = 0; i < count; ++i) {
     uint32_t bits = 0;

@@ -48,29 +48,31 @@ size_t LoadPages(const BlockStorage& store,
                  BlockKey first,
                  size_t most_elements,
                  CoefficientArray* array) {
-  const auto bytes = store.Get(first);
-  if (!bytes) {
+  const auto saved = ReadBlockIfAny(store, first, [&](ByteReader& in) {
+    const size_t elements = in.GetVarint();
+    if (elements == 0 || elements > most_elements) {
+      throw DamagedStoreError("it is of more elements than the cell has");
+    }
+    array->GrowTo(elements);
+    FillPage(&in, elements, 0, array);
+    return elements;
+  });
+  if (!saved) {
     return 0;
   }
-  ByteReader in(*bytes);
-  const size_t saved = in.GetVarint();
-  if (saved == 0 || saved > most_elements) {
-    throw DamagedStoreError("a cell has more coefficients than elements");
-  }
-  array->GrowTo(saved);
-  FillPage(&in, saved, 0, array);
-  const size_t pages = PagesOf(saved);
-  ParallelFor(pages - 1, [&](size_t i) {
+  ParallelFor(PagesOf(*saved) - 1, [&](size_t i) {
     BlockKey key = first;
     key.c += static_cast<uint32_t>(i + 1);
-    const Bytes page = store.GetOrThrow(key);
-    ByteReader rest(page);
-    if (rest.GetVarint() != saved) {
-      throw DamagedStoreError("the coefficients of a cell are of two states");
-    }
-    FillPage(&rest, saved, i + 1, array);
+    ReadBlock(store, key, [&](ByteReader& in) {
+      const size_t elements = in.GetVarint();
+      if (elements != *saved) {
+        throw DamagedStoreError("it is of another state than the first page");
+      }
+      FillPage(&in, elements, i + 1, array);
+      return elements;
+    });
   });
-  return saved;
+  return *saved;
 }
 
 }  // namespace enfilade

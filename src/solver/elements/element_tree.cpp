@@ -1,12 +1,15 @@
 #include "solver/elements/element_tree.h"
 
 #include "base/check.h"
+#include "base/error.h"
 #include "base/hash.h"
 #include "solver/elements/coefficient_pages.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace enfilade {
 namespace {
@@ -29,15 +32,12 @@ struct StoredCounts {
 
 std::optional<StoredCounts> StoredCountsOf(const BlockStorage& store,
                                            CellId cell) {
-  const auto bytes = store.Get(StructureKey(cell));
-  if (!bytes) {
-    return std::nullopt;
-  }
-  ByteReader in(*bytes);
-  StoredCounts counts;
-  counts.patches = in.GetVarint();
-  counts.parents = in.GetVarint();
-  return counts;
+  return ReadBlockIfAny(store, StructureKey(cell), [](ByteReader& in) {
+    StoredCounts counts;
+    counts.patches = in.GetVarint();
+    counts.parents = in.GetVarint();
+    return counts;
+  });
 }
 
 // The number of levels from the root to the end of a path.
@@ -208,27 +208,34 @@ std::optional<CellTree> CellTree::LoadElements(
     return std::nullopt;
   }
   if (counts->patches != patches.size()) {
-    throw DamagedStoreError("an element tree does not match its cell");
+    ThrowDamaged(store,
+                 fmt::format("has an element tree of {} patches for cell {}, "
+                             "which has {}",
+                             counts->patches,
+                             cell.value,
+                             patches.size()));
   }
   CellTree tree(shape);
   tree.AppendRoots(patches);
   BlockKey key = StructureKey(cell);
   while (tree.parents_.Size() < counts->parents) {
     ++key.c;
-    const Bytes page = store.GetOrThrow(key);
-    const auto parents = ByteReader(page).GetArray<uint32_t>();
-    if (parents.empty() ||
-        parents.size() > counts->parents - tree.parents_.Size()) {
-      throw DamagedStoreError("an element tree is of two states");
-    }
-    for (const uint32_t parent : parents) {
-      if (parent >= tree.elements_.Size() ||
-          tree.elements_[parent].first_child != 0) {
-        throw DamagedStoreError("an element tree is not a tree");
+    ReadBlock(store, key, [&](ByteReader& in) {
+      const auto parents = in.GetArray<uint32_t>();
+      if (parents.empty() ||
+          parents.size() > counts->parents - tree.parents_.Size()) {
+        throw DamagedStoreError("it is of another state than the first page");
       }
-      tree.AppendChildren(parent,
-                          tree.patch_shapes_[tree.elements_[parent].patch]);
-    }
+      for (const uint32_t parent : parents) {
+        if (parent >= tree.elements_.Size() ||
+            tree.elements_[parent].first_child != 0) {
+          throw DamagedStoreError("it splits an element that cannot be split");
+        }
+        tree.AppendChildren(parent,
+                            tree.patch_shapes_[tree.elements_[parent].patch]);
+      }
+      return parents.size();
+    });
   }
   return tree;
 }
@@ -242,7 +249,10 @@ std::optional<CellTree> CellTree::Load(const BlockStorage& store,
     tree->GrowCoefficients();
     const size_t size = tree->Size();
     if (LoadPages(store, PagesKey(cell), size, &tree->sent_) != size) {
-      throw DamagedStoreError("an element tree lacks coefficients");
+      ThrowDamaged(store,
+                   fmt::format("lacks coefficients of the element tree of cell "
+                               "{}",
+                               cell.value));
     }
     tree->UpdateDetail();
   }

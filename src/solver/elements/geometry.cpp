@@ -1,5 +1,7 @@
 #include "solver/elements/geometry.h"
 
+#include "base/check.h"
+
 #include <algorithm>
 #include <array>
 
@@ -44,6 +46,23 @@ PatchGeometry MakePatchGeometry(const Patch& patch,
                  ? static_cast<float>(RadiusOfTriangle(patch))
                  : 0.5F * g.diameter;
   return g;
+}
+
+std::vector<PatchGeometry> MakePatchGeometries(
+    std::span<const Patch> patches,
+    std::span<const Material> materials,
+    Point3 scene_origin) {
+  std::vector<PatchGeometry> geometry;
+  geometry.reserve(patches.size());
+  for (const Patch& patch : patches) {
+    ENFILADE_CHECK(patch.material.Index() < materials.size(),
+                   "a patch of material {} of {}",
+                   patch.material.Index(),
+                   materials.size());
+    geometry.push_back(MakePatchGeometry(
+        patch, materials[patch.material.Index()], scene_origin));
+  }
+  return geometry;
 }
 
 Corners CornersOf(const PatchGeometry& patch, ElementFrame frame) {

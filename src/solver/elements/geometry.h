@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace enfilade {
@@ -115,6 +116,12 @@ struct PatchGeometry {
 PatchGeometry MakePatchGeometry(const Patch& patch,
                                 const Material& material,
                                 Point3 scene_origin);
+
+// The geometry of each of the patches. `materials` is indexed by MaterialId.
+std::vector<PatchGeometry> MakePatchGeometries(
+    std::span<const Patch> patches,
+    std::span<const Material> materials,
+    Point3 scene_origin);
 
 // The part of a patch that an element covers: patch coordinates a + scale * s,
 // b + scale * t for (s, t) in the unit shape.

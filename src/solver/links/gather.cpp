@@ -150,11 +150,11 @@ std::vector<GroupRadiosity> GroupsOf(const LinkBlock& block,
   groups.resize(all.size());
   for (size_t g = 0; g < all.size(); ++g) {
     if (is_used[g]) {
-      groups[g] = RadiosityOf(*source.groups,
-                              all[g],
-                              source.patches,
-                              source.tree->Shape(),
-                              radiosity);
+      groups[g] = GroupRadiosityOf(*source.groups,
+                                   all[g],
+                                   source.patches,
+                                   source.tree->Shape(),
+                                   radiosity);
     }
   }
   return groups;
@@ -189,6 +189,18 @@ struct ReceiverEnd {
   bool has_end = false;
   TransferEnd end;  // made when a link first needs it
 
+  void MoveTo(uint32_t receiver,
+              const GatherSide& side,
+              CoefficientArray& gathered) {
+    const TreeShape& shape = side.tree->Shape();
+    element = receiver;
+    at = &side.tree->At(ElementId(receiver));
+    patch = &side.patches[at->patch];
+    nodes = shape.basis->On(patch->shape).NodeCount();
+    to = {shape.channels, shape.NodeStride(), gathered.At(receiver)};
+    has_end = false;
+  }
+
   const TransferEnd& End() {
     if (!std::exchange(has_end, true)) {
       end = MakeTransferEnd(*patch, at->frame);
@@ -214,12 +226,7 @@ void GatherRange(const LinkBlock& block,
   for (size_t i = range.first; i < range.last; ++i) {
     const Link& link = block.links[i];
     if (link.receiver != r.element) {
-      r.element = link.receiver;
-      r.at = &receiver.tree->At(ElementId(link.receiver));
-      r.patch = &receiver.patches[r.at->patch];
-      r.nodes = shape.basis->On(r.patch->shape).NodeCount();
-      r.to = {shape.channels, shape.NodeStride(), gathered.At(link.receiver)};
-      r.has_end = false;
+      r.MoveTo(link.receiver, receiver, gathered);
     }
     if (link.kind == LinkKind::kGroup) {
       GatherGroup(

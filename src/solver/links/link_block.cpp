@@ -104,7 +104,7 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
   LinkBlock block;
   const uint64_t count = in.GetVarint();
   if (count > in.Remaining()) {
-    throw DamagedStoreError("a link block is shorter than its number of links");
+    throw DamagedStoreError("it is shorter than its number of links");
   }
   block.links.resize(count);
   uint64_t receiver = 0;
@@ -123,13 +123,12 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
         link.kind == LinkKind::kGroup ? ends.groups : ends.sources;
     if (receiver >= ends.receivers || source < 0 ||
         source >= static_cast<int64_t>(sources)) {
-      throw DamagedStoreError(
-          "a link block names an element that is not there");
+      throw DamagedStoreError("it has a link of an element that is not there");
     }
     link.receiver = static_cast<uint32_t>(receiver);
     link.source = static_cast<uint32_t>(source);
     if (link.kind > LinkKind::kShaped) {
-      throw DamagedStoreError("a link block has a link of no known kind");
+      throw DamagedStoreError("it has a link of no known kind");
     }
     if (link.kind == LinkKind::kShaped) {
       link.more = shapes++;
@@ -155,6 +154,7 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
   for (GroupCoefficients& g : block.group) {
     g = in.Get<GroupCoefficients>();
   }
+  in.RequireEnd();
   return block;
 }
 

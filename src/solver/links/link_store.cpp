@@ -94,11 +94,9 @@ std::optional<LinkBlock> ReadLinks(const BlockStorage& store,
                                    CellPair pair,
                                    uint32_t chunk,
                                    const LinkEnds& ends) {
-  const auto bytes = store.Get(ChunkKey(pair, chunk));
-  if (!bytes) {
-    return std::nullopt;
-  }
-  return DecodeLinks(*bytes, ends);
+  return ReadBlockIfAny(store, ChunkKey(pair, chunk), [&](ByteReader& in) {
+    return DecodeLinks(in.TakeRest(), ends);
+  });
 }
 
 }  // namespace enfilade

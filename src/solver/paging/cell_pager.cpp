@@ -223,8 +223,9 @@ std::shared_ptr<const CellTree> CellPager::Elements(CellId cell) {
         auto elements =
             CellTree::LoadElements(*store_, cell, shape_, geometry->patches);
         if (!elements) {
-          throw DamagedStoreError(fmt::format(
-              "the store lacks the element tree of cell {}", cell.value));
+          ThrowDamaged(
+              *store_,
+              fmt::format("lacks the element tree of cell {}", cell.value));
         }
         return std::move(*elements);
       });

@@ -36,8 +36,10 @@ PairTable::PairTable(const BlockStorage& store,
   store.ForEachKey(BlockKind::kLinks, [&](const BlockKey& key) {
     if (key.a >= cells || key.b >= cells ||
         !See(CellId(key.a), CellId(key.b))) {
-      throw DamagedStoreError(fmt::format(
-          "{} is of cells that do not see each other", ToString(key)));
+      ThrowDamaged(store,
+                   fmt::format("has a block '{}' of cells that do not see each "
+                               "other",
+                               ToString(key)));
     }
     SetLinked(CellId(key.a), CellId(key.b), true);
   });

@@ -9,7 +9,7 @@ constexpr uint64_t kIndexBytesPerPanel = 128;
 constexpr uint64_t kTracedRowBytes =
     3 * kHemicubePixels * kHemicubePixels *
         (sizeof(PanelRay) + sizeof(TraceRay) + sizeof(TraceHit)) +
-    kMostPanels * (kIndexBytesPerPanel + sizeof(float));
+    kMostPanelReceivers * (kIndexBytesPerPanel + sizeof(float));
 
 Vec3 ToDouble(Vec3f v) {
   return {v.x, v.y, v.z};

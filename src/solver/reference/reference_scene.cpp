@@ -332,7 +332,9 @@ float ReferenceScene::VisibleShare(const Panel& i, const Panel& j) const {
   const uint32_t lanes = (1U << packet.count) - 1;
   const auto seen = static_cast<uint32_t>(
       std::popcount(~Occluded(blockers_, packet) & lanes));
-  return static_cast<float>(seen) / static_cast<float>(kRaysPerPair);
+  return packet.count > 0
+             ? static_cast<float>(seen) / static_cast<float>(packet.count)
+             : 1.0F;
 }
 
 float ReferenceScene::ShareSeenFromCenter(const Panel& i,

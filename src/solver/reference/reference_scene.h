@@ -27,6 +27,8 @@ namespace enfilade {
 
 // The reference methods take no more panels than this.
 inline constexpr size_t kMostPanels = 20000;
+// That substructuring may make of them, split ones included.
+inline constexpr size_t kMostPanelReceivers = 2 * kMostPanels;
 
 // A long parallelogram is cut across into 2^k strips before it is quartered, so
 // that panels are about as long as wide. Strip i of 2^k has the number
@@ -117,8 +119,10 @@ class ReferenceScene {
   // A_i F_ij, in m2, visibility included. Thread-safe.
   [[nodiscard]] float Exchange(const Panel& i, const Panel& j) const;
 
-  // The share of 16 rays between two panels that are not blocked, the same for
-  // (i, j) and (j, i). Thread-safe.
+  // The share of up to 16 rays between two panels that are not blocked, the
+  // same for (i, j) and (j, i). Rays join points that face each other: what
+  // lies behind a horizon is not hidden, but left out by the form factor. 1 if
+  // no such points are found. Thread-safe.
   [[nodiscard]] float VisibleShare(const Panel& i, const Panel& j) const;
 
   // The share of rays from the center of i to j that are not blocked. Only rays

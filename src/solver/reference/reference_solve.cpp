@@ -15,6 +15,8 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace enfilade {
 namespace {
 
@@ -29,6 +31,12 @@ constexpr double kGradientShare = 1;
 // shadows dominate.
 constexpr double kSmoothRate = 0.5;
 constexpr double kShadowRate = 0.70710678;
+
+// The trees of a fineness, by cell.
+struct ChargedTrees {
+  MemoryCharge charge;
+  std::vector<CellTree> trees;
+};
 
 class ReferenceSolve {
  public:
@@ -55,7 +63,8 @@ class ReferenceSolve {
   [[nodiscard]] bool IsMet() const;
   [[nodiscard]] double EdgeOf(size_t fineness) const;
   [[nodiscard]] size_t FinestByPanels(size_t most) const;
-  [[nodiscard]] std::optional<std::vector<CellTree>> StoredTrees() const;
+  [[nodiscard]] MemoryCharge ChargeTrees(size_t panels) const;
+  [[nodiscard]] std::optional<ChargedTrees> StoredTrees() const;
   PanelSolution SolveAt(size_t fineness);
   void Record(const PanelSolution& solution,
               const std::vector<CellTree>& trees,
@@ -83,17 +92,18 @@ void ReferenceSolve::Run() {
   state_.error = options_.error;
   state_.converged =
       resumed && (asked != 0 ? first + state_.rounds.size() > last : IsMet());
-  auto coarser = StoredTrees();
+  std::optional<ChargedTrees> coarser = StoredTrees();
   for (size_t fineness = first + state_.rounds.size();
        !state_.converged && fineness <= last;
        ++fineness) {
     const PanelSolution solution = SolveAt(fineness);
+    MemoryCharge charge = ChargeTrees(solution.panels.size());
     TreeSolution made = MakeTrees(scene_, haar_, solution);
-    Record(solution, made.trees, coarser ? &*coarser : nullptr);
+    Record(solution, made.trees, coarser ? &coarser->trees : nullptr);
     state_.converged = asked != 0 ? fineness == last : IsMet();
     state_.phase = SolvePhase::kDone;
     Write(made);
-    coarser = std::move(made.trees);
+    coarser = {std::move(charge), std::move(made.trees)};
   }
   SaveSolveState(state_, store_);
   store_.Commit();
@@ -206,18 +216,36 @@ void ReferenceSolve::Write(const TreeSolution& solution) {
   WriteSolution(solution.trees, solution.gathered, state_, store_);
 }
 
+// For the trees of a dicing and what they have gathered. Quartering panels
+// makes a third more elements, and a strip may be some panels.
+MemoryCharge ReferenceSolve::ChargeTrees(size_t panels) const {
+  const TreeShape shape{&haar_, kRgbChannels};
+  const size_t elements = 2 * panels;
+  return {budget_,
+          CellTree::BytesFor(elements, shape) +
+              CoefficientArray::BytesFor(elements, shape.Stride()),
+          "the elements of a dicing"};
+}
+
 // The trees of the last fineness that was committed; nothing if there is none.
-std::optional<std::vector<CellTree>> ReferenceSolve::StoredTrees() const {
-  std::vector<CellTree> trees;
-  for (size_t c = 0; c < scene_.CellCount() && !state_.rounds.empty(); ++c) {
+std::optional<ChargedTrees> ReferenceSolve::StoredTrees() const {
+  if (state_.rounds.empty()) {
+    return std::nullopt;
+  }
+  size_t elements = 0;
+  for (size_t c = 0; c < scene_.CellCount(); ++c) {
+    elements += CellTree::StoredSize(store_, CellId(c));
+  }
+  ChargedTrees stored{ChargeTrees(elements / 2 + 1), {}};
+  for (size_t c = 0; c < scene_.CellCount(); ++c) {
     auto tree = CellTree::Load(
         store_, CellId(c), {&haar_, kRgbChannels}, scene_.PatchesOf(c));
     if (!tree) {
-      throw DamagedStoreError("the store lacks an element tree of its solve");
+      ThrowDamaged(store_, fmt::format("lacks the element tree of cell {}", c));
     }
-    trees.push_back(std::move(*tree));
+    stored.trees.push_back(std::move(*tree));
   }
-  return trees.empty() ? std::nullopt : std::optional(std::move(trees));
+  return stored;
 }
 
 }  // namespace

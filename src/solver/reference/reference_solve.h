@@ -13,8 +13,8 @@ namespace enfilade {
 
 // Writes the solution as element trees of the constant basis, and the state in
 // the form of the wavelet solver; commits both after every fineness. Resuming
-// begins after the last fineness that was committed. Throws DoesNotFitError,
-// which names the least cap, if not even the coarsest dicing fits.
+// begins after the last fineness that was committed. Throws DoesNotFitError if
+// a fineness does not fit; the finenesses before it stay committed.
 void SolveByReference(BlockStorage& store,
                       const SolveOptions& options,
                       MemoryBudget& budget);

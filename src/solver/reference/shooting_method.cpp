@@ -2,9 +2,11 @@
 
 #include "base/parallel.h"
 #include "solver/reference/corner_deviations.h"
+#include "solver/reference/panel_index.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -56,6 +58,7 @@ class Shooting {
   void FindFormFactors(Source* source);
   [[nodiscard]] std::vector<float> FormFactorsTo(const Panel& source,
                                                  size_t first);
+  const PanelIndex& IndexFrom(size_t first);
   bool SplitSteepReceivers();
   [[nodiscard]] std::vector<size_t> SteepReceivers() const;
   void AppendChildren(size_t parent);
@@ -75,6 +78,9 @@ class Shooting {
   std::vector<MemoryCharge> charges_;
   std::vector<Source> sources_;
   std::vector<Receiver> receivers_;
+  // For traced kinds: the receivers by their places, from one on.
+  std::optional<PanelIndex> index_;
+  size_t index_first_ = 0;
   Rgb all_bounces_{};  // R of eq. 7
   double area_ = 0;    // of all reflecting panels, m2
   PanelSolution solution_;
@@ -250,13 +256,7 @@ void Shooting::FindFormFactors(Source* source) {
 std::vector<float> Shooting::FormFactorsTo(const Panel& source, size_t first) {
   std::vector<float> exchanges(receivers_.size() - first);
   if (form_factors_.Options().AreTraced()) {
-    PanelIndex index(scene_);
-    for (size_t k = 0; k < exchanges.size(); ++k) {
-      if (!receivers_[first + k].split) {
-        index.Add(receivers_[first + k].panel, k);
-      }
-    }
-    exchanges = form_factors_.TraceRow(source, index);
+    exchanges = form_factors_.TraceRow(source, IndexFrom(first));
     exchanges.resize(receivers_.size() - first);
   } else {
     ParallelFor(exchanges.size(), [&](size_t k) {
@@ -268,6 +268,20 @@ std::vector<float> Shooting::FormFactorsTo(const Panel& source, size_t first) {
     exchanges[k] /= receivers_[first + k].panel.end.area;
   }
   return exchanges;
+}
+
+// The receivers from `first` on that are not split, by their distance from it.
+const PanelIndex& Shooting::IndexFrom(size_t first) {
+  if (!index_ || index_first_ != first) {
+    index_.emplace(scene_);
+    index_first_ = first;
+    for (size_t e = first; e < receivers_.size(); ++e) {
+      if (!receivers_[e].split) {
+        index_->Add(receivers_[e].panel, e - first);
+      }
+    }
+  }
+  return *index_;
 }
 
 // The receivers that are to be split, the steepest first.
@@ -287,6 +301,7 @@ std::vector<size_t> Shooting::SteepReceivers() const {
 }
 
 void Shooting::AppendChildren(size_t parent) {
+  index_.reset();
   receivers_[parent].split = true;
   for (size_t c = 0; c < kChildren; ++c) {
     Receiver child = receivers_[parent];

@@ -38,7 +38,7 @@ struct ShootingOptions {
   std::optional<double> gradient;
   // The most receivers, split ones included. If they do not suffice, the
   // steepest are split first.
-  size_t most_receivers = 2 * kMostPanels;
+  size_t most_receivers = kMostPanelReceivers;
   // Shooting ends when the estimate of all light still to come (unshot power
   // times R, eq. 7) is below this share of the reflected power.
   double still_to_come = 1e-3;

@@ -1,5 +1,6 @@
 #include "solver/refine/cover.h"
 
+#include "base/check.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "solver/refine/cover_candidates.h"
@@ -227,6 +228,10 @@ Covers FindCovers(const CoverOptions& options, const CoverSide& cell) {
   now.most_receivers =
       std::min(options.most_receivers,
                kMostReceivers + kMostReceiversPerPatch * cell.patches.size());
+  ENFILADE_CHECK(now.most_receivers >= cell.patches.size(),
+                 "{} receivers for {} patches",
+                 now.most_receivers,
+                 cell.patches.size());
   Covers covers;
   while (!FindWith(now, cell, &covers)) {
     now.tau *= kCoarser;

@@ -31,7 +31,7 @@ struct CoverOptions {
 // which partly covered ones are split until the edges of the covers are found.
 struct Covers {
   std::vector<ClusterItem> receivers;
-  uint64_t rays = 0;
+  uint64_t rays = 0;  // of the search whose result this is
 };
 
 // A cell as the search for covers sees it.

@@ -31,11 +31,11 @@ bool IsZero(const Kernel& kernel) {
 }
 
 // The difference between the irradiances that two kernels bring from a source
-// with these nodes and this detail, W/m2, RMS over the receiver's nodes.
+// with these nodes and this detail, W/m2, RMS over the receiver.
 float Difference(const Kernel& kernel,
                  const Kernel& other,
-                 const std::array<float, kTransferNodes>& radiosity,
-                 float detail) {
+                 const TransferEnd& receiver,
+                 const RadiantEnd& source) {
   float square = 0;
   for (size_t g = 0; g < kTransferNodes; ++g) {
     float even = 0;
@@ -43,12 +43,13 @@ float Difference(const Kernel& kernel,
     for (size_t q = 0; q < kTransferNodes; ++q) {
       const size_t i = g * kTransferNodes + q;
       const float off = other[i] - kernel[i];
-      even += off * radiosity[q];
+      even += off * source.radiosity[q];
       uneven += off * off;
     }
-    square += even * even + uneven * detail * detail;
+    square += receiver.weight[g] *
+              (even * even + uneven * source.detail * source.detail);
   }
-  return std::sqrt(square / kTransferNodes);
+  return std::sqrt(square);
 }
 
 }  // namespace
@@ -61,7 +62,7 @@ NearCode EncodeNear(const TransferEnd& receiver,
   const Kernel rebuilt =
       ScaledQuadrature(receiver, source.end, visible, code.sum);
   if (!IsZero(rebuilt)) {
-    code.error = Difference(kernel, rebuilt, source.radiosity, source.detail);
+    code.error = Difference(kernel, rebuilt, receiver, source);
   }
   return code;
 }

@@ -38,7 +38,7 @@ std::vector<GroupWeight> WeighGroups(const RefineSource& source,
   }
   weights.reserve(source.groups->All().size());
   for (const SourceGroup& group : source.groups->All()) {
-    const GroupRadiosity b = RadiosityOf(
+    const GroupRadiosity b = GroupRadiosityOf(
         *source.groups, group, source.patches, tree.Shape(), tree.Sent());
     float largest = 0;
     for (const float mean : b.mean) {
@@ -89,27 +89,24 @@ bool HasSourceWeights(const BlockStorage& store, CellId id) {
 SourceWeights LoadSourceWeights(const BlockStorage& store,
                                 CellId id,
                                 const CellGeometry& cell) {
-  const Bytes stored = store.GetOrThrow(KeyOf(id));
-  ByteReader reader(stored);
-  SourceWeights weights;
-  weights.peaks = reader.GetArray<float>();
-  weights.fluxes = reader.GetArray<float>();
-  weights.groups = reader.GetArray<GroupWeight>();
-  const size_t clusters = cell.clusters->Clusters().size();
-  const size_t groups = cell.groups.All().size();
-  if (weights.peaks.size() != clusters || weights.fluxes.size() != clusters ||
-      weights.groups.size() != groups) {
-    throw DamagedStoreError(fmt::format(
-        "the store's block '{}' is of {} clusters and {} groups, cell {} has "
-        "{} and {}",
-        ToString(KeyOf(id)),
-        weights.peaks.size(),
-        weights.groups.size(),
-        id.value,
-        clusters,
-        groups));
-  }
-  return weights;
+  return ReadBlock(store, KeyOf(id), [&](ByteReader& in) {
+    SourceWeights weights;
+    weights.peaks = in.GetArray<float>();
+    weights.fluxes = in.GetArray<float>();
+    weights.groups = in.GetArray<GroupWeight>();
+    const size_t clusters = cell.clusters->Clusters().size();
+    const size_t groups = cell.groups.All().size();
+    if (weights.peaks.size() != clusters || weights.fluxes.size() != clusters ||
+        weights.groups.size() != groups) {
+      throw DamagedStoreError(fmt::format(
+          "it is of {} clusters and {} groups, and the cell has {} and {}",
+          weights.peaks.size(),
+          weights.groups.size(),
+          clusters,
+          groups));
+    }
+    return weights;
+  });
 }
 
 uint64_t SaveSourceWeights(BlockStorage& store,

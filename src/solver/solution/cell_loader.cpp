@@ -13,17 +13,6 @@ namespace {
 // The most cells that LoadSome() holds in memory together.
 constexpr size_t kMostCells = 16;
 
-std::vector<PatchGeometry> MakeGeometry(const CellPatches& cell,
-                                        const SceneInfo& scene) {
-  std::vector<PatchGeometry> geometry;
-  geometry.reserve(cell.patches.size());
-  for (const Patch& p : cell.patches) {
-    geometry.push_back(MakePatchGeometry(
-        p, scene.materials.at(p.material.Index()), scene.bounds.Center()));
-  }
-  return geometry;
-}
-
 }  // namespace
 
 const LoadedCell& LoadedCells::Of(CellId id) const {
@@ -63,7 +52,8 @@ LoadedCell CellLoader::Load(CellId cell, MemoryCharge charge) const {
   LoadedCell loaded;
   loaded.charge = std::move(charge);
   loaded.stored = LoadCellPatches(*store_, cell);
-  loaded.geometry = MakeGeometry(loaded.stored, *scene_);
+  loaded.geometry = MakePatchGeometries(
+      loaded.stored.patches, scene_->materials, scene_->bounds.Center());
   auto stored = CellTree::LoadElements(*store_, cell, Shape(), loaded.geometry);
   loaded.tree = std::make_unique<CellTree>(
       stored ? std::move(*stored) : CellTree(Shape(), loaded.geometry));

@@ -60,9 +60,9 @@ std::vector<Rgb> DisplaySolution::Radiosity(
   for (const size_t i : by_cell.All()) {
     const PatchPoint& p = points[i];
     ShownCell& cell = Show(p.cell);
-    values[i] =
-        solution_->RadiosityOf(cell.loaded.stored.patches.at(p.patch.Index()),
-                               cell.display.IrradianceAt(p.patch, {p.a, p.b}));
+    values[i] = solution_->RadiosityOf(
+        cell.loaded.stored.patches.at(p.patch.Index()),
+        NotBelowZero(cell.display.IrradianceAt(p.patch, {p.a, p.b})));
   }
   return values;
 }

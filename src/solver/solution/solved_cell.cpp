@@ -8,14 +8,6 @@
 namespace enfilade {
 namespace {
 
-// Where a polynomial is below 0, 0 is nearer to the true irradiance.
-Rgb NotBelowZero(Rgb value) {
-  for (double& channel : value) {
-    channel = std::max(channel, 0.0);
-  }
-  return value;
-}
-
 // The point of the patch at these coordinates of an element.
 UnitPoint OnPatch(ElementFrame frame, UnitPoint p) {
   return {

@@ -72,7 +72,8 @@ class SolvedCell {
   [[nodiscard]] Rgb IrradianceAt(const PatchPoint& point) const;
   [[nodiscard]] LightAtPoint LightAt(const PatchPoint& point) const;
 
-  // Visits all leaves in a fixed order. Values at their corners may be below 0.
+  // Visits all leaves in a fixed order. At their corners the basis may swing
+  // below 0; these values are as they are, so that means are right.
   void ForEachLeaf(const std::function<void(const LeafElement&)>& visit) const;
 
   // Visits the leaves of `patches`, patch by patch and in a fixed order.

@@ -80,11 +80,12 @@ bool LoadSolveState(const BlockStorage& store, SolveState* state) {
       state->times = nlohmann::json::parse(*times).get<SolveTimes>();
     }
   } catch (const nlohmann::json::exception& e) {
-    throw DamagedStoreError(
-        std::string("the store's solve state cannot be read: ") + e.what());
+    ThrowDamaged(store,
+                 std::string("has a solve state that cannot be read (") +
+                     e.what() + ")");
   }
-  const Bytes rows = store.GetOrThrow(kCellsKey);
-  state->cells = ByteReader(rows).GetArray<CellRow>();
+  state->cells = ReadBlock(
+      store, kCellsKey, [](ByteReader& in) { return in.GetArray<CellRow>(); });
   return true;
 }
 

@@ -92,10 +92,8 @@ CellGeometry CellMaker::MakeGeometry(CellId cell,
                                      const CellPatches& stored,
                                      bool with_groups) const {
   CellGeometry geometry;
-  geometry.patches.reserve(stored.patches.size());
-  for (const Patch& patch : stored.patches) {
-    geometry.patches.push_back(GeometryOf(patch));
-  }
+  geometry.patches =
+      MakePatchGeometries(stored.patches, scene_->materials, origin_);
   geometry.portals = std::make_unique<ShaftBlockers>(MakePortals(cell));
   geometry.clusters = std::make_unique<ClusterTree>(
       geometry.patches, WholePatches(geometry.patches.size()));

@@ -163,11 +163,11 @@ uint64_t SourceGroups::BytesFor(size_t patches) {
          patches / kLeastGroupPatches * sizeof(uint32_t) + patches / 8 + 8;
 }
 
-GroupRadiosity RadiosityOf(const SourceGroups& groups,
-                           const SourceGroup& group,
-                           std::span<const PatchGeometry> patches,
-                           const TreeShape& shape,
-                           const CoefficientArray& radiosity) {
+GroupRadiosity GroupRadiosityOf(const SourceGroups& groups,
+                                const SourceGroup& group,
+                                std::span<const PatchGeometry> patches,
+                                const TreeShape& shape,
+                                const CoefficientArray& radiosity) {
   ENFILADE_CHECK(
       shape.channels <= kRgbChannels, "groups of {} channels", shape.channels);
   GroupRadiosity result;

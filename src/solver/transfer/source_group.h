@@ -86,10 +86,10 @@ struct GroupRadiosity {
   float spread = 0;
 };
 
-GroupRadiosity RadiosityOf(const SourceGroups& groups,
-                           const SourceGroup& group,
-                           std::span<const PatchGeometry> patches,
-                           const TreeShape& shape,
-                           const CoefficientArray& radiosity);
+GroupRadiosity GroupRadiosityOf(const SourceGroups& groups,
+                                const SourceGroup& group,
+                                std::span<const PatchGeometry> patches,
+                                const TreeShape& shape,
+                                const CoefficientArray& radiosity);
 
 }  // namespace enfilade

@@ -61,6 +61,42 @@ TEST(NearCode, LosesTheMoreTheCloserTheElementsAre) {
   EXPECT_GT(*closer.error, 4 * *code.error);
 }
 
+// A square is two triangles, over which the loss is spread likewise: its RMS
+// over a triangle is about that over the square, whatever the number of nodes.
+TEST(NearCode, CountsTrianglesAsMuchAsSquares) {
+  constexpr double kHeight = 0.25;
+  Patch triangle = test::Floor();
+  triangle.shape = PatchShape::kTriangle;
+  const auto geometry = test::GeometryOf({triangle, test::Ceiling(kHeight)});
+  const TransferEnd receiver = MakeTransferEnd(geometry[0], {});
+  RadiantEnd source;
+  source.end = MakeTransferEnd(geometry[1], {});
+  source.radiosity.fill(1);
+  const Kernel kernel = NearKernel(receiver, source.end);
+  const NearCode code = EncodeNear(receiver, source, kernel, kAll);
+  ASSERT_TRUE(code.error);
+  // The loss by hand, node by node.
+  Kernel rebuilt = QuadratureKernel(receiver, source.end);
+  float all = 0;
+  float all_rebuilt = 0;
+  for (size_t i = 0; i < kernel.size(); ++i) {
+    all += kernel[i];
+    all_rebuilt += rebuilt[i];
+  }
+  double square = 0;
+  for (size_t g = 0; g < receiver.node_count; ++g) {
+    double loss = 0;
+    for (size_t q = 0; q < kTransferNodes; ++q) {
+      const size_t i = g * kTransferNodes + q;
+      loss += static_cast<double>(rebuilt[i] * all / all_rebuilt - kernel[i]);
+    }
+    square += loss * loss / static_cast<double>(receiver.node_count);
+  }
+  ASSERT_GT(square, 0);
+  // The sum has eleven bits.
+  EXPECT_NEAR(*code.error, std::sqrt(square), 0.02 * std::sqrt(square));
+}
+
 TEST(NearCode, HasNoErrorWhereQuadratureIsZero) {
   const FacingSquares squares(1);
   EXPECT_FALSE(squares.Encoded(squares.Near(), 0).error);

@@ -112,7 +112,7 @@ TEST(SourceGroups, SendTheMeanOfTheirPatches) {
     squared += area * static_cast<double>(b * b);
   }
   const GroupRadiosity seen =
-      RadiosityOf(groups, bulb, patches, tree.Shape(), tree.Sent());
+      GroupRadiosityOf(groups, bulb, patches, tree.Shape(), tree.Sent());
   const auto area = static_cast<double>(bulb.area);
   const double mean = flux / area;
   EXPECT_NEAR(static_cast<double>(seen.mean[0]), mean, 1e-4 * mean);

@@ -158,6 +158,18 @@ TEST(Study, GoesOnWhereItWasKilled) {
   EXPECT_NE(again.out.find("parallel 1 progressive 2000\n"), std::string::npos);
 }
 
+TEST(Study, LosesNoLineThatItDoesNotKnow) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "study");
+  const std::string file = folder / "study/parallel.jsonl";
+  const std::string foreign = "{\"key\":\"of another version\"}\n";
+  WriteFile(file, foreign + "{\"key\":\"torn");
+  ASSERT_EQ(RunSmallStudy(folder).exit_code, 0);
+  EXPECT_EQ(ReadFile(file).substr(0, foreign.size()), foreign);
+  EXPECT_EQ(ReadFile(file).find("torn"), std::string::npos);
+  EXPECT_EQ(LoadStudy(file).size(), 2U);
+}
+
 ProgramResult RunOnFullDisk(const std::string& experiment,
                             const std::string& value,
                             rlim_t most_bytes,
