@@ -31,9 +31,8 @@ class WeakDraws : public ::testing::Test {
 
   // Four standard deviations of the share, if its mean is `probability`.
   static double Tolerance(double probability) {
-    return 4 *
-           std::sqrt(probability * (1 - probability) /
-                     static_cast<double>(kDraws));
+    return 4 * std::sqrt(probability * (1 - probability) /
+                         static_cast<double>(kDraws));
   }
 
   const Basis basis_ = Basis(2);
@@ -63,8 +62,7 @@ TEST_F(WeakDraws, KeepDarkSourcesByTheirFormFactor) {
 // A pair that was chosen with a probability is kept with the rest of what it
 // needs; one that needs more is kept whenever it was chosen.
 TEST_F(WeakDraws, TakeIntoAccountHowThePairWasChosen) {
-  const WeakBounds rare = {
-      .brightness = 6, .form_factor = 0.1F, .drawn = 0.5F};
+  const WeakBounds rare = {.brightness = 6, .form_factor = 0.1F, .drawn = 0.5F};
   EXPECT_FLOAT_EQ(WeakDraw(pair_, rare, 0).Probability(), 0.3F);
   EXPECT_NEAR(ShareOfKept(rare), 0.6, Tolerance(0.6));
   const WeakBounds frequent = {
