@@ -175,7 +175,7 @@ double RawRate(RTCScene scene,
   return best;
 }
 
-double OurRate(const std::vector<const CellBlockers*>& cells,
+double OurRate(const std::vector<const RayBlockers*>& cells,
                const std::vector<SegmentPacket>& packets) {
   uint64_t sum = 0;
   const double rate = RaysPerSecond([&] {

@@ -133,12 +133,12 @@ uint64_t CellTurn::FindReceivers() {
   CoverOptions options;
   options.tau = kCoverShare * state.tau;
   options.seed = context_->SeedOfRound();
-  const auto occluder = context_->pager.Occluder(cell_.id);
+  const auto blockers = context_->pager.RayBlockersOf(cell_.id);
   Covers covers = FindCovers(options,
                              {cell_.id,
                               patches,
                               cell_.geometry->clusters.get(),
-                              occluder.get(),
+                              blockers.get(),
                               &light});
   cell_.receivers_charge = context_->pager.Items().Reserve(
       ClusterTree::BytesFor(covers.receivers.size()) +

@@ -13,7 +13,7 @@
 
 namespace enfilade {
 
-class CellBlockers {
+class RayBlockers {
  public:
   std::unique_ptr<EmbreeScene> scene;  // null if nothing blocks
   std::array<float, 3> low{}, high{};  // bounds of the blockers
@@ -189,7 +189,7 @@ PacketBox BoxOf(const typename Query<n>::Rays& rays, const Ends<n>& to) {
   return box;
 }
 
-bool Misses(const PacketBox& box, const CellBlockers& cell) {
+bool Misses(const PacketBox& box, const RayBlockers& cell) {
   for (size_t k = 0; k < 3; ++k) {
     if (box.low[k] > cell.high[k] || box.high[k] < cell.low[k]) {
       return true;
@@ -200,7 +200,7 @@ bool Misses(const PacketBox& box, const CellBlockers& cell) {
 
 // Occluded for packets of up to n segments.
 template <size_t n>
-uint32_t OccludedLanes(std::span<const CellBlockers* const> blockers,
+uint32_t OccludedLanes(std::span<const RayBlockers* const> blockers,
                        const SegmentPacket& packet) {
   // The code below fills these; clearing them first would cost a few percent.
   // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init)
@@ -213,7 +213,7 @@ uint32_t OccludedLanes(std::span<const CellBlockers* const> blockers,
   // NOLINTEND(cppcoreguidelines-pro-type-member-init)
   rtcInitIntersectContext(&context);
   uint32_t blocked = 0;
-  for (const CellBlockers* cell : blockers) {
+  for (const RayBlockers* cell : blockers) {
     if (cell->scene == nullptr || Misses(box, *cell)) {
       continue;
     }
@@ -243,7 +243,7 @@ Point3 OcclusionDevice::Origin() const {
   return impl_->origin;
 }
 
-std::shared_ptr<const CellBlockers> OcclusionDevice::Build(
+std::shared_ptr<const RayBlockers> OcclusionDevice::Build(
     const CellPatches& cell) const {
   std::vector<LocalQuad> quads;
   std::vector<LocalTriangle> triangles;
@@ -261,7 +261,7 @@ std::shared_ptr<const CellBlockers> OcclusionDevice::Build(
       quads.push_back({at(0), at(1), at(2), at(3)});
     }
   }
-  auto blockers = std::make_shared<CellBlockers>();
+  auto blockers = std::make_shared<RayBlockers>();
   if (quads.empty() && triangles.empty()) {
     return blockers;
   }
@@ -288,12 +288,12 @@ uint64_t BlockersBuildBytes(size_t blockers) {
   return kSceneBytes + blockers * kBuildBytesPerBlocker;
 }
 
-uint64_t BlockersBytes(const CellBlockers& blockers) {
-  return sizeof(CellBlockers) +
+uint64_t BlockersBytes(const RayBlockers& blockers) {
+  return sizeof(RayBlockers) +
          (blockers.scene == nullptr ? 0 : blockers.scene->Bytes());
 }
 
-uint32_t Occluded(std::span<const CellBlockers* const> blockers,
+uint32_t Occluded(std::span<const RayBlockers* const> blockers,
                   const SegmentPacket& packet) {
   ENFILADE_CHECK(packet.count <= kLanes, "{} segments", packet.count);
   if (packet.count == 0) {

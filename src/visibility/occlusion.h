@@ -29,7 +29,7 @@ struct SegmentPacket {
 };
 
 // The blockers of one cell, immutable after building. Thread-safe queries.
-class CellBlockers;
+class RayBlockers;
 
 // Embree's device: one per process. Counts Embree's memory against the budget
 // (rtcSetDeviceMemoryMonitorFunction); a build that does not fit throws
@@ -43,7 +43,7 @@ class OcclusionDevice {
   OcclusionDevice(const OcclusionDevice&) = delete;
   OcclusionDevice& operator=(const OcclusionDevice&) = delete;
 
-  [[nodiscard]] std::shared_ptr<const CellBlockers> Build(
+  [[nodiscard]] std::shared_ptr<const RayBlockers> Build(
       const CellPatches& cell) const;
 
   [[nodiscard]] Point3 Origin() const;
@@ -62,12 +62,12 @@ uint64_t BlockersHeldBytes(size_t blockers);
 uint64_t BlockersBuildBytes(size_t blockers);
 
 // Bytes that the blockers hold, Embree's share included.
-uint64_t BlockersBytes(const CellBlockers& blockers);
+uint64_t BlockersBytes(const RayBlockers& blockers);
 
 // Bit i of the result says whether any of the blockers blocks segment i.
 // Segments are shortened a little at both ends so that the surfaces they start
 // and end on do not block them.
-uint32_t Occluded(std::span<const CellBlockers* const> blockers,
+uint32_t Occluded(std::span<const RayBlockers* const> blockers,
                   const SegmentPacket& packet);
 
 // Rays traced by Occluded so far in this process.

@@ -113,8 +113,8 @@ class Scenery {
     CellPatches cell;
     cell.bounds = {{-100, -100, -100}, {100, 100, 100}};
     cell.patches = std::move(patches);
-    occluder_ = device_.Build(cell);
-    blockers_.occluders = {occluder_.get()};
+    ray_blockers_ = device_.Build(cell);
+    blockers_.rays = {ray_blockers_.get()};
     blockers_.shafts = {&shaft_};
   }
 
@@ -123,7 +123,7 @@ class Scenery {
  private:
   MemoryBudget budget_;
   OcclusionDevice device_;
-  std::shared_ptr<const CellBlockers> occluder_;
+  std::shared_ptr<const RayBlockers> ray_blockers_;
   ShaftBlockers shaft_;
   Blockers blockers_;
 };

@@ -148,7 +148,7 @@ TEST_F(LeastMemoryOfFloor, GeometryIsForeseen) {
   uint64_t foreseen = 0;
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
     taken += pager.Geometry(CellId(i))->SizeBytes() +
-             pager.Obstacles(CellId(i))->SizeBytes();
+             pager.ShaftBlockersOf(CellId(i))->SizeBytes();
     const CellPatches stored = LoadCellPatches(*store_, CellId(i));
     size_t triangles = 0;
     for (const Portal& p : partition_.portals) {

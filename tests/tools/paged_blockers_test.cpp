@@ -154,7 +154,7 @@ TEST_F(PagedFloor, MakingRoomEvictsALittleMoreThanItMust) {
   uint64_t largest = 0;  // of all that came in for one cell
   for (size_t i = 0; i < partition_.cells.size(); ++i) {
     const uint64_t before = pages.budget.UsedBytes();
-    pages.pager.Obstructions(CellId(i));
+    pages.pager.BlockersOf(CellId(i));
     pages.pager.Tree(CellId(i));
     largest = std::max(largest, pages.budget.UsedBytes() - before);
   }

@@ -27,10 +27,10 @@ void SetSegment(SegmentPacket& packet, Point3 from, Point3 to) {
   packet.to_z[i] = static_cast<float>(to.z);
 }
 
-bool Blocked(const CellBlockers& blockers, Point3 from, Point3 to) {
+bool Blocked(const RayBlockers& blockers, Point3 from, Point3 to) {
   SegmentPacket packet;
   SetSegment(packet, from, to);
-  const std::array<const CellBlockers*, 1> all = {&blockers};
+  const std::array<const RayBlockers*, 1> all = {&blockers};
   return Occluded(all, packet) == 1;
 }
 
@@ -173,7 +173,7 @@ TEST(Occlusion, PacketOverCellsEqualsSegmentsOneByOne) {
   const OcclusionDevice device(budget, {});
   const auto first = device.Build(Furnished(20, 2));
   const auto second = device.Build(Furnished(20, 3));
-  const std::array<const CellBlockers*, 2> both = {first.get(), second.get()};
+  const std::array<const RayBlockers*, 2> both = {first.get(), second.get()};
   Random random(4);
   int blocked_segments = 0;
   for (int i = 0; i < 500; ++i) {
@@ -256,7 +256,7 @@ TEST(Occlusion, PacketsEndWithinTheAlarm) {
   MemoryBudget budget(kRoomy);
   const OcclusionDevice device(budget, {});
   const auto cell = device.Build(Furnished(2000, 9));
-  const std::array<const CellBlockers*, 1> all = {cell.get()};
+  const std::array<const RayBlockers*, 1> all = {cell.get()};
   std::vector<uint32_t> bits(20000);
   const auto trace = [&](size_t i) {
     Random random(i);

@@ -222,22 +222,24 @@ std::optional<CellTree> CellTree::LoadElements(
     ++key.c;
     ReadBlock(store, key, [&](ByteReader& in) {
       const auto parents = in.GetArray<uint32_t>();
-      if (parents.empty() ||
-          parents.size() > counts->parents - tree.parents_.Size()) {
-        throw DamagedStoreError("it is of another state than the first page");
-      }
-      for (const uint32_t parent : parents) {
-        if (parent >= tree.elements_.Size() ||
-            tree.elements_[parent].first_child != 0) {
-          throw DamagedStoreError("it splits an element that cannot be split");
-        }
-        tree.AppendChildren(parent,
-                            tree.patch_shapes_[tree.elements_[parent].patch]);
-      }
+      tree.SplitStored(parents, counts->parents - tree.parents_.Size());
       return parents.size();
     });
   }
   return tree;
+}
+
+// `left`: how many elements of the stored tree are still to be split.
+void CellTree::SplitStored(std::span<const uint32_t> parents, uint64_t left) {
+  if (parents.empty() || parents.size() > left) {
+    throw DamagedStoreError("it is of another state than the first page");
+  }
+  for (const uint32_t parent : parents) {
+    if (parent >= elements_.Size() || elements_[parent].first_child != 0) {
+      throw DamagedStoreError("it splits an element that cannot be split");
+    }
+    AppendChildren(parent, patch_shapes_[elements_[parent].patch]);
+  }
 }
 
 std::optional<CellTree> CellTree::Load(const BlockStorage& store,

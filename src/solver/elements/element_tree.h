@@ -142,6 +142,7 @@ class CellTree {
   void AppendRoots(std::span<const PatchGeometry> patches);
   void GrowCoefficients();
   void AppendChildren(uint32_t parent, PatchShape patch_shape);
+  void SplitStored(std::span<const uint32_t> parents, uint64_t left);
   void Split(ElementId e, PatchShape patch_shape);
 
   TreeShape shape_;

@@ -92,66 +92,66 @@ CellPager::ReadCell CellPager::ReadPatches(CellId cell) {
   return read;
 }
 
-std::shared_ptr<const ShaftBlockers> CellPager::Obstacles(CellId cell) {
-  const ItemKey key{ItemKind::kObstacles, cell.value};
+std::shared_ptr<const ShaftBlockers> CellPager::ShaftBlockersOf(CellId cell) {
+  const ItemKey key{ItemKind::kShaftBlockers, cell.value};
   if (!items_.Has(key)) {
-    MakeObstacles(cell, ReadPatches(cell));
+    MakeShaftBlockers(cell, ReadPatches(cell));
   }
   return items_.Use<const ShaftBlockers>(key);
 }
 
-std::shared_ptr<const CellBlockers> CellPager::Occluder(CellId cell) {
-  const ItemKey key{ItemKind::kOccluder, cell.value};
+std::shared_ptr<const RayBlockers> CellPager::RayBlockersOf(CellId cell) {
+  const ItemKey key{ItemKind::kRayBlockers, cell.value};
   if (!items_.Has(key)) {
-    MakeOccluder(cell, ReadPatches(cell));
+    MakeRayBlockers(cell, ReadPatches(cell));
   }
-  return items_.Use<const CellBlockers>(key);
+  return items_.Use<const RayBlockers>(key);
 }
 
-CellPager::CellObstructions CellPager::Obstructions(CellId cell) {
-  const ItemKey shafts{ItemKind::kObstacles, cell.value};
-  const ItemKey rays{ItemKind::kOccluder, cell.value};
-  CellObstructions both;
-  both.obstacles = items_.Use<const ShaftBlockers>(shafts);
-  if (both.obstacles == nullptr || !items_.Has(rays)) {
+CellPager::CellBlockers CellPager::BlockersOf(CellId cell) {
+  const ItemKey of_shafts{ItemKind::kShaftBlockers, cell.value};
+  const ItemKey of_rays{ItemKind::kRayBlockers, cell.value};
+  CellBlockers both;
+  both.shafts = items_.Use<const ShaftBlockers>(of_shafts);
+  if (both.shafts == nullptr || !items_.Has(of_rays)) {
     const ReadCell read = ReadPatches(cell);
-    if (both.obstacles == nullptr) {
-      MakeObstacles(cell, read);
-      both.obstacles = items_.Use<const ShaftBlockers>(shafts);
+    if (both.shafts == nullptr) {
+      MakeShaftBlockers(cell, read);
+      both.shafts = items_.Use<const ShaftBlockers>(of_shafts);
     }
-    if (!items_.Has(rays)) {
-      MakeOccluder(cell, read);
+    if (!items_.Has(of_rays)) {
+      MakeRayBlockers(cell, read);
     }
   }
-  both.occluder = items_.UseAlong<const CellBlockers>(rays);
+  both.rays = items_.UseAlong<const RayBlockers>(of_rays);
   return both;
 }
 
-void CellPager::MakeObstacles(CellId cell, const ReadCell& read) {
-  // The room includes the patches while the obstacles are made from them.
+void CellPager::MakeShaftBlockers(CellId cell, const ReadCell& read) {
+  // The room includes the patches while the blockers are made from them.
   const size_t count = BlockerCount(read.patches);
   const uint64_t room = ShaftBlockers::BytesFor(count);
   MemoryCharge work =
       items_.Reserve(room + count * sizeof(PatchGeometry), kBlockersPurpose);
-  auto obstacles =
-      std::make_shared<ShaftBlockers>(maker_.MakeObstacles(read.patches));
+  auto blockers =
+      std::make_shared<ShaftBlockers>(maker_.MakeShaftBlockers(read.patches));
   work.Reset();
-  const uint64_t bytes = obstacles->SizeBytes();
+  const uint64_t bytes = blockers->SizeBytes();
   items_.MakeRoom(bytes, kBlockersPurpose);
-  items_.Insert({ItemKind::kObstacles, cell.value},
-                std::move(obstacles),
+  items_.Insert({ItemKind::kShaftBlockers, cell.value},
+                std::move(blockers),
                 {bytes, bytes, read.bytes});
 }
 
-void CellPager::MakeOccluder(CellId cell, const ReadCell& read) {
+void CellPager::MakeRayBlockers(CellId cell, const ReadCell& read) {
   // Embree charges the budget itself; MakeRoom here only makes the room.
   const uint64_t estimate = BlockersBuildBytes(BlockerCount(read.patches));
   items_.MakeRoom(estimate, kBlockersPurpose);
   budget_->Release(estimate);
-  const std::shared_ptr<const CellBlockers> blockers =
+  const std::shared_ptr<const RayBlockers> blockers =
       device_->Build(read.patches);
-  items_.Insert({ItemKind::kOccluder, cell.value},
-                std::const_pointer_cast<CellBlockers>(blockers),
+  items_.Insert({ItemKind::kRayBlockers, cell.value},
+                std::const_pointer_cast<RayBlockers>(blockers),
                 {BlockersBytes(*blockers), 0, read.bytes});
 }
 
@@ -166,10 +166,10 @@ bool CellPager::CanHoldBlockers(const std::vector<CellId>& cells) const {
       build = std::max(build, held > 0 ? 0 : more);
     };
     const uint64_t held = BlockersHeldBytes(patches);
-    add(ItemKind::kObstacles,
+    add(ItemKind::kShaftBlockers,
         ShaftBlockers::BytesFor(patches),
         patches * sizeof(PatchGeometry));
-    add(ItemKind::kOccluder, held, BlockersBuildBytes(patches) - held);
+    add(ItemKind::kRayBlockers, held, BlockersBuildBytes(patches) - held);
   }
   // Pinned items cannot be evicted when the memory of the process comes near
   // the cap.

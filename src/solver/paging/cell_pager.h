@@ -49,16 +49,16 @@ class CellPager {
 
   // What stands in a cell, for shafts and for rays. Cells between a receiver
   // and a source need nothing else.
-  std::shared_ptr<const ShaftBlockers> Obstacles(CellId cell);
-  std::shared_ptr<const CellBlockers> Occluder(CellId cell);
+  std::shared_ptr<const ShaftBlockers> ShaftBlockersOf(CellId cell);
+  std::shared_ptr<const RayBlockers> RayBlockersOf(CellId cell);
 
-  struct CellObstructions {
-    std::shared_ptr<const ShaftBlockers> obstacles;
-    std::shared_ptr<const CellBlockers> occluder;
+  struct CellBlockers {
+    std::shared_ptr<const ShaftBlockers> shafts;
+    std::shared_ptr<const RayBlockers> rays;
   };
 
   // Returns both; reads the cell at most once.
-  CellObstructions Obstructions(CellId cell);
+  CellBlockers BlockersOf(CellId cell);
 
   // Whether the blockers of all these cells fit in memory at once, beside
   // everything that is pinned.
@@ -140,8 +140,8 @@ class CellPager {
   };
 
   ReadCell ReadPatches(CellId cell);
-  void MakeObstacles(CellId cell, const ReadCell& read);
-  void MakeOccluder(CellId cell, const ReadCell& read);
+  void MakeShaftBlockers(CellId cell, const ReadCell& read);
+  void MakeRayBlockers(CellId cell, const ReadCell& read);
 
   template <typename T, typename Bytes, typename Read>
   std::shared_ptr<T> UseStored(const ItemKey& key,

@@ -18,11 +18,11 @@ CellsBetween::CellsBetween(CellPager& pager,
 }
 
 void CellsBetween::Pin(CellId cell) {
-  const auto both = pager_->Obstructions(cell);
-  pins_.push_back(both.obstacles);
-  blockers_.shafts.push_back(both.obstacles.get());
-  pins_.push_back(both.occluder);
-  blockers_.occluders.push_back(both.occluder.get());
+  const auto both = pager_->BlockersOf(cell);
+  pins_.push_back(both.shafts);
+  blockers_.shafts.push_back(both.shafts.get());
+  pins_.push_back(both.rays);
+  blockers_.rays.push_back(both.rays.get());
 }
 
 void CellsBetween::Hold() {
@@ -38,7 +38,7 @@ void CellsBetween::Hold() {
 
 void CellsBetween::Release() {
   blockers_.shafts.clear();
-  blockers_.occluders.clear();
+  blockers_.rays.clear();
   pins_.clear();
 }
 

@@ -194,8 +194,8 @@ uint64_t ItemCache::NextUseOf(const ItemKey& key) const {
       return order_->OfTurn(cell);
     case ItemKind::kWeights:
       return order_->OfWeights(cell);
-    case ItemKind::kObstacles:
-    case ItemKind::kOccluder:
+    case ItemKind::kShaftBlockers:
+    case ItemKind::kRayBlockers:
       return order_->OfBlockers(cell);
     case ItemKind::kLinks:
       return order_->OfLinks(cell, key.Source());

@@ -17,8 +17,8 @@ CachedThing ThingOf(const ItemKey& key) {
     case ItemKind::kLinks:
       return {{BlockKind::kLinks, key.cell, key.Source().value, key.chunk}};
     case ItemKind::kGeometry:
-    case ItemKind::kObstacles:
-    case ItemKind::kOccluder:
+    case ItemKind::kShaftBlockers:
+    case ItemKind::kRayBlockers:
       break;
   }
   return {{BlockKind::kCellPatches, key.cell}, static_cast<uint32_t>(key.kind)};

@@ -13,8 +13,8 @@ namespace enfilade {
 
 enum class ItemKind : uint8_t {
   kGeometry,
-  kObstacles,
-  kOccluder,
+  kShaftBlockers,
+  kRayBlockers,
   kTree,
   kElements,
   kDelta,

@@ -71,8 +71,8 @@ uint32_t PagedBlockers::Occlude(const SegmentPacket& packet, uint32_t blocked) {
       continue;
     }
     const std::lock_guard lock(mutex_);
-    const auto occluder = pager_->Occluder(cell.id);
-    const CellBlockers* const blockers[] = {occluder.get()};
+    const auto held = pager_->RayBlockersOf(cell.id);
+    const RayBlockers* const blockers[] = {held.get()};
     const uint32_t hit = Occluded(blockers, part.packet);
     for (uint32_t k = 0; k < part.packet.count; ++k) {
       blocked |= (hit >> k & 1) << part.lane[k];
@@ -87,7 +87,7 @@ bool PagedBlockers::LeaveEmpty(const Shaft& shaft) {
       return true;
     }
     const std::lock_guard lock(mutex_);
-    return pager_->Obstacles(cell.id)->LeaveEmpty(shaft);
+    return pager_->ShaftBlockersOf(cell.id)->LeaveEmpty(shaft);
   });
 }
 
@@ -97,7 +97,7 @@ ShadowSum PagedBlockers::SumOfShadows(const CastShadow& shadow,
   for (const Cell& cell : cells_) {
     if (sum.Larger() < enough && !shadow.Misses(cell.box)) {
       const std::lock_guard lock(mutex_);
-      sum.Add(pager_->Obstacles(cell.id)->SumOfShadows(shadow, enough));
+      sum.Add(pager_->ShaftBlockersOf(cell.id)->SumOfShadows(shadow, enough));
     }
   }
   return sum;

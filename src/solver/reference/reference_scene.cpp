@@ -98,8 +98,8 @@ ReferenceScene::ReferenceScene(const BlockStorage& store,
       patches_.push_back(MakePatchGeometry(
           p, scene.materials.at(p.material.Index()), device_.Origin()));
     }
-    occluders_.push_back(device_.Build(cell));
-    blockers_.push_back(occluders_.back().get());
+    held_blockers_.push_back(device_.Build(cell));
+    blockers_.push_back(held_blockers_.back().get());
   }
   cell_begins_.push_back(patches_.size());
   size_t strips = 0;

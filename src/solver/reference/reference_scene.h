@@ -164,8 +164,8 @@ class ReferenceScene {
   std::vector<bool> sees_;             // per patch: faces another
   float reach_ = 0;                    // m, longer than the scene
   OcclusionDevice device_;
-  std::vector<std::shared_ptr<const CellBlockers>> occluders_;
-  std::vector<const CellBlockers*> blockers_;
+  std::vector<std::shared_ptr<const RayBlockers>> held_blockers_;
+  std::vector<const RayBlockers*> blockers_;
   MemoryCharge charge_;
   MemoryCharge strip_charge_;
 };

@@ -58,13 +58,13 @@ class Search {
          const CoverSide& cell,
          size_t patch,
          uint64_t key,
-         std::span<const CellBlockers* const> occluders,
+         std::span<const RayBlockers* const> blockers,
          Found* all)
       : options_(&options),
         cell_(&cell),
         index_(patch),
         patch_(&cell.patches[patch]),
-        sampler_(*patch_, occluders),
+        sampler_(*patch_, blockers),
         key_(key),
         all_(all) {}
 
@@ -194,7 +194,7 @@ bool FindWith(const CoverOptions& options,
               const CoverSide& cell,
               Covers* covers) {
   const auto& patches = cell.patches;
-  const CellBlockers* const occluders[] = {cell.occluders};
+  const RayBlockers* const blockers[] = {cell.blockers};
   Found found;
   found.most = options.most_receivers;
   std::vector<Finding> findings(patches.size());
@@ -204,7 +204,7 @@ bool FindWith(const CoverOptions& options,
                           cell,
                           i,
                           MixKey(MixKey(options.seed, cell.id.value), i),
-                          occluders,
+                          blockers,
                           &found);
       findings[i] = search.Run();
     }

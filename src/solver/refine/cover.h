@@ -39,7 +39,7 @@ struct CoverSide {
   CellId id;
   std::span<const PatchGeometry> patches;
   const ClusterTree* clusters = nullptr;  // of all patches
-  const CellBlockers* occluders = nullptr;
+  const RayBlockers* blockers = nullptr;
   const ReflectedLight* light = nullptr;
 };
 

@@ -226,7 +226,7 @@ uint32_t CoverSampler::Look(std::span<const Suspect> suspects,
     packet.to_z[i] = to.z;
   }
   packet.count = static_cast<uint32_t>(suspects.size());
-  return Occluded(occluders_, packet);
+  return Occluded(blockers_, packet);
 }
 
 }  // namespace enfilade

@@ -27,8 +27,8 @@ struct CoverLimit {
 class CoverSampler {
  public:
   CoverSampler(const PatchGeometry& patch,
-               std::span<const CellBlockers* const> occluders)
-      : patch_(&patch), directions_(patch), occluders_(occluders) {}
+               std::span<const RayBlockers* const> blockers)
+      : patch_(&patch), directions_(patch), blockers_(blockers) {}
 
   // The share of the element that is covered, in [0, 1], by points on its
   // `candidates` (cover_candidates.h), clipped to it. Adds the number of rays
@@ -66,7 +66,7 @@ class CoverSampler {
 
   const PatchGeometry* patch_;
   CosineDirections directions_;
-  std::span<const CellBlockers* const> occluders_;
+  std::span<const RayBlockers* const> blockers_;
 };
 
 }  // namespace enfilade

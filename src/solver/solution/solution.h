@@ -29,6 +29,7 @@ class Solution {
  public:
   // Throws InputError if the store holds no solution yet.
   Solution(const BlockStorage& store, MemoryBudget& budget);
+  ~Solution() = default;
   Solution(const Solution&) = delete;
   Solution& operator=(const Solution&) = delete;
 

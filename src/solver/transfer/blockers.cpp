@@ -5,7 +5,7 @@
 namespace enfilade {
 
 uint32_t Blockers::Occlude(const SegmentPacket& packet) const {
-  const uint32_t blocked = Occluded(occluders, packet);
+  const uint32_t blocked = Occluded(rays, packet);
   return distant == nullptr ? blocked : distant->Occlude(packet, blocked);
 }
 

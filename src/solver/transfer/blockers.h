@@ -35,8 +35,8 @@ class DistantBlockers {
 };
 
 struct Blockers {
-  std::vector<const CellBlockers*> occluders;  // for rays
-  std::vector<const ShaftBlockers*> shafts;    // for proofs and shadows
+  std::vector<const RayBlockers*> rays;      // for rays
+  std::vector<const ShaftBlockers*> shafts;  // for proofs and shadows
   // The portals of each of two different cells: light between the cells crosses
   // a portal of each. Empty if both are the same cell.
   std::vector<const ShaftBlockers*> gates;

@@ -103,7 +103,7 @@ CellGeometry CellMaker::MakeGeometry(CellId cell,
   return geometry;
 }
 
-ShaftBlockers CellMaker::MakeObstacles(const CellPatches& stored) const {
+ShaftBlockers CellMaker::MakeShaftBlockers(const CellPatches& stored) const {
   std::vector<PatchGeometry> blockers;
   blockers.reserve(BlockerCount(stored));
   for (const Patch& patch : stored.patches) {

@@ -53,7 +53,8 @@ class CellMaker {
 
   // The blockers in a cell, for shafts. Besides the result, the call needs
   // memory for one PatchGeometry per blocker.
-  [[nodiscard]] ShaftBlockers MakeObstacles(const CellPatches& stored) const;
+  [[nodiscard]] ShaftBlockers MakeShaftBlockers(
+      const CellPatches& stored) const;
 
   // A box that holds all patches of a cell.
   [[nodiscard]] Box BoundsOf(CellId cell) const;

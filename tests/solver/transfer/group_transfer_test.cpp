@@ -43,9 +43,9 @@ class Scene {
     CellPatches cell;
     cell.bounds = {{-9, -9, -9}, {9, 9, 9}};
     cell.patches = patches_;
-    occluder_ = device_.Build(cell);
+    ray_blockers_ = device_.Build(cell);
     shafts_ = std::make_unique<ShaftBlockers>(geometry_);
-    all_.occluders = {occluder_.get()};
+    all_.rays = {ray_blockers_.get()};
     all_.shafts = {shafts_.get()};
   }
 
@@ -83,7 +83,7 @@ class Scene {
   TransferEnd receiver_;
   MemoryBudget budget_{1ULL << 30};
   OcclusionDevice device_{budget_, Point3{}};
-  std::shared_ptr<const CellBlockers> occluder_;
+  std::shared_ptr<const RayBlockers> ray_blockers_;
   std::unique_ptr<ShaftBlockers> shafts_;
   Blockers all_;
   RayCount rays_;

@@ -39,7 +39,7 @@ class BlockerModel {
     CellPatches cell;
     cell.bounds = {{-100, -100, -100}, {100, 100, 100}};
     cell.patches = patches;
-    occluder_ = device_.Build(cell);
+    ray_blockers_ = device_.Build(cell);
   }
 
   [[nodiscard]] const std::vector<PatchGeometry>& Patches() const {
@@ -68,7 +68,7 @@ class BlockerModel {
         AddSegment(points, &packet);
       }
     }
-    const CellBlockers* const blockers[] = {occluder_.get()};
+    const RayBlockers* const blockers[] = {ray_blockers_.get()};
     return packet.count == 0 ? 0
                              : __builtin_popcount(Occluded(blockers, packet));
   }
@@ -78,7 +78,7 @@ class BlockerModel {
   OcclusionDevice device_;
   std::vector<PatchGeometry> geometry_;
   ShaftBlockers shaft_;
-  std::shared_ptr<const CellBlockers> occluder_;
+  std::shared_ptr<const RayBlockers> ray_blockers_;
 };
 
 ElementFrame RandomElement(PatchShape shape, Random& random) {
