@@ -124,9 +124,9 @@ std::string EstimateText(const CostEstimate& estimate,
           : "";
   return fmt::format(
       "estimate  about {} links, {} elements, store {}, {} for error {} by {}\n"
-      "          (within a factor of {} either way, of more where bare lamps "
-      "hang in\n"
-      "          small white fixtures; time of {})\n"
+      "          (within a factor of {} either way, of more where lamps hang "
+      "in small\n"
+      "          white fixtures or below white coffers; time of {})\n"
       "least     --memory {}M{}\n",
       RoundedText(estimate.links),
       RoundedText(estimate.elements),

@@ -16,6 +16,7 @@ namespace {
 constexpr size_t kMostLineBytes = size_t{64} << 10;
 
 constexpr size_t kFields = 6;
+constexpr double kMostCoordinateM = 1e9;
 constexpr std::array<const char*, kFields> kNames = {
     "x", "y", "z", "nx", "ny", "nz"};
 constexpr const char* kResultColumns = "irradiance_r,irradiance_g,irradiance_b";
@@ -196,6 +197,19 @@ ProbeLine ProbeReader::Parse(const std::string& line) const {
                     line_number_,
                     CountColumns(line),
                     columns_));
+  }
+  if (!std::all_of(values.begin(), values.begin() + 3, [](double value) {
+        return std::abs(value) <= kMostCoordinateM;
+      })) {
+    throw InputError(
+        fmt::format("{}:{}: the point ({}, {}, {}) is farther than {:.0e} m "
+                    "from the origin",
+                    name_,
+                    line_number_,
+                    values[0],
+                    values[1],
+                    values[2],
+                    kMostCoordinateM));
   }
   ProbeLine result;
   result.text = line;

@@ -64,6 +64,12 @@ class DoesNotFitError : public Error {
       : Error(ExitCode::kDoesNotFit, what) {}
 };
 
+// What is under way needs more than the cap leaves. `what` names a larger cap.
+class NoRoomError : public DoesNotFitError {
+ public:
+  using DoesNotFitError::DoesNotFitError;
+};
+
 // A store's content contradicts its checksums or itself.
 class DamagedStoreError : public Error {
  public:

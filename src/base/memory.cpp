@@ -282,11 +282,13 @@ void MemoryBudget::Charge(uint64_t bytes,
         static_cast<double>(UsedBytes() + bytes + coming_bytes) / share_,
         kMostNamed));
     const uint64_t enough = CapForBudget(all + all / kMoreParts);
-    throw DoesNotFitError(fmt::format(
-        "no room for {}: {:.1f} MiB more than the memory cap "
+    const uint64_t lacking = bytes - std::min(bytes, FreeBytes());
+    throw NoRoomError(fmt::format(
+        "no room for {}: {:.1f} {} more than the memory cap "
         "leaves; run again with --memory {}M or more",
         what,
-        static_cast<double>(bytes - std::min(bytes, FreeBytes())) / (1 << 20),
+        static_cast<double>(lacking) / (lacking < 1 << 20 ? 1 << 10 : 1 << 20),
+        lacking < 1 << 20 ? "KiB" : "MiB",
         enough >> 20));
   }
 }

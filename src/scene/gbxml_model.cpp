@@ -60,9 +60,26 @@ bool Is(const pugi::xml_node& node, std::string_view name) {
   return full == name;
 }
 
+// All of the text that stands directly in a node, whatever divides it.
+std::string TextOf(const pugi::xml_node& node) {
+  std::string text;
+  for (const pugi::xml_node& child : node.children()) {
+    if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
+      text += child.value();
+    }
+  }
+  return text;
+}
+
 pugi::xml_node ChildOf(const pugi::xml_node& node, std::string_view name) {
   return node.find_child(
       [&](const pugi::xml_node& child) { return Is(child, name); });
+}
+
+// The name that a node gives itself, or else its id.
+std::string NameOf(const pugi::xml_node& node, const std::string& id) {
+  const std::string name = TextOf(ChildOf(node, "Name"));
+  return name.empty() ? id : name;
 }
 
 class ModelReader {
@@ -117,7 +134,7 @@ class ModelReader {
       }
       GbxmlSpace space;
       space.id = node.attribute("id").as_string();
-      space.name = ChildOf(node, "Name").text().as_string(space.id.c_str());
+      space.name = NameOf(node, space.id);
       at_ = fmt::format("Space '{}'", space.id);
       space.shell = ReadShell(node);
       at_.clear();
@@ -146,7 +163,7 @@ class ModelReader {
     GbxmlSurface surface;
     surface.id = node.attribute("id").as_string("without id");
     at_ = fmt::format("Surface '{}'", surface.id);
-    surface.name = ChildOf(node, "Name").text().as_string(surface.id.c_str());
+    surface.name = NameOf(node, surface.id);
     surface.type = node.attribute("surfaceType").as_string("Surface");
     surface.polygon = ReadPolygon(node);
     size_t neighbours = 0;
@@ -208,15 +225,15 @@ class ModelReader {
       if (!Is(coordinate, "Coordinate")) {
         continue;
       }
-      const std::vector<std::string_view> words =
-          Words(coordinate.text().get());
+      const std::string text = TextOf(coordinate);
+      const std::vector<std::string_view> words = Words(text);
       if (count == 3 || words.size() != 1 || !IsNumber(words[0])) {
         Fail(
             fmt::format("a CartesianPoint with coordinate '{}': give three "
                         "finite numbers",
-                        coordinate.text().get()));
+                        text));
       }
-      xyz[count++] = coordinate.text().as_double();
+      xyz[count++] = *ToNumber(words[0]);
     }
     if (count != 3) {
       Fail("a CartesianPoint needs three coordinates");

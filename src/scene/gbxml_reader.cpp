@@ -241,7 +241,12 @@ class GbxmlImport {
           repair_.cracks.moved,
           1e3 * repair_.cracks.greatest_move_m));
     }
-    add(repair_.dropped, "polygons without area were dropped");
+    if (repair_.dropped > 0) {
+      info_.notes.push_back(fmt::format(
+          "{} polygons without area were dropped, the first of Surface '{}'",
+          repair_.dropped,
+          repair_.first_dropped));
+    }
     add(shells.Turned(),
         "surfaces are wound against the rule that their normal points out of "
         "their first Space; their sides were found from the Spaces' shells");

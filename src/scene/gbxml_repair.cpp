@@ -39,9 +39,14 @@ GbxmlRepair RepairGbxmlModel(MemoryBudget& budget, GbxmlModel& model) {
     return Thickness(shape.polygon) < kLeastThicknessMetres;
   };
   for (GbxmlSurface& surface : model.surfaces) {
-    repair.dropped += std::erase_if(surface.openings, is_thin);
+    const size_t thin =
+        std::erase_if(surface.openings, is_thin) + (is_thin(surface) ? 1U : 0U);
+    if (repair.dropped == 0 && thin > 0) {
+      repair.first_dropped = surface.id;
+    }
+    repair.dropped += thin;
   }
-  repair.dropped += std::erase_if(model.surfaces, is_thin);
+  std::erase_if(model.surfaces, is_thin);
   return repair;
 }
 

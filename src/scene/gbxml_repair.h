@@ -8,12 +8,14 @@
 #include "scene/gbxml_model.h"
 
 #include <cstdint>
+#include <string>
 
 namespace enfilade {
 
 struct GbxmlRepair {
   CrackSummary cracks;
-  uint64_t dropped = 0;  // polygons without area
+  uint64_t dropped = 0;       // polygons without area
+  std::string first_dropped;  // the Surface of the first of them
 };
 
 // Makes surfaces that come within 3 mm of each other touch (crack_closer.h);

@@ -168,9 +168,10 @@ void AddCounts(const std::filesystem::path& scene,
 
 // Rejects sizes that no building has: the unit is then a wrong one, and the
 // tolerances in metres would not fit the scene.
-void CheckSize(const std::filesystem::path& scene,
-               const Box3& bounds,
-               bool is_told) {
+// Returns a note if the size is unlikely.
+std::string CheckSize(const std::filesystem::path& scene,
+                      const Box3& bounds,
+                      bool is_told) {
   constexpr double kLargestM = 2000;
   constexpr double kSmallestM = 0.5;
   constexpr double kSmallestToldM = 1e-3;
@@ -194,6 +195,13 @@ void CheckSize(const std::filesystem::path& scene,
         scene.string(),
         size));
   }
+  return size > kLargestM || size < kSmallestM
+             ? fmt::format(
+                   "the scene is {:.4g} m long by the --unit that was given; "
+                   "if "
+                   "it is not, solve it anew with the right one",
+                   size)
+             : std::string();
 }
 
 void CheckHasLight(const std::filesystem::path& scene,
@@ -229,9 +237,13 @@ void AddDefaultLuminaires(const std::filesystem::path& scene,
   if (laid == 0) {
     throw InputError(fmt::format(
         "{}: no ceiling was found to lay default luminaires on (taking {} as "
-        "up and the unit as a metre); give a material an exitance instead",
+        "up and the unit as a metre); give a material an exitance instead{}",
         scene.string(),
-        up_axis));
+        up_axis,
+        input.has_spaces
+            ? ", or add --strip-spaces if the surfaces do not say which Spaces "
+              "they bound"
+            : ""));
   }
   info.materials.push_back(DefaultLuminaireMaterial(info.photometric));
   info.notes.push_back(
@@ -329,7 +341,11 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   materials.ThrowIfRefused();
   if (format == SceneFormat::kObj) {
     CheckHasFaces(scene, info, writer.Bounds());
-    CheckSize(scene, writer.Bounds(), options.unit.has_value());
+    std::string note =
+        CheckSize(scene, writer.Bounds(), options.unit.has_value());
+    if (!note.empty()) {
+      info.notes.push_back(std::move(note));
+    }
   }
   for (std::string& note : materials.NotesOnUnusedRules()) {
     info.notes.push_back(std::move(note));

@@ -132,6 +132,9 @@ class OverrideParser {
     rule.section = section;
     rule.glob = glob;
     rule.line = Line();
+    if (glob.find('\0') != std::string::npos) {
+      Fail("a name has a zero character, which no name in a scene has");
+    }
     if (!properties.is_object()) {
       Fail(fmt::format("'{}' must be an object of properties", glob));
     }

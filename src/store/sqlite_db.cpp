@@ -14,6 +14,7 @@ namespace enfilade::internal {
 namespace {
 
 constexpr std::string_view kUnknownFormat = "unsupported file format";
+constexpr std::string_view kUnknownName = "no such ";  // table or column
 
 // How long to wait while a reader or writer briefly locks the file.
 constexpr int kBusyMilliseconds = 5000;
@@ -83,7 +84,7 @@ Database::~Database() {
 void Database::Execute(const char* sql) {
   const int code = sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) {
-    Throw(code, InTransaction() ? "write" : "open");
+    Throw(code, "use");
   }
 }
 
@@ -112,10 +113,11 @@ void Database::Throw(int code, std::string_view doing) const {
                  name_,
                  doing,
                  reason);
-  // For a header with an unknown schema format SQLite reports only the general
-  // SQLITE_ERROR.
+  // For a header with an unknown schema format, and a schema that lacks what
+  // every store has, SQLite reports only the general SQLITE_ERROR.
   const bool is_unknown = primary == SQLITE_ERROR &&
-                          reason.find(kUnknownFormat) != std::string::npos;
+                          (reason.find(kUnknownFormat) != std::string::npos ||
+                           reason.find(kUnknownName) != std::string::npos);
   if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB ||
       code == SQLITE_IOERR_SHORT_READ || is_unknown) {
     throw DamagedStoreError(
@@ -136,8 +138,15 @@ void Database::Throw(int code, std::string_view doing) const {
                     "kept: make room and resume",
                     name_));
   }
-  throw DiskError(
-      fmt::format("{}: cannot {} the store: {}", name_, doing, reason));
+  throw DiskError(fmt::format(
+      "{}: cannot {} the store: {}{}",
+      name_,
+      doing,
+      reason,
+      primary == SQLITE_IOERR
+          ? "; everything up to the last commit is kept: resume when the disk, "
+            "or a limit on the size of files, allows it"
+          : ""));
 }
 
 Statement::Statement(Database& database, const char* sql)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 
 #include <fmt/format.h>
 
@@ -75,9 +76,20 @@ std::shared_ptr<EmbreeDevice> EmbreeDevice::Create(MemoryBudget& budget) {
 // it on the whole process.
 EmbreeDevice::EmbreeDevice(MemoryBudget& budget)
     : budget_(&budget), device_(rtcNewDevice("max_isa=avx2")) {
-  ENFILADE_CHECK(device_ != nullptr,
-                 "Embree error {} on opening its device",
-                 static_cast<int>(rtcGetDeviceError(nullptr)));
+  if (device_ == nullptr) {
+    const RTCError error = rtcGetDeviceError(nullptr);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) {
+      throw std::bad_alloc();
+    }
+    if (error == RTC_ERROR_UNSUPPORTED_CPU) {
+      throw Error(ExitCode::kUsage,
+                  "this processor lacks instructions that tracing rays needs "
+                  "(SSE2 at least); use another machine");
+    }
+    ENFILADE_CHECK(false,
+                   "Embree error {} on opening its device",
+                   static_cast<int>(error));
+  }
   rtcSetDeviceMemoryMonitorFunction(device_, &EmbreeDevice::OnMemory, this);
 }
 

@@ -330,6 +330,16 @@ TEST_F(GbxmlImport, MissingWallLeavesBothSpacesOpen) {
   EXPECT_EQ(Import(TwoRooms("")).info.gbxml->closed_spaces, 0U);
 }
 
+TEST_F(GbxmlImport, TextThatIsDividedIsReadWhole) {
+  std::string text = TwoRooms(WallWithDoor({"a", "b"}));
+  const std::string whole = "<Coordinate>4.000000<";
+  for (size_t at = text.find(whole); at != std::string::npos;
+       at = text.find(whole, at + 1)) {
+    text.replace(at, whole.size(), "<Coordinate>4<!-- m --><![CDATA[.5]]><");
+  }
+  EXPECT_NEAR(Import(text).info.bounds.high.x, 4.5, 1e-12);
+}
+
 TEST_F(GbxmlImport, FeetBecomeMetres) {
   const Imported scene = Import(TwoRooms(WallWithDoor({"a", "b"}), "Yards"));
   EXPECT_NEAR(scene.info.bounds.high.x, 4 * 0.9144, 1e-12);

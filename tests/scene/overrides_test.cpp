@@ -57,6 +57,13 @@ TEST(Overrides, ErrorsNameTheLine) {
   EXPECT_FALSE(bad("\"clear\": true"));
 }
 
+// Patterns end at a zero character, and would match other names.
+TEST(Overrides, NamesHaveNoZeroCharacter) {
+  EXPECT_NE(ErrorOf(R"({"materials": {"w\u0000x": {"reflectance": 0.5}}})")
+                .find("o.json:1: a name has a zero character"),
+            std::string::npos);
+}
+
 TEST(Overrides, WhatIsNotJsonIsToldInPlainWordsAndByItsPlace) {
   EXPECT_EQ(ErrorOf("{\n  \"materials\" 3}"),
             "o.json:2: not valid JSON at column 15: unexpected number literal; "

@@ -260,6 +260,23 @@ TEST(StoreFaults, FlippedBytesAreNoticedOrHarmless) {
   EXPECT_GT(noticed, kTrials / 20);
 }
 
+// For what a schema lacks, SQLite has no error of its own.
+TEST(StoreFaults, AColumnOfAnotherNameIsDamage) {
+  const TemporaryFolder folder;
+  MakeSample(folder / "a.enf");
+  auto bytes = ReadFile(folder / "a.enf");
+  const std::string_view name = "frame_bytes";
+  auto at = std::search(bytes.begin(), bytes.end(), name.begin(), name.end());
+  ASSERT_NE(at, bytes.end());
+  while (at != bytes.end()) {
+    *at = 'g';
+    at = std::search(at, bytes.end(), name.begin(), name.end());
+  }
+  WriteFile(folder / "b.enf", bytes, bytes.size());
+  EXPECT_THROW(OpenStore(folder / "b.enf", StoreAccess::kRead),
+               DamagedStoreError);
+}
+
 // The damaged byte is the schema's format number in the header, for which
 // SQLite has no error of its own.
 TEST(StoreFaults, AHeaderOfAnUnknownFormatIsDamage) {

@@ -63,6 +63,8 @@ TEST(SlowContract, AFloorRefusedForMemoryGoesOnWithTheCapNamed) {
       ASSERT_EQ(result.exit_code, 4) << result.err;
       const int named = NamedCapMiB(result.err);
       ASSERT_GT(named, cap) << result.err;
+      EXPECT_NE(result.err.find("enfilade resume"), std::string::npos)
+          << result.err;
       cap = named;
       words = {"resume", store, "--memory"};
     }

@@ -205,6 +205,8 @@ TEST_F(ProbeTest, NoPointsGiveOnlyAHeader) {
 TEST_F(ProbeTest, BadLinesAreNamed) {
   EXPECT_NE(Refusal("1,1,0,0,0,1\n1,2,3\n").find("points.csv:2: "),
             std::string::npos);
+  EXPECT_NE(Refusal("1e19,1,1,0,0,1").find("points.csv:1: the point (1e+19"),
+            std::string::npos);
   EXPECT_NE(Refusal("x,y,z,nx,ny,nz\n\n1,1,0,0,nan,1")
                 .find("points.csv:3: ny is 'nan'"),
             std::string::npos);

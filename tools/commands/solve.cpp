@@ -74,8 +74,8 @@ struct ResumeCommand {
            : "remove it, or give another name with -o"));
 }
 
-// Runs the stages. Throws InterruptedError with advice on how to resume if they
-// are interrupted.
+// Runs the stages. If they are interrupted, or run out of memory, the error
+// says how to resume.
 SolveSummary RunStages(BlockStorage& store,
                        const fs::path& path,
                        const SolveSettings& settings,
@@ -91,6 +91,14 @@ SolveSummary RunStages(BlockStorage& store,
                         ? "this method keeps nothing before its end: begin "
                           "again with"
                         : "the work so far is kept: go on with",
+                    path.string()));
+  } catch (const NoRoomError& error) {
+    if (settings.method.name == "hierarchical") {
+      throw;
+    }
+    throw NoRoomError(
+        fmt::format("{}; the work so far is kept: 'enfilade resume {}' goes on",
+                    error.what(),
                     path.string()));
   }
 }

@@ -21,9 +21,8 @@ bool IsInReach(double coordinate) {
 }  // namespace
 
 void CameraOptions::Validate() const {
-  if (!(vertical_fov_degrees > 1) || !(vertical_fov_degrees < 170)) {
-    throw UsageError(
-        "--fov: the field of view must be between 1 and 170 degrees");
+  if (!(vertical_fov_degrees >= 1) || !(vertical_fov_degrees <= 170)) {
+    throw UsageError("--fov: the field of view must be 1 to 170 degrees");
   }
   for (const auto& point : {eye, target}) {
     if (point &&
