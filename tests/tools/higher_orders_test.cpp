@@ -244,7 +244,9 @@ TEST_P(HigherOrders, StoresAreResumedProbedVerifiedAndExported) {
       RunProgram({"verify", Store(), "--report", report, "--seconds", "5"})
           .exit_code,
       0);
-  EXPECT_LE(json::parse(ReadFile(report)).at("error_low").get<double>(), 0.07);
+  const json verified = json::parse(ReadFile(report));
+  EXPECT_LE(verified.at("error_low").get<double>(), 0.07);
+  EXPECT_LE(verified.at("error_high").get<double>(), 2 * 0.07) << "not sure";
   WriteFile(folder_.Path() / "points.csv", "2,2,0,0,0,1\n");
   EXPECT_EQ(RunProgram({"probe", Store(), folder_ / "points.csv"}).exit_code,
             0);

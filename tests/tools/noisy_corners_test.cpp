@@ -96,8 +96,9 @@ TEST(NoisyCorners, ASheetOverTheGroundIsSolved) {
                                              "--report",
                                              folder / "v.json"});
   ASSERT_EQ(verified.exit_code, 0) << verified.err;
-  EXPECT_LT(nlohmann::json::parse(ReadFile(folder / "v.json"))["error_low"],
-            0.1);
+  const auto measured = nlohmann::json::parse(ReadFile(folder / "v.json"));
+  EXPECT_LT(measured["error_low"], 0.1);
+  EXPECT_LT(measured["error_high"], 2 * 0.1) << "not sure";
 }
 
 }  // namespace

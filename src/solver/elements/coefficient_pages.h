@@ -10,8 +10,8 @@
 namespace enfilade {
 
 // Writes an array of one cell, one page per block; the keys count up from
-// `first` in their part `c`. Returns the bytes that the blocks take in the
-// store.
+// `first` in their part `c`. What is stored there must not have more pages.
+// Returns the bytes that the blocks take in the store.
 uint64_t SavePages(BlockStorage& store,
                    BlockKey first,
                    const CoefficientArray& array);

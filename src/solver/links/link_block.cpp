@@ -28,6 +28,36 @@ bool HasVisibility(LinkKind kind) {
   return kind == LinkKind::kFar || kind == LinkKind::kNear;
 }
 
+// How far a block is decoded.
+struct Place {
+  uint64_t receiver = 0;
+  int64_t source = 0;
+  size_t shapes = 0;
+  size_t groups = 0;
+};
+
+// Sets the link's ends and kind.
+void DecodePlace(ByteReader& in, const LinkEnds& ends, Place* at, Link* link) {
+  const uint64_t step = in.GetVarint();
+  at->receiver += step >> kKindBits;
+  // A damaged step may be of any size.
+  at->source =
+      static_cast<int64_t>(static_cast<uint64_t>(at->source) +
+                           static_cast<uint64_t>(UnZigZag(in.GetVarint())));
+  link->kind = static_cast<LinkKind>(step & kKindMask);
+  if (link->kind > LinkKind::kShaped) {
+    throw DamagedStoreError("it has a link of no known kind");
+  }
+  const size_t sources =
+      link->kind == LinkKind::kGroup ? ends.groups : ends.sources;
+  if (at->receiver >= ends.receivers || at->source < 0 ||
+      at->source >= static_cast<int64_t>(sources)) {
+    throw DamagedStoreError("it has a link of an element that is not there");
+  }
+  link->receiver = static_cast<uint32_t>(at->receiver);
+  link->source = static_cast<uint32_t>(at->source);
+}
+
 }  // namespace
 
 void SortLinks(LinkBlock* block) {
@@ -107,33 +137,13 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
     throw DamagedStoreError("it is shorter than its number of links");
   }
   block.links.resize(count);
-  uint64_t receiver = 0;
-  int64_t source = 0;
-  uint32_t shapes = 0;
-  uint32_t group = 0;
+  Place at;
   for (Link& link : block.links) {
-    const uint64_t step = in.GetVarint();
-    receiver += step >> kKindBits;
-    // A damaged step may be of any size.
-    source =
-        static_cast<int64_t>(static_cast<uint64_t>(source) +
-                             static_cast<uint64_t>(UnZigZag(in.GetVarint())));
-    link.kind = static_cast<LinkKind>(step & kKindMask);
-    const size_t sources =
-        link.kind == LinkKind::kGroup ? ends.groups : ends.sources;
-    if (receiver >= ends.receivers || source < 0 ||
-        source >= static_cast<int64_t>(sources)) {
-      throw DamagedStoreError("it has a link of an element that is not there");
-    }
-    link.receiver = static_cast<uint32_t>(receiver);
-    link.source = static_cast<uint32_t>(source);
-    if (link.kind > LinkKind::kShaped) {
-      throw DamagedStoreError("it has a link of no known kind");
-    }
+    DecodePlace(in, ends, &at, &link);
     if (link.kind == LinkKind::kShaped) {
-      link.more = shapes++;
+      link.more = static_cast<uint32_t>(at.shapes++);
     } else if (link.kind == LinkKind::kGroup) {
-      link.more = group++;
+      link.more = static_cast<uint32_t>(at.groups++);
     }
   }
   for (Link& link : block.links) {
@@ -146,11 +156,11 @@ LinkBlock DecodeLinks(std::span<const std::byte> bytes, const LinkEnds& ends) {
       link.more = in.Get<uint16_t>();
     }
   }
-  block.shapes.resize(shapes);
+  block.shapes.resize(at.shapes);
   for (KernelShape& s : block.shapes) {
     s = in.Get<KernelShape>();
   }
-  block.group.resize(group);
+  block.group.resize(at.groups);
   for (GroupCoefficients& g : block.group) {
     g = in.Get<GroupCoefficients>();
   }

@@ -42,8 +42,9 @@ std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
                                     const TransferEnd& source,
                                     Random* random);
 
-// An unbiased estimate of the mean form factor from the receiver to the source
-// without occlusion, and a pair of points, drawn in proportion to the kernel,
+// An estimate of the mean form factor from the receiver to the source without
+// occlusion, which is unbiased over all but the rim of the ends from which
+// random points keep off (TransferEnd::rim), and a pair of points, drawn in proportion to the kernel,
 // between which a ray tests whether light gets through.
 struct SampledTransfer {
   float form_factor = 0;
