@@ -43,9 +43,9 @@ std::optional<PointPair> PairAtPeak(const TransferEnd& receiver,
                                     Random* random);
 
 // An estimate of the mean form factor from the receiver to the source without
-// occlusion, which is unbiased over all but the rim of the ends from which
-// random points keep off (TransferEnd::rim), and a pair of points, drawn in proportion to the kernel,
-// between which a ray tests whether light gets through.
+// occlusion, unbiased over all but the rim of the ends that random points keep
+// off (TransferEnd::rim), and a pair of points, drawn in proportion to the
+// kernel, between which a ray tests whether light gets through.
 struct SampledTransfer {
   float form_factor = 0;
   PointPair ray;
