@@ -198,8 +198,7 @@ std::string CheckSize(const std::filesystem::path& scene,
   return size > kLargestM || size < kSmallestM
              ? fmt::format(
                    "the scene is {:.4g} m long by the --unit that was given; "
-                   "if "
-                   "it is not, solve it anew with the right one",
+                   "if it is not, solve it anew with the right one",
                    size)
              : std::string();
 }

@@ -63,7 +63,7 @@ class ReferenceSolve {
   [[nodiscard]] bool IsMet() const;
   [[nodiscard]] double EdgeOf(size_t fineness) const;
   [[nodiscard]] size_t FinestByPanels(size_t most) const;
-  [[nodiscard]] MemoryCharge ChargeTrees(size_t panels) const;
+  [[nodiscard]] MemoryCharge ChargeTrees(size_t elements) const;
   [[nodiscard]] std::optional<ChargedTrees> StoredTrees() const;
   PanelSolution SolveAt(size_t fineness);
   void Record(const PanelSolution& solution,
@@ -97,7 +97,8 @@ void ReferenceSolve::Run() {
        !state_.converged && fineness <= last;
        ++fineness) {
     const PanelSolution solution = SolveAt(fineness);
-    MemoryCharge charge = ChargeTrees(solution.panels.size());
+    // Quartering panels makes a third more elements, and a strip may be some.
+    MemoryCharge charge = ChargeTrees(2 * solution.panels.size());
     TreeSolution made = MakeTrees(scene_, haar_, solution);
     Record(solution, made.trees, coarser ? &coarser->trees : nullptr);
     state_.converged = asked != 0 ? fineness == last : IsMet();
@@ -216,11 +217,9 @@ void ReferenceSolve::Write(const TreeSolution& solution) {
   WriteSolution(solution.trees, solution.gathered, state_, store_);
 }
 
-// For the trees of a dicing and what they have gathered. Quartering panels
-// makes a third more elements, and a strip may be some panels.
-MemoryCharge ReferenceSolve::ChargeTrees(size_t panels) const {
+// For trees of so many elements and what they have gathered.
+MemoryCharge ReferenceSolve::ChargeTrees(size_t elements) const {
   const TreeShape shape{&haar_, kRgbChannels};
-  const size_t elements = 2 * panels;
   return {budget_,
           CellTree::BytesFor(elements, shape) +
               CoefficientArray::BytesFor(elements, shape.Stride()),
@@ -236,7 +235,7 @@ std::optional<ChargedTrees> ReferenceSolve::StoredTrees() const {
   for (size_t c = 0; c < scene_.CellCount(); ++c) {
     elements += CellTree::StoredSize(store_, CellId(c));
   }
-  ChargedTrees stored{ChargeTrees(elements / 2 + 1), {}};
+  ChargedTrees stored{ChargeTrees(elements), {}};
   for (size_t c = 0; c < scene_.CellCount(); ++c) {
     auto tree = CellTree::Load(
         store_, CellId(c), {&haar_, kRgbChannels}, scene_.PatchesOf(c));

@@ -38,6 +38,35 @@ Statistics StatisticsOf(double sum, double square, int count) {
   return {mean, std::sqrt((square / count - mean * mean) / count)};
 }
 
+// Of the sum of gain_of(link) over all links, for many seeds of the random
+// numbers, which `key` tells from those of other scenes.
+template <typename GainOf>
+Statistics OverSeeds(int seeds,
+                     uint64_t key,
+                     const RefineReceiver& receiver,
+                     const test::SourceAndTree& source,
+                     const Blockers& blockers,
+                     const GainOf& gain_of) {
+  RefineOptions options;
+  options.tau = 1e9;
+  options.tau_weak = 1e9;
+  double sum = 0;
+  double square = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    options.seed = MixKey(key, static_cast<uint64_t>(seed));
+    double gain = 0;
+    for (const RawLinks& item :
+         RefineAll(options, receiver, source, blockers)) {
+      for (const RawLink& link : item.links) {
+        gain += gain_of(link);
+      }
+    }
+    sum += gain;
+    square += gain * gain;
+  }
+  return StatisticsOf(sum, square, seeds);
+}
+
 // The mean gain, over many seeds, of the floor's 4 x 4 tiles from tiles of 1
 // W/m2 that are all too weak to be linked outright: the floor's mean form
 // factor to them.
@@ -52,24 +81,12 @@ Statistics SampledFormFactor(const std::vector<Patch>& sources,
   Append(all, sources);
   Append(all, blockers);
   const Scenery scenery(all);
-  RefineOptions options;
-  options.tau = 1e9;
-  options.tau_weak = 1e9;
-  double sum = 0;
-  double square = 0;
-  for (int seed = 0; seed < seeds; ++seed) {
-    options.seed = MixKey(77, static_cast<uint64_t>(seed));
-    double gain = 0;
-    for (const RawLinks& item : RefineAll(
-             options, receiver.Receiver(), source.Source(), scenery.All())) {
-      for (const RawLink& link : item.links) {
-        gain += MeanGain(link) / 16;
-      }
-    }
-    sum += gain;
-    square += gain * gain;
-  }
-  return StatisticsOf(sum, square, seeds);
+  return OverSeeds(seeds,
+                   77,
+                   receiver.Receiver(),
+                   source.Source(),
+                   scenery.All(),
+                   [](const RawLink& link) { return MeanGain(link) / 16; });
 }
 
 void ExpectUnbiased(const Statistics& seen, double form_factor) {
@@ -158,25 +175,15 @@ class BulbAboveFloor {
 
   // The mean gain of the floor's tiles, over all seeds.
   [[nodiscard]] Statistics Gains(int seeds) const {
-    const test::SourceAndTree sending = source_->Source(&*groups_);
-    RefineOptions options;
-    options.tau = 1e9;
-    options.tau_weak = 1e9;
-    double sum = 0;
-    double square = 0;
-    for (int seed = 0; seed < seeds; ++seed) {
-      options.seed = MixKey(78, static_cast<uint64_t>(seed));
-      double gain = 0;
-      for (const RawLinks& item : RefineAll(
-               options, receiver_->Receiver(), sending, scenery_->All())) {
-        for (const RawLink& link : item.links) {
-          gain += link.kind == LinkKind::kGroup ? MeanGain(link) / 16 : 0;
-        }
-      }
-      sum += gain;
-      square += gain * gain;
-    }
-    return StatisticsOf(sum, square, seeds);
+    return OverSeeds(
+        seeds,
+        78,
+        receiver_->Receiver(),
+        source_->Source(&*groups_),
+        scenery_->All(),
+        [](const RawLink& link) {
+          return link.kind == LinkKind::kGroup ? MeanGain(link) / 16 : 0;
+        });
   }
 
  private:
