@@ -153,6 +153,17 @@ TEST_F(ObjImport, ASceneThatIsNoBuildingsSizeNeedsItsUnit) {
   ImportOptions options;
   options.unit = 0.001;
   EXPECT_NEAR(ImportFile(room("4000"), options).Area(), 8, 1e-9);
+  // A room in metres that is taken for one in millimetres is told of.
+  const auto told_of = [](const Imported& scene) {
+    return std::any_of(scene.info.notes.begin(),
+                       scene.info.notes.end(),
+                       [](const std::string& note) {
+                         return note.find("by the --unit that was given") !=
+                                std::string::npos;
+                       });
+  };
+  EXPECT_FALSE(told_of(ImportFile(room("4000"), options)));
+  EXPECT_TRUE(told_of(ImportFile(room("4"), options)));
   options.unit = 1000;
   EXPECT_NEAR(ImportFile(room("0.004"), options).Area(), 8, 1e-9);
   const auto in_km = HashSceneFiles(room("4"), options).value;
