@@ -90,32 +90,37 @@ KernelLanes InLanes(const KernelColumns& columns) {
   return lanes;
 }
 
+// An element as one end of a kernel.
+struct KernelEnd {
+  TransferNodes nodes;
+  Vec3f normal;
+  float area;
+};
+
+KernelEnd MakeKernelEnd(const PatchGeometry& patch, ElementFrame frame) {
+  return {NodesOf(patch, frame), patch.normal, AreaOf(patch, frame)};
+}
+
 // QuadratureKernel with zeros for invisible pairs of nodes.
-KernelLanes SeenQuadrature(const TransferEnd& r,
-                           const TransferEnd& s,
+KernelLanes SeenQuadrature(const KernelEnd& r,
+                           const KernelEnd& s,
                            int32_t visible) {
   // For each receiver node, the visibility bit of its pair with source node 0.
   constexpr LaneBits kFirstBits = {1, 1 << 4, 1 << 8, 1 << 12};
   static_assert(kTransferNodes == 4);
-  const Vec3f n = r.patch->normal;
-  const Vec3f m = s.patch->normal;
   const float scale = s.area * kInversePi;
-  const Lanes x = LoadLanes(r.x.data());
-  const Lanes y = LoadLanes(r.y.data());
-  const Lanes z = LoadLanes(r.z.data());
-  const Lanes zero = {};
+  const Lanes x = LoadLanes(r.nodes.x.data());
+  const Lanes y = LoadLanes(r.nodes.y.data());
+  const Lanes z = LoadLanes(r.nodes.z.data());
   KernelLanes columns;
   for (size_t q = 0; q < kTransferNodes; ++q) {
-    const Lanes dx = s.x[q] - x;
-    const Lanes dy = s.y[q] - y;
-    const Lanes dz = s.z[q] - z;
-    const Lanes r2 = dx * dx + dy * dy + dz * dz + 1e-12F;
-    const Lanes at_x = dx * n.x + dy * n.y + dz * n.z;
-    const Lanes at_y = -(dx * m.x + dy * m.y + dz * m.z);
-    const Lanes cos_x = at_x > zero ? at_x : zero;
-    const Lanes cos_y = at_y > zero ? at_y : zero;
-    const Lanes k = scale * s.weight[q] * cos_x * cos_y / (r2 * r2);
-    columns[q] = (kFirstBits & (visible >> q)) != 0 ? k : zero;
+    const Lanes k = PlainKernel(Lanes{} + scale * s.nodes.weight[q],
+                                s.nodes.x[q] - x,
+                                s.nodes.y[q] - y,
+                                s.nodes.z[q] - z,
+                                r.normal,
+                                s.normal);
+    columns[q] = (kFirstBits & (visible >> q)) != 0 ? k : Lanes{};
   }
   return columns;
 }
@@ -187,7 +192,7 @@ struct ReceiverEnd {
   size_t nodes = 0;
   Collector to{};
   bool has_end = false;
-  TransferEnd end;  // made when a link first needs it
+  KernelEnd end;  // made when a link first needs it
 
   void MoveTo(uint32_t receiver,
               const GatherSide& side,
@@ -201,9 +206,9 @@ struct ReceiverEnd {
     has_end = false;
   }
 
-  const TransferEnd& End() {
+  const KernelEnd& End() {
     if (!std::exchange(has_end, true)) {
-      end = MakeTransferEnd(*patch, at->frame);
+      end = MakeKernelEnd(*patch, at->frame);
     }
     return end;
   }
@@ -253,7 +258,7 @@ void GatherRange(const LinkBlock& block,
       continue;
     }
     KernelLanes kernel = SeenQuadrature(r.End(),
-                                        MakeTransferEnd(patch, s.frame),
+                                        MakeKernelEnd(patch, s.frame),
                                         static_cast<int32_t>(link.more));
     if (link.kind == LinkKind::kNear) {
       ScaleKernel(link.value, &kernel);

@@ -108,7 +108,7 @@ float ExactFromCenter(const TransferEnd& receiver, const TransferEnd& source) {
   }
   float sum = 0;
   for (const float part :
-       QuadratureRow(receiver.center, receiver.patch->normal, source)) {
+       QuadratureRow({receiver.center, receiver.patch->normal}, source)) {
     sum += part;
   }
   return sum;

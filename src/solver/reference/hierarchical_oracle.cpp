@@ -33,7 +33,7 @@ float BrightnessAt(const CandidateLink& link, size_t stride, size_t q) {
 float MeanBrightness(const CandidateLink& link, size_t stride) {
   float mean = 0;
   for (size_t q = 0; q < link.source.count; ++q) {
-    mean += link.source.weight[q] * BrightnessAt(link, stride, q);
+    mean += link.source.nodes.weight[q] * BrightnessAt(link, stride, q);
   }
   return mean;
 }

@@ -109,7 +109,8 @@ void HierarchicalVisibility::MaskByNodes(const Coupling& coupling,
         continue;
       }
       lanes[packet.count] = &k;
-      AddSegment({coupling.receiver.At(g), coupling.source.At(q)}, &packet);
+      AddSegment({coupling.receiver.nodes.At(g), coupling.source.nodes.At(q)},
+                 &packet);
       if (packet.count == kGridCells) {
         trace();
       }

@@ -306,7 +306,7 @@ float ReferenceScene::Exchange(const Panel& i, const Panel& j) const {
   float form_factor = 0;
   for (size_t g = 0; g < kTransferNodes; ++g) {
     for (size_t q = 0; q < kTransferNodes; ++q) {
-      form_factor += i.end.weight[g] * kernel[g * kTransferNodes + q];
+      form_factor += i.end.nodes.weight[g] * kernel[g * kTransferNodes + q];
     }
   }
   return form_factor > 0 ? i.end.area * form_factor * VisibleShare(i, j) : 0;

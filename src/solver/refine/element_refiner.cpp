@@ -257,7 +257,7 @@ void ElementRefiner::Accept(const ReceiverElement& r,
   }
   if (pair_->constant_basis) {
     const float mean = std::inner_product(
-        link.gain.begin(), link.gain.end(), r.end.weight.begin(), 0.0F);
+        link.gain.begin(), link.gain.end(), r.end.nodes.weight.begin(), 0.0F);
     link.gain.fill(mean);
     link.kind = LinkKind::kWeak;
     link.value = EncodeCoefficient(mean);

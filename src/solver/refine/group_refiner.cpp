@@ -229,8 +229,8 @@ void GroupRefiner::Accept(const ReceiverElement& r,
                           uint32_t group,
                           const std::array<float, kTransferNodes>& gain) {
   RawLink link{r.patch, group, r.path, kRootPath, LinkKind::kGroup, 0, 0, gain};
-  const float mean =
-      std::inner_product(gain.begin(), gain.end(), r.end.weight.begin(), 0.0F);
+  const float mean = std::inner_product(
+      gain.begin(), gain.end(), r.end.nodes.weight.begin(), 0.0F);
   if (!(mean > 0)) {
     return;
   }

@@ -46,7 +46,7 @@ float Difference(const Kernel& kernel,
       even += off * source.radiosity[q];
       uneven += off * off;
     }
-    square += receiver.weight[g] *
+    square += receiver.nodes.weight[g] *
               (even * even + uneven * source.detail * source.detail);
   }
   return std::sqrt(square);

@@ -104,7 +104,7 @@ float SourceElements::NearestError(const SourceElement& source,
     float square = below.detail * below.detail;
     for (size_t q = 0; q < below.end.node_count; ++q) {
       const float beyond = below.radiosity[q] - nodes[q];
-      square += below.end.weight[q] * beyond * beyond;
+      square += below.end.nodes.weight[q] * beyond * beyond;
     }
     const float seen =
         std::min(form_factor, FormFactorBound(receiver, below.end));

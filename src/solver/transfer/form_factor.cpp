@@ -150,11 +150,33 @@ constexpr NodePlaces kTriangle = {{kSixth, 4 * kSixth, kSixth, 2 * kSixth},
                                   {kSixth, kSixth, 4 * kSixth, 2 * kSixth},
                                   {kThird, kThird, kThird, 0}};
 
+void SetRow(size_t g,
+            const std::array<float, kTransferNodes>& row,
+            Kernel* kernel) {
+  for (size_t q = 0; q < kTransferNodes; ++q) {
+    (*kernel)[g * kTransferNodes + q] = row[q];
+  }
+}
+
 }  // namespace
+
+TransferNodes NodesOf(const PatchGeometry& patch, ElementFrame frame) {
+  const NodePlaces& places =
+      patch.shape == PatchShape::kTriangle ? kTriangle : kSquare;
+  TransferNodes nodes;
+  for (size_t i = 0; i < kTransferNodes; ++i) {
+    const float a = frame.a + frame.scale * places.s[i];
+    const float b = frame.b + frame.scale * places.t[i];
+    nodes.x[i] = patch.origin.x + patch.u.x * a + patch.v.x * b;
+    nodes.y[i] = patch.origin.y + patch.u.y * a + patch.v.y * b;
+    nodes.z[i] = patch.origin.z + patch.u.z * a + patch.v.z * b;
+  }
+  nodes.weight = places.weight;
+  return nodes;
+}
 
 TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame) {
   const bool triangle = patch.shape == PatchShape::kTriangle;
-  const NodePlaces& nodes = triangle ? kTriangle : kSquare;
   TransferEnd end;
   end.patch = &patch;
   end.frame = frame;
@@ -165,14 +187,7 @@ TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame) {
   end.node_count = triangle ? 3 : 4;
   const float middle = triangle ? kThird : 0.5F;
   end.center = PointOn(patch, frame, middle, middle);
-  for (size_t i = 0; i < kTransferNodes; ++i) {
-    const float a = frame.a + frame.scale * nodes.s[i];
-    const float b = frame.b + frame.scale * nodes.t[i];
-    end.x[i] = patch.origin.x + patch.u.x * a + patch.v.x * b;
-    end.y[i] = patch.origin.y + patch.u.y * a + patch.v.y * b;
-    end.z[i] = patch.origin.z + patch.u.z * a + patch.v.z * b;
-  }
-  end.weight = nodes.weight;
+  end.nodes = NodesOf(patch, frame);
   return end;
 }
 
@@ -195,35 +210,16 @@ bool ReachesInto(const TransferEnd& end, const Box& box) {
          reaches(corner.z, patch.u.z, patch.v.z, box.low.z, box.high.z);
 }
 
-std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
-                                                Vec3f n,
+std::array<float, kTransferNodes> QuadratureRow(const SurfacePoint& x,
                                                 const TransferEnd& source) {
-  const Vec3f m = source.patch->normal;
-  const float scale = source.area * kInversePi;
-  std::array<float, kTransferNodes> row{};
-  for (size_t q = 0; q < kTransferNodes; ++q) {
-    const float dx = source.x[q] - x.x;
-    const float dy = source.y[q] - x.y;
-    const float dz = source.z[q] - x.z;
-    const float r2 = dx * dx + dy * dy + dz * dz + 1e-12F;
-    const float cos_x = std::max(0.0F, dx * n.x + dy * n.y + dz * n.z);
-    const float cos_y = std::max(0.0F, -(dx * m.x + dy * m.y + dz * m.z));
-    row[q] = scale * source.weight[q] * cos_x * cos_y / (r2 * r2);
-  }
-  return row;
+  return PlainRow(x, source.nodes, source.area, source.patch->normal);
 }
 
 Kernel QuadratureKernel(const TransferEnd& receiver,
                         const TransferEnd& source) {
   Kernel kernel{};
   for (size_t g = 0; g < kTransferNodes; ++g) {
-    const auto row =
-        QuadratureRow({receiver.x[g], receiver.y[g], receiver.z[g]},
-                      receiver.patch->normal,
-                      source);
-    for (size_t q = 0; q < kTransferNodes; ++q) {
-      kernel[g * kTransferNodes + q] = row[q];
-    }
+    SetRow(g, QuadratureRow(receiver.NodeAt(g), source), &kernel);
   }
   return kernel;
 }
@@ -231,23 +227,15 @@ Kernel QuadratureKernel(const TransferEnd& receiver,
 NearSource::NearSource(const TransferEnd& source)
     : source_(&source), corners_(CornersOf(*source.patch, source.frame)) {}
 
-std::array<float, kTransferNodes> NearSource::Row(Vec3f x, Vec3f n) const {
-  std::array<float, kTransferNodes> row{};
-  if (Dot(x - source_->patch->origin, source_->patch->normal) <= 0) {
-    return row;
+std::array<float, kTransferNodes> NearSource::Row(const SurfacePoint& x) const {
+  const PatchGeometry& patch = *source_->patch;
+  if (Dot(x.at - patch.origin, patch.normal) <= 0) {
+    return {};
   }
-  const float exact = PointToPolygon(x, n, corners_.View());
-  row = QuadratureRow(x, n, *source_);
-  float sum = 0;
-  for (const float k : row) {
-    sum += k;
-  }
-  // Blend with the uniform spread, so that no row is left without a node.
-  const float floor = 0.02F * sum + 1e-9F;
-  const float scale = exact / (sum + floor);
-  for (size_t q = 0; q < kTransferNodes; ++q) {
-    row[q] = scale * (row[q] + floor * source_->weight[q]);
-  }
+  auto row = QuadratureRow(x, *source_);
+  ScaleToFormFactor(PointToPolygon(x.at, x.normal, corners_.View()),
+                    source_->nodes.weight,
+                    &row);
   return row;
 }
 
@@ -258,11 +246,7 @@ Kernel KernelByRows(const TransferEnd& receiver, const TransferEnd& source) {
   const NearSource rows(source);
   Kernel kernel{};
   for (size_t g = 0; g < receiver.node_count; ++g) {
-    const auto row = rows.Row({receiver.x[g], receiver.y[g], receiver.z[g]},
-                              receiver.patch->normal);
-    for (size_t q = 0; q < kTransferNodes; ++q) {
-      kernel[g * kTransferNodes + q] = row[q];
-    }
+    SetRow(g, rows.Row(receiver.NodeAt(g)), &kernel);
   }
   return kernel;
 }
@@ -274,11 +258,11 @@ Kernel KernelByColumns(const TransferEnd& receiver, const TransferEnd& source) {
   const NearSource columns(receiver);
   Kernel kernel{};
   for (size_t q = 0; q < source.node_count; ++q) {
-    const auto column = columns.Row({source.x[q], source.y[q], source.z[q]},
-                                    source.patch->normal);
-    const float scale = source.area * source.weight[q] / receiver.area;
+    const auto column = columns.Row(source.NodeAt(q));
+    const float scale = source.area * source.nodes.weight[q] / receiver.area;
     for (size_t g = 0; g < receiver.node_count; ++g) {
-      kernel[g * kTransferNodes + q] = scale * column[g] / receiver.weight[g];
+      kernel[g * kTransferNodes + q] =
+          scale * column[g] / receiver.nodes.weight[g];
     }
   }
   return kernel;

@@ -1,15 +1,15 @@
 // Form factors between points and polygons, and quadrature kernels between the
 // nodes of two elements, unoccluded.
 //
-//   paper          here
-//   G without V    cos_x cos_y / (pi r^2)
-//   F(x, P)        PointToPolygon (W, eq. 5)
-//   K_gq           Kernel: irradiance at receiver node g per radiosity at
-//                  source node q; rows sum to the form factor of the node
+//   paper      here
+//   F(x, P)    PointToPolygon (W, eq. 5)
+//   K_gq       Kernel: irradiance at receiver node g per radiosity at source
+//              node q; rows sum to the form factor of the node
 
 #pragma once
 
 #include "solver/elements/geometry.h"
+#include "solver/transfer/plain_kernel.h"
 
 #include <array>
 #include <cstdint>
@@ -29,6 +29,10 @@ float PointToPolygon(Vec3f x, Vec3f n, std::span<const Vec3f> polygon);
 // Nodes per element in a transfer: four on parallelograms; three on triangles,
 // padded by a fourth of weight zero.
 inline constexpr size_t kTransferNodes = 4;
+using TransferNodes = NodeSet<kTransferNodes>;
+
+// The nodes of the second-order basis, whichever basis the solver uses.
+TransferNodes NodesOf(const PatchGeometry& patch, ElementFrame frame);
 
 // An element as one end of a transfer.
 struct TransferEnd {
@@ -40,14 +44,14 @@ struct TransferEnd {
   float rim = 0;     // least distance of random points to the rim, as a share
   Vec3f center;
   size_t node_count = 0;
-  std::array<float, kTransferNodes> x{};  // of the nodes, m
-  std::array<float, kTransferNodes> y{};
-  std::array<float, kTransferNodes> z{};
-  std::array<float, kTransferNodes> weight{};  // quadrature; sums to 1
+  TransferNodes nodes;
+
+  // Node i, with the normal of the element.
+  [[nodiscard]] SurfacePoint NodeAt(size_t i) const {
+    return {nodes.At(i), patch->normal};
+  }
 };
 
-// The nodes are those of the second-order basis, whichever basis the solver
-// uses.
 TransferEnd MakeTransferEnd(const PatchGeometry& patch, ElementFrame frame);
 
 // Whether an element may reach into a box; true whenever it does.
@@ -67,9 +71,8 @@ Kernel QuadratureKernel(const TransferEnd& receiver, const TransferEnd& source);
 // Makes K_gq zero where bit (g * kTransferNodes + q) is not set.
 void MaskKernel(uint16_t visible, Kernel* kernel);
 
-// One row of the kernel, for a point x with normal n of the receiver.
-std::array<float, kTransferNodes> QuadratureRow(Vec3f x,
-                                                Vec3f n,
+// One row of the kernel, for a point of the receiver.
+std::array<float, kTransferNodes> QuadratureRow(const SurfacePoint& x,
                                                 const TransferEnd& source);
 
 // Whether `end` has parts in front of the patch's plane and parts behind it.
@@ -91,8 +94,9 @@ class NearSource {
   explicit NearSource(const TransferEnd& source);
 
   // The exact form factor from x to the source, zero behind the source, spread
-  // over the source's nodes like QuadratureRow.
-  [[nodiscard]] std::array<float, kTransferNodes> Row(Vec3f x, Vec3f n) const;
+  // over the source's nodes (ScaleToFormFactor).
+  [[nodiscard]] std::array<float, kTransferNodes> Row(
+      const SurfacePoint& x) const;
 
  private:
   const TransferEnd* source_;

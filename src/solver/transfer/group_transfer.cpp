@@ -45,14 +45,13 @@ GroupTransfer::GroupTransfer(const TransferEnd& receiver,
 }
 
 float GroupTransfer::FormFactorsOf(
-    Vec3f x, std::array<float, kMostGroupPatches>* form_factors) const {
-  const Vec3f n = receiver_->patch->normal;
+    Vec3f at, std::array<float, kMostGroupPatches>* form_factors) const {
+  const SurfacePoint x = {at, receiver_->patch->normal};
   float sum = 0;
   for (size_t i = 0; i < facing_.count; ++i) {
     const TransferEnd end = MakeTransferEnd(PatchAt(i), {});
-    (*form_factors)[i] =
-        SumOf(IsNear(*receiver_, end) ? NearSource(end).Row(x, n)
-                                      : QuadratureRow(x, n, end));
+    (*form_factors)[i] = SumOf(IsNear(*receiver_, end) ? NearSource(end).Row(x)
+                                                       : QuadratureRow(x, end));
     sum += (*form_factors)[i];
   }
   return sum;
@@ -70,14 +69,15 @@ Vec3f GroupTransfer::DrawPoint(
 void GroupTransfer::Evaluate() {
   std::array<float, kMostGroupPatches> unused{};
   for (size_t g = 0; g < receiver_->node_count; ++g) {
-    at_nodes_[g] = FormFactorsOf(
-        {receiver_->x[g], receiver_->y[g], receiver_->z[g]}, &unused);
+    at_nodes_[g] = FormFactorsOf(receiver_->nodes.At(g), &unused);
   }
 }
 
 float GroupTransfer::FormFactor() const {
-  return std::inner_product(
-      at_nodes_.begin(), at_nodes_.end(), receiver_->weight.begin(), 0.0F);
+  return std::inner_product(at_nodes_.begin(),
+                            at_nodes_.end(),
+                            receiver_->nodes.weight.begin(),
+                            0.0F);
 }
 
 float GroupTransfer::Residual(const Basis& basis) const {

@@ -69,7 +69,7 @@ class GroupTransfer {
 
   // Computes the form factors from a point of the receiver to the patches, in
   // the order of Facing(); returns their sum.
-  float FormFactorsOf(Vec3f x,
+  float FormFactorsOf(Vec3f at,
                       std::array<float, kMostGroupPatches>* form_factors) const;
 
   // A random point of the patch at which the running sum of the form factors

@@ -3,35 +3,14 @@
 #include "solver/transfer/oracle.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace enfilade {
 namespace {
 
 using NodeRow = std::array<float, kMaxNodes>;
 
-// A point with a normal, at which irradiance is computed.
-struct SurfacePoint {
-  Vec3f at;
-  Vec3f normal;
-};
-
-// A_s w_q cos_x cos_y / (pi r^2)
-NodeRow PlainRow(const SurfacePoint& x, const NodeEnd& source) {
-  const Vec3f n = x.normal;
-  const Vec3f m = source.end.patch->normal;
-  const float scale = source.end.area * kInversePi;
-  NodeRow row{};
-  for (size_t q = 0; q < kMaxNodes; ++q) {
-    const float dx = source.x[q] - x.at.x;
-    const float dy = source.y[q] - x.at.y;
-    const float dz = source.z[q] - x.at.z;
-    const float r2 = dx * dx + dy * dy + dz * dz + 1e-12F;
-    const float cos_x = std::max(0.0F, dx * n.x + dy * n.y + dz * n.z);
-    const float cos_y = std::max(0.0F, -(dx * m.x + dy * m.y + dz * m.z));
-    row[q] = scale * source.weight[q] * cos_x * cos_y / (r2 * r2);
-  }
-  return row;
+NodeRow QuadratureRow(const SurfacePoint& x, const NodeEnd& source) {
+  return PlainRow(x, source.nodes, source.end.area, source.end.patch->normal);
 }
 
 // The form factors to the cells of a source with a flat basis.
@@ -50,18 +29,13 @@ NodeRow FlatRow(const SurfacePoint& x, const NodeEnd& source) {
   return row;
 }
 
-// The form factor to the whole source, spread over its nodes like PlainRow plus
-// a small even part, so that no row is left without a node.
+// The form factor to the whole source, spread over its nodes.
 NodeRow SpreadRow(const SurfacePoint& x, const NodeEnd& source) {
   const Corners corners = CornersOf(*source.end.patch, source.end.frame);
-  const float exact = PointToPolygon(x.at, x.normal, corners.View());
-  NodeRow row = PlainRow(x, source);
-  const float sum = std::accumulate(row.begin(), row.end(), 0.0F);
-  const float floor = 0.02F * sum + 1e-9F;
-  const float scale = exact / (sum + floor);
-  for (size_t q = 0; q < row.size(); ++q) {
-    row[q] = scale * (row[q] + floor * source.weight[q]);
-  }
+  NodeRow row = QuadratureRow(x, source);
+  ScaleToFormFactor(PointToPolygon(x.at, x.normal, corners.View()),
+                    source.nodes.weight,
+                    &row);
   return row;
 }
 
@@ -87,10 +61,11 @@ NodeEnd MakeNodeEnd(const ShapeBasis& basis,
     const UnitPoint at = basis.Node(std::min(i, end.count - 1));
     const Vec3f p = PointOn(
         patch, frame, static_cast<float>(at.a), static_cast<float>(at.b));
-    end.x[i] = p.x;
-    end.y[i] = p.y;
-    end.z[i] = p.z;
-    end.weight[i] = i < end.count ? static_cast<float>(basis.Weight(i)) : 0.0F;
+    end.nodes.x[i] = p.x;
+    end.nodes.y[i] = p.y;
+    end.nodes.z[i] = p.z;
+    end.nodes.weight[i] =
+        i < end.count ? static_cast<float>(basis.Weight(i)) : 0.0F;
   }
   return end;
 }
@@ -98,8 +73,7 @@ NodeEnd MakeNodeEnd(const ShapeBasis& basis,
 NodeKernel FarNodeKernel(const NodeEnd& receiver, const NodeEnd& source) {
   NodeKernel kernel{};
   for (size_t g = 0; g < receiver.count; ++g) {
-    const NodeRow row =
-        PlainRow({receiver.At(g), receiver.end.patch->normal}, source);
+    const NodeRow row = QuadratureRow(receiver.NodeAt(g), source);
     std::copy(row.begin(), row.end(), kernel.begin() + g * kMaxNodes);
   }
   return kernel;
@@ -109,8 +83,7 @@ NodeKernel NearNodeKernel(const NodeEnd& receiver, const NodeEnd& source) {
   NodeKernel kernel{};
   if (!IsByColumns(receiver.end, source.end)) {
     for (size_t g = 0; g < receiver.count; ++g) {
-      const NodeRow row =
-          ExactRow({receiver.At(g), receiver.end.patch->normal}, source);
+      const NodeRow row = ExactRow(receiver.NodeAt(g), source);
       std::copy(row.begin(), row.end(), kernel.begin() + g * kMaxNodes);
     }
     return kernel;
@@ -118,11 +91,11 @@ NodeKernel NearNodeKernel(const NodeEnd& receiver, const NodeEnd& source) {
   // By reciprocity A_r F_rs = A_s F_sr, the flux of a small source is right
   // wherever the spot that the source lights lies.
   for (size_t q = 0; q < source.count; ++q) {
-    const NodeRow column =
-        ExactRow({source.At(q), source.end.patch->normal}, receiver);
-    const float scale = source.end.area * source.weight[q] / receiver.end.area;
+    const NodeRow column = ExactRow(source.NodeAt(q), receiver);
+    const float scale =
+        source.end.area * source.nodes.weight[q] / receiver.end.area;
     for (size_t g = 0; g < receiver.count; ++g) {
-      kernel[g * kMaxNodes + q] = scale * column[g] / receiver.weight[g];
+      kernel[g * kMaxNodes + q] = scale * column[g] / receiver.nodes.weight[g];
     }
   }
   return kernel;

@@ -28,14 +28,13 @@ struct NodeEnd {
   TransferEnd end;
   const ShapeBasis* basis = nullptr;  // borrowed
   size_t count = 0;
-  // Of the nodes; entries from `count` on repeat the last node with weight
-  // zero.
-  std::array<float, kMaxNodes> x{};  // m
-  std::array<float, kMaxNodes> y{};
-  std::array<float, kMaxNodes> z{};
-  std::array<float, kMaxNodes> weight{};  // sums to 1
+  // From `count` on the last node is repeated with weight zero.
+  NodeSet<kMaxNodes> nodes;
 
-  [[nodiscard]] Vec3f At(size_t i) const { return {x[i], y[i], z[i]}; }
+  // Node i, with the normal of the element.
+  [[nodiscard]] SurfacePoint NodeAt(size_t i) const {
+    return {nodes.At(i), end.patch->normal};
+  }
 };
 
 NodeEnd MakeNodeEnd(const ShapeBasis& basis,

@@ -131,18 +131,18 @@ float ReceiverShare(uint16_t bits, const TransferEnd& r, const TransferEnd& s) {
     for (size_t q = 0; q < s.node_count; ++q) {
       const size_t bit = g * kTransferNodes + q;
       const float v = (bits >> bit & 1) != 0 ? 1.0F : 0.0F;
-      rows[g] += v * s.weight[q];
-      columns[q] += v * r.weight[g];
-      mean += v * s.weight[q] * r.weight[g];
+      rows[g] += v * s.nodes.weight[q];
+      columns[q] += v * r.nodes.weight[g];
+      mean += v * s.nodes.weight[q] * r.nodes.weight[g];
     }
   }
   float by_row = 0;
   for (size_t g = 0; g < r.node_count; ++g) {
-    by_row += r.weight[g] * (rows[g] - mean) * (rows[g] - mean);
+    by_row += r.nodes.weight[g] * (rows[g] - mean) * (rows[g] - mean);
   }
   float by_column = 0;
   for (size_t q = 0; q < s.node_count; ++q) {
-    by_column += s.weight[q] * (columns[q] - mean) * (columns[q] - mean);
+    by_column += s.nodes.weight[q] * (columns[q] - mean) * (columns[q] - mean);
   }
   const float size = r.diameter / (r.diameter + s.diameter + 1e-9F);
   const float noise = kVarianceNoise * mean * (1 - mean) + 1e-3F;
@@ -221,12 +221,12 @@ class LinkFit {
 
  private:
   [[nodiscard]] std::array<float, kTransferNodes> RowAt(UnitPoint at) const {
-    const Vec3f x = PointOn(*receiver_->patch,
-                            receiver_->frame,
-                            static_cast<float>(at.a),
-                            static_cast<float>(at.b));
-    return near_ ? near_source_->Row(x, receiver_->patch->normal)
-                 : QuadratureRow(x, receiver_->patch->normal, source_->end);
+    const SurfacePoint x = {PointOn(*receiver_->patch,
+                                    receiver_->frame,
+                                    static_cast<float>(at.a),
+                                    static_cast<float>(at.b)),
+                            receiver_->patch->normal};
+    return near_ ? near_source_->Row(x) : QuadratureRow(x, source_->end);
   }
 
   float ResidualAt(UnitPoint at,
@@ -280,8 +280,9 @@ Judgement JudgeTransfer(const TransferEnd& r, const RadiantEnd& s) {
   const auto at_nodes = AtNodes(j, r, s);
   for (size_t g = 0; g < r.node_count; ++g) {
     const float* row = &j.kernel[g * kTransferNodes];
-    j.transfer += r.weight[g] * at_nodes[g];
-    j.form_factor += r.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
+    j.transfer += r.nodes.weight[g] * at_nodes[g];
+    j.form_factor +=
+        r.nodes.weight[g] * ((row[0] + row[1]) + (row[2] + row[3]));
   }
   return j;
 }

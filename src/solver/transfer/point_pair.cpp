@@ -91,14 +91,8 @@ CandidateLanes PointKernels(const CandidatePoints& x,
   const Vec3f m = source.patch->normal;
   CandidateLanes kernels{};
   for (size_t i = 0; i < kCandidates; ++i) {
-    const float dx = y.x[i] - x.x[i];
-    const float dy = y.y[i] - x.y[i];
-    const float dz = y.z[i] - x.z[i];
-    const float r2 = dx * dx + dy * dy + dz * dz + 1e-12F;
-    const float cos_x = dx * n.x + dy * n.y + dz * n.z;
-    const float cos_y = -(dx * m.x + dy * m.y + dz * m.z);
-    kernels[i] = std::max(0.0F, cos_x) * std::max(0.0F, cos_y) /
-                 (static_cast<float>(kPi) * r2 * r2);
+    kernels[i] = PlainKernel(
+        kInversePi, y.x[i] - x.x[i], y.y[i] - x.y[i], y.z[i] - x.z[i], n, m);
   }
   return kernels;
 }
@@ -123,10 +117,8 @@ float PointKernel(PointPair points,
                   const TransferEnd& receiver,
                   const TransferEnd& source) {
   const Vec3f d = points.y - points.x;
-  const float r2 = Dot(d, d) + 1e-12F;
-  return std::max(0.0F, Dot(d, receiver.patch->normal)) *
-         std::max(0.0F, -Dot(d, source.patch->normal)) /
-         (static_cast<float>(kPi) * r2 * r2);
+  return PlainKernel(
+      kInversePi, d.x, d.y, d.z, receiver.patch->normal, source.patch->normal);
 }
 
 PairCandidates DrawCandidates(const TransferEnd& receiver,

@@ -321,7 +321,7 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
       const TransferEnd end = MakeTransferEnd(plate, e.frame);
       const auto values = irradiance[ElementId(i)];
       for (size_t g = 0; g < tree.Shape().NodeStride(); ++g) {
-        const float weight = GetParam() == 1 ? 1.0F : end.weight[g];
+        const float weight = GetParam() == 1 ? 1.0F : end.nodes.weight[g];
         gathered += static_cast<double>(weight * values[g]) *
                     static_cast<double>(end.area / plate.area);
       }
@@ -333,7 +333,7 @@ TEST_P(FineLinks, OfAWallWithASpotBringWhatTheSpotDoes) {
   const Kernel kernel = NearKernel(receiver, source);
   double exact = 0;
   for (size_t i = 0; i < kernel.size(); ++i) {
-    exact += static_cast<double>(receiver.weight[i / kTransferNodes] *
+    exact += static_cast<double>(receiver.nodes.weight[i / kTransferNodes] *
                                  kernel[i] * kBrightness);
   }
   // A few links are each off by tau, divided by rho and the root of the area.

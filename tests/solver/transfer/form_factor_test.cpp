@@ -198,9 +198,10 @@ TEST(Kernel, TriangleNodesCarryAllTheWeight) {
   const PatchGeometry g = MakePatchGeometry(patch, Material{}, Point3{});
   const TransferEnd end = MakeTransferEnd(g, {});
   EXPECT_EQ(end.node_count, 3U);
-  EXPECT_EQ(end.weight[3], 0.0F);
+  EXPECT_EQ(end.nodes.weight[3], 0.0F);
   EXPECT_FLOAT_EQ(end.area, 1.0F);
-  EXPECT_FLOAT_EQ(end.weight[0] + end.weight[1] + end.weight[2], 1.0F);
+  EXPECT_FLOAT_EQ(
+      end.nodes.weight[0] + end.nodes.weight[1] + end.nodes.weight[2], 1.0F);
 }
 
 }  // namespace

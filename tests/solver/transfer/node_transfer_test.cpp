@@ -31,7 +31,7 @@ class NodeTransfer : public ::testing::TestWithParam<BasisKind> {
   static double MeanOf(const NodeKernel& kernel, const NodeEnd& receiver) {
     double mean = 0;
     for (size_t i = 0; i < kernel.size(); ++i) {
-      mean += static_cast<double>(receiver.weight[i / kMaxNodes]) *
+      mean += static_cast<double>(receiver.nodes.weight[i / kMaxNodes]) *
               static_cast<double>(kernel[i]);
     }
     return mean;
@@ -61,9 +61,9 @@ TEST_P(NodeTransfer, RowsOfNearTransfersAreTheExactFormFactors) {
     const Corners corners = CornersOf(patches[i], {});
     for (size_t g = 0; g < receiver.count; ++g) {
       const bool behind =
-          Dot(receiver.At(g) - patches[i].origin, patches[i].normal) <= 0;
+          Dot(receiver.nodes.At(g) - patches[i].origin, patches[i].normal) <= 0;
       const float exact = PointToPolygon(
-          receiver.At(g), receiver.end.patch->normal, corners.View());
+          receiver.nodes.At(g), receiver.end.patch->normal, corners.View());
       EXPECT_NEAR(RowSum(kernel, g),
                   behind ? 0.0 : static_cast<double>(exact),
                   kFloatRounding);
@@ -81,8 +81,8 @@ TEST_P(NodeTransfer, FarTransfersAreReciprocal) {
     const NodeKernel to_b = FarNodeKernel(b, a);
     for (size_t g = 0; g < a.count; ++g) {
       for (size_t q = 0; q < b.count; ++q) {
-        EXPECT_NEAR(a.end.area * a.weight[g] * to_a[g * kMaxNodes + q],
-                    b.end.area * b.weight[q] * to_b[q * kMaxNodes + g],
+        EXPECT_NEAR(a.end.area * a.nodes.weight[g] * to_a[g * kMaxNodes + q],
+                    b.end.area * b.nodes.weight[q] * to_b[q * kMaxNodes + g],
                     kFloatRounding);
       }
     }
@@ -131,7 +131,8 @@ TEST_P(NodeTransfer, SmallCloseSourcesKeepTheirFlux) {
   const Corners corners = CornersOf(floor, {});
   for (size_t q = 0; q < s.count; ++q) {
     arriving += static_cast<double>(
-        s.weight[q] * PointToPolygon(s.At(q), lamp.normal, corners.View()));
+        s.nodes.weight[q] *
+        PointToPolygon(s.nodes.At(q), lamp.normal, corners.View()));
   }
   EXPECT_NEAR(MeanOf(TransferKernel(r, s), r) /
                   (static_cast<double>(lamp.area) * arriving),
@@ -147,7 +148,7 @@ TEST_P(NodeTransfer, EveryBitIsItsShareOfAnEvenKernel) {
     NodeKernel even{};
     for (size_t g = 0; g < r.count; ++g) {
       for (size_t q = 0; q < s.count; ++q) {
-        even[g * kMaxNodes + q] = s.weight[q];
+        even[g * kMaxNodes + q] = s.nodes.weight[q];
       }
     }
     const SampleMap& on_r = basis_.SamplesOn(r.basis->Shape());
@@ -193,7 +194,7 @@ TEST(FlatTransfer, CoefficientsAreTheFormFactorsOfCells) {
     const Corners corners = CornersOf(wall, cell);
     for (size_t g = 0; g < 9; ++g) {
       EXPECT_NEAR(kernel[g * kMaxNodes + q],
-                  PointToPolygon(r.At(g), floor.normal, corners.View()),
+                  PointToPolygon(r.nodes.At(g), floor.normal, corners.View()),
                   1e-6);
     }
   }

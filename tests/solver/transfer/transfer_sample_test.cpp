@@ -196,7 +196,7 @@ TEST(RandomPair, GoesFromFrontToFront) {
     const TransferEnd s = ends.Source();
     Random random(seed);
     const auto node = [](const TransferEnd& end, size_t i) {
-      return Vec3f{end.x[i], end.y[i], end.z[i]};
+      return end.nodes.At(i);
     };
     for (size_t g = 0; g < r.node_count; ++g) {
       for (size_t q = 0; q < s.node_count; ++q) {
