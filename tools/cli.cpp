@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <span>
 #include <string>
@@ -133,8 +134,13 @@ int RunCommandLine(int argc, char** argv) {
     return code;
   } catch (const Error& error) {
     return Fail(error.Code(), error.what());
-  } catch (const std::system_error& error) {
+  } catch (const std::filesystem::filesystem_error& error) {
     return Fail(ExitCode::kDisk, error.what());
+  } catch (const std::system_error& error) {
+    return Fail(ExitCode::kDoesNotFit,
+                fmt::format("the system refuses what the program asks of it: "
+                            "{} (raise the limits on processes and memory)",
+                            error.what()));
   } catch (const std::bad_alloc&) {
     return Fail(ExitCode::kDoesNotFit, "the system has no memory left");
   } catch (const std::exception& error) {

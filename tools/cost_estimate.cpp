@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/pipeline_limits.h"
 #include "tools/pipeline_state.h"
 #include "tools/progress.h"
 #include <fmt/format.h>
@@ -79,6 +80,7 @@ CostEstimate EstimateCost(const BlockStorage& store,
                           const SolveOptions& options,
                           uint64_t threads,
                           MemoryBudget& budget) {
+  const uint64_t cores = std::min(threads, HardwareThreads());
   const auto patches = static_cast<double>(PatchCount(LoadCells(store)));
   const bool haar = options.basis == "haar";
   CostEstimate estimate;
@@ -87,8 +89,8 @@ CostEstimate EstimateCost(const BlockStorage& store,
                    (haar ? kHaarLinks : 1);
   estimate.elements = patches + kElementsPerLink * estimate.links;
   estimate.solve_seconds = (estimate.links * kSecondsPerLink + kSecondsOfRays) /
-                           static_cast<double>(threads);
-  LearnFromItself(store, options, threads, &estimate);
+                           static_cast<double>(cores);
+  LearnFromItself(store, options, cores, &estimate);
   estimate.store_bytes =
       static_cast<double>(store.FileBytes()) +
       estimate.links * (haar ? kHaarBytesPerLink : kM2BytesPerLink);

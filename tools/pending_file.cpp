@@ -33,11 +33,19 @@ bool IsStreamAt(const fs::path& path) {
 
 // The file that a path leads to, symbolic links followed. The file need not
 // exist yet.
-fs::path TargetOf(const fs::path& path) {
+fs::path TargetOf(fs::path path) {
+  constexpr int kMostLinks = 40;  // as many as Linux follows
   std::error_code failed;
-  return fs::is_symlink(path, failed) && !IsStreamAt(path)
-             ? fs::weakly_canonical(path)
-             : path;
+  if (IsStreamAt(path)) {
+    return path;
+  }
+  for (int links = 0; fs::is_symlink(path, failed); ++links) {
+    if (links == kMostLinks) {
+      Fail(path, "its symbolic links lead in a circle");
+    }
+    path = path.parent_path() / fs::read_symlink(path);
+  }
+  return path;
 }
 
 // The stream of the process that the path names, if it names one. Opened anew,

@@ -66,4 +66,12 @@ void internal::ThrowDamagedContent(const BlockStorage& store,
       fmt::format("has a damaged block '{}': {}", ToString(key), why.what()));
 }
 
+void internal::ThrowDamagedContent(const BlockStorage& store,
+                                   std::string_view meta_entry,
+                                   const DamagedStoreError& why) {
+  ThrowDamaged(
+      store,
+      fmt::format("has a damaged entry '{}': {}", meta_entry, why.what()));
+}
+
 }  // namespace enfilade

@@ -128,11 +128,15 @@ namespace internal {
 [[noreturn]] void ThrowDamagedContent(const BlockStorage& store,
                                       const BlockKey& key,
                                       const DamagedStoreError& why);
+[[noreturn]] void ThrowDamagedContent(const BlockStorage& store,
+                                      std::string_view meta_entry,
+                                      const DamagedStoreError& why);
 
-template <typename Read>
+// `key` is a BlockKey or the name of a meta entry.
+template <typename Key, typename Read>
 auto ReadContent(const BlockStorage& store,
-                 const BlockKey& key,
-                 const Bytes& content,
+                 const Key& key,
+                 std::span<const std::byte> content,
                  const Read& read) {
   try {
     ByteReader in(content);
@@ -168,6 +172,20 @@ auto ReadBlockIfAny(const BlockStorage& store,
     return std::nullopt;
   }
   return internal::ReadContent(store, key, *content, read);
+}
+
+// The same of a meta entry that a ByteWriter wrote.
+template <typename Read>
+auto ReadPackedMeta(const BlockStorage& store,
+                    std::string_view name,
+                    const Read& read)
+    -> std::optional<decltype(read(std::declval<ByteReader&>()))> {
+  const auto text = store.Meta(name);
+  if (!text) {
+    return std::nullopt;
+  }
+  return internal::ReadContent(
+      store, name, std::as_bytes(std::span<const char>(*text)), read);
 }
 
 }  // namespace enfilade

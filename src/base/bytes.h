@@ -101,6 +101,16 @@ class ByteReader {
     throw DamagedStoreError("a number in it is longer than 64 bits");
   }
 
+  // The number of things that follow, of at least `bytes_each` bytes: room can
+  // be made for them, because no more are counted than there are bytes for.
+  uint64_t GetCount(uint64_t bytes_each) {
+    const uint64_t count = GetVarint();
+    if (count > Remaining() / bytes_each) {
+      throw DamagedStoreError("a list in it is longer than all of it");
+    }
+    return count;
+  }
+
   std::string GetString() {
     const auto raw = Take(GetVarint());
     std::string text(raw.size(), '\0');
@@ -113,10 +123,7 @@ class ByteReader {
   template <typename T>
   std::vector<T> GetArray() {
     static_assert(std::is_trivially_copyable_v<T>);
-    const uint64_t count = GetVarint();
-    if (count > Remaining() / sizeof(T)) {
-      throw DamagedStoreError("an array in it is longer than all of it");
-    }
+    const uint64_t count = GetCount(sizeof(T));
     std::vector<T> values(count);
     const auto raw = Take(count * sizeof(T));
     if (count > 0) {

@@ -8,20 +8,6 @@
 namespace enfilade {
 namespace {
 
-// The most patches that a polygon is cut into (patch_cutter.h).
-uint32_t CountPatches(const Polygon& polygon) {
-  const auto n = static_cast<uint32_t>(polygon.size());
-  if (n == 4) {
-    const Vec3 u = polygon[1] - polygon[0];
-    const bool is_parallelogram =
-        Length(u - (polygon[2] - polygon[3])) < kRoundingM;
-    return is_parallelogram
-               ? static_cast<uint32_t>(LongParts(u, polygon[3] - polygon[0]))
-               : 2;
-  }
-  return n < 3 ? 0 : n - 2;
-}
-
 class Surveyor : public FaceSorter {
  public:
   Surveyor(const BspTree& tree, MemoryBudget& budget) : FaceSorter(tree) {
@@ -39,7 +25,8 @@ class Surveyor : public FaceSorter {
 
  private:
   void AddToLeaf(LeafId leaf, const Polygon& piece, uint32_t sides) override {
-    survey_.patches[leaf.Index()] += CountPatches(piece) * sides;
+    survey_.patches[leaf.Index()] +=
+        static_cast<uint32_t>(CountPatches(piece)) * sides;
     survey_.area_m2[leaf.Index()] +=
         static_cast<float>(PolygonArea(piece) * sides);
   }

@@ -147,14 +147,18 @@ void SaveRegions(const std::vector<CellId>& cell_of_region,
   store.Put(kRegionKey, head.View());
 }
 
-Partition LoadWithoutPortals(const BlockStorage& store, uint64_t* portals) {
-  const auto text = store.Meta(kMetaName);
-  if (!text) {
-    ThrowDamaged(store, "holds no cells: its partition was never finished");
-  }
-  ByteReader head(std::as_bytes(std::span<const char>(*text)));
-  Partition partition;
-  partition.cells.resize(head.GetVarint());
+namespace {
+
+struct PartitionHead {
+  Partition partition;  // without portals
+  uint64_t portals = 0;
+};
+
+PartitionHead DecodeHead(ByteReader& head) {
+  constexpr uint64_t kLeastCellBytes = sizeof(Box3) + 1 + sizeof(double) + 1;
+  PartitionHead decoded;
+  Partition& partition = decoded.partition;
+  partition.cells.resize(head.GetCount(kLeastCellBytes));
   for (CellInfo& cell : partition.cells) {
     cell.bounds = head.Get<Box3>();
     cell.patches = static_cast<uint32_t>(head.GetVarint());
@@ -165,15 +169,25 @@ Partition LoadWithoutPortals(const BlockStorage& store, uint64_t* portals) {
     }
   }
   partition.overlap_m2 = head.Get<double>();
-  const uint64_t portal_count = head.GetVarint();
-  if (portals != nullptr) {
-    *portals = portal_count;
-  }
-  partition.notes.resize(head.GetVarint());
+  decoded.portals = head.GetVarint();
+  partition.notes.resize(head.GetCount(1));
   for (std::string& note : partition.notes) {
     note = head.GetString();
   }
-  return partition;
+  return decoded;
+}
+
+}  // namespace
+
+Partition LoadWithoutPortals(const BlockStorage& store, uint64_t* portals) {
+  auto head = ReadPackedMeta(store, kMetaName, DecodeHead);
+  if (!head) {
+    ThrowDamaged(store, "holds no cells: its partition was never finished");
+  }
+  if (portals != nullptr) {
+    *portals = head->portals;
+  }
+  return std::move(head->partition);
 }
 
 Partition LoadPartition(const BlockStorage& store,

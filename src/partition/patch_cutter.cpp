@@ -146,19 +146,26 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon) {
   return pieces;
 }
 
-size_t LongParts(Vec3 u, Vec3 v) {
-  const double longer = std::max(Length(u), Length(v));
-  const double shorter = std::min(Length(u), Length(v));
+namespace {
+
+// The number of parts that a piece is cut into because it is long.
+size_t PartsOf(const PatchPiece& piece) {
+  if (piece.shape == PatchShape::kTriangle) {
+    return 1;
+  }
+  const double longer = std::max(Length(piece.u), Length(piece.v));
+  const double shorter = std::min(Length(piece.u), Length(piece.v));
   return static_cast<size_t>(
       std::max(1.0, std::floor(longer / std::max(shorter, kShortestCutM))));
 }
+
+}  // namespace
 
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {
   std::vector<PatchPiece> cut;
   cut.reserve(pieces.size());
   for (const PatchPiece& piece : pieces) {
-    const size_t count =
-        piece.shape == PatchShape::kTriangle ? 1 : LongParts(piece.u, piece.v);
+    const size_t count = PartsOf(piece);
     PatchPiece part = piece;
     Vec3& along = Length(part.u) > Length(part.v) ? part.u : part.v;
     along = along / static_cast<double>(count);
@@ -168,6 +175,17 @@ std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {
     }
   }
   return cut;
+}
+
+size_t CountPatches(const Polygon& polygon) {
+  if (polygon.size() > kMostVerticesForQuads) {
+    return polygon.size() - 2;
+  }
+  size_t count = 0;
+  for (const PatchPiece& piece : CutIntoPatches(polygon)) {
+    count += PartsOf(piece);
+  }
+  return count;
 }
 
 Polygon PolygonOf(const Patch& p) {

@@ -24,14 +24,15 @@ struct PatchPiece {
 // parallelogram up to 1e-6 of its size. Empty for a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
-// The number of parts that CutLongOnes makes of a parallelogram of sides u, v.
-size_t LongParts(Vec3 u, Vec3 v);
-
 // Cuts long parallelograms across into parts of at least a metre in length that
 // are as near to squares as possible. Elements have the proportions of their
 // patch: the elements of a corridor's whole ceiling would be split across in
 // vain wherever light varies along the corridor.
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces);
+
+// The number of patches that CutIntoPatches and CutLongOnes make of a polygon;
+// of one of more than 20 vertices, at most so many.
+size_t CountPatches(const Polygon& polygon);
 
 // The corners of a patch, counter-clockwise seen from its front.
 Polygon PolygonOf(const Patch& patch);

@@ -28,13 +28,12 @@ class CellPatchSink {
                     cells * (sizeof(std::vector<Patch>) + 8),
                 "patches on their way to their cells") {}
 
-  // Returns the patch's id within the cell.
-  PatchId Add(CellId cell, const Patch& patch) {
+  void Add(CellId cell, const Patch& patch) {
     held_[cell.Index()].push_back(patch);
+    ++counts_[cell.Index()];
     if (++held_count_ >= kHeldPatches) {
       Park();
     }
-    return PatchId(counts_[cell.Index()]++);
   }
 
   [[nodiscard]] size_t Count(CellId cell) const {

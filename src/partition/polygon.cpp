@@ -12,8 +12,11 @@
 namespace enfilade {
 namespace {
 
-// A vertex this close to the line through its neighbours is not a corner.
+// A vertex this close to the line through its neighbours is not a corner; far
+// from the origin, where coordinates are rounded to more than that, nor is one
+// that is closer than this share of its coordinates.
 constexpr double kStraightM = 1e-9;
+constexpr double kStraightShare = 1e-15;
 
 // A normal this close to an axis is that axis, but for rounding.
 constexpr double kAxisTolerance = 1e-9;
@@ -211,13 +214,17 @@ std::vector<Polygon> Subtract(
 Polygon WithoutStraightCorners(const Polygon& polygon) {
   Polygon kept;
   const size_t n = polygon.size();
+  const double straight_m =
+      n == 0 ? kStraightM
+             : std::max(kStraightM,
+                        kStraightShare * Length(polygon[0] - Point3{}));
   for (size_t i = 0; i < n; ++i) {
     const Point3 before = kept.empty() ? polygon[n - 1] : kept.back();
     const Vec3 in = polygon[i] - before;
     const Vec3 out = polygon[(i + 1) % n] - polygon[i];
     const double bend = Length(Cross(in, out));
     const double longer = std::max(Length(in), Length(out));
-    if (bend > kStraightM * longer || Dot(in, out) < -kStraightM * longer) {
+    if (bend > straight_m * longer || Dot(in, out) < -straight_m * longer) {
       kept.push_back(polygon[i]);
     }
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <utility>
 
 namespace enfilade {
@@ -47,25 +48,30 @@ class OpeningJoiner {
   }
 
   void Run() {
-    while (JoinOne()) {
+    size_t from = 0;
+    while (const auto joined = JoinOne(from)) {
       ++joins_;
+      // Openings before these are not compared with the one that was made.
+      from = *joined - std::min(*joined, kMostOpeningsCompared - 1);
     }
   }
 
  private:
-  bool JoinOne() {
-    for (size_t i = 0; i < openings_.size(); ++i) {
+  // Joins the first two openings that can be, the first of them not before
+  // `from`. Returns where the joined one is.
+  std::optional<size_t> JoinOne(size_t from) {
+    for (size_t i = from; i < openings_.size(); ++i) {
       ThrowIfStopRequested();
       const size_t end = std::min(openings_.size(), i + kMostOpeningsCompared);
       for (size_t j = i + 1; j < end; ++j) {
         if (!openings_[i].HasTried(openings_[j]) && Join(i, j)) {
-          return true;
+          return i;
         }
       }
       openings_[i].tried_place = openings_[end - 1].place;
       openings_[i].tried_joins = joins_ + 1;
     }
-    return false;
+    return std::nullopt;
   }
 
   // Replaces the first opening by the hull of both and removes the second, if

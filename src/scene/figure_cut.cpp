@@ -84,18 +84,30 @@ std::optional<Polygon3> AsConvex(std::span<const Edge3> edges, Vec3 normal) {
 
 Polygon3 Straightened(std::span<const Point3> loop, double tolerance) {
   Polygon3 kept;
+  // Each vertex that is dropped moves the outline by its distance from the line
+  // that takes its place: along an arc of many short edges these add up. What
+  // is dropped before the first vertex that is kept belongs to the last run.
+  double moved = 0;
+  double moved_at_first = 0;
   const size_t n = loop.size();
   for (size_t i = 0; i < n; ++i) {
     const Point3 before = kept.empty() ? loop[n - 1] : kept.back();
     const Vec3 through = loop[(i + 1) % n] - before;
     const Vec3 here = loop[i] - before;
     const double length = Length(through);
+    const double aside = length > 0 ? Length(Cross(through, here)) / length : 0;
     const bool straight =
-        length > 0 && Length(Cross(through, here)) <= tolerance * length &&
+        length > 0 && moved_at_first + moved + aside <= tolerance &&
         Dot(through, here) >= 0 && Dot(through, here) <= length * length;
-    if (!straight) {
-      kept.push_back(loop[i]);
+    if (straight) {
+      moved += aside;
+      continue;
     }
+    if (kept.empty()) {
+      moved_at_first = moved;
+    }
+    moved = 0;
+    kept.push_back(loop[i]);
   }
   return kept;
 }

@@ -120,24 +120,25 @@ std::optional<MaterialId> MaterialTable::Resolve(
   if (resolved_.size() >= inputs_.size()) {  // some are several materials
     Charge(BytesToResolve(inputs_[input].material), 1);
   }
-  const std::optional<MaterialId> made = Make(input, rules, object);
+  const std::optional<MaterialId> made = Make(input, rules);
   resolved_.emplace(key, made);
   return made;
 }
 
-std::optional<MaterialId> MaterialTable::Make(size_t input,
-                                              const std::vector<size_t>& rules,
-                                              std::string_view object) {
+std::optional<MaterialId> MaterialTable::Make(
+    size_t input, const std::vector<size_t>& rules) {
   Material material = inputs_[input].material;
   if (sides_) {
     material.sides = *sides_;
   }
   std::string place = inputs_[input].place;
-  bool by_object = false;
+  std::string objects;  // of the last rule that goes by them
   for (const size_t rule : rules) {
     overrides_.Apply(rule, material);
     place = overrides_.Place(rule);
-    by_object = by_object || overrides_.IsByObject(rule);
+    if (overrides_.IsByObject(rule)) {
+      objects = overrides_.Glob(rule);
+    }
   }
   if (material.clear) {
     return std::nullopt;
@@ -145,8 +146,8 @@ std::optional<MaterialId> MaterialTable::Make(size_t input,
   if (!IsPhysical(material)) {
     refused_.push_back({material, place});
   }
-  if (by_object) {
-    material.name = fmt::format("{} of {}", material.name, object);
+  if (!objects.empty()) {
+    material.name = fmt::format("{} of {}", material.name, objects);
   }
   return Append(std::move(material));
 }

@@ -71,8 +71,7 @@ class MaterialTable {
   };
 
   std::optional<MaterialId> Make(size_t input,
-                                 const std::vector<size_t>& rules,
-                                 std::string_view object);
+                                 const std::vector<size_t>& rules);
 
   Overrides overrides_;
   std::optional<int> sides_;

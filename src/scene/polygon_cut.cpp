@@ -12,7 +12,9 @@ namespace {
 
 // An axis of a frame this close to a world axis becomes that axis.
 constexpr double kAxisTolerance = 1e-7;
-constexpr int kMostSlabSplits = 24;
+// Crossings within one slab. They are found from the bottom or the top, so that
+// as many splits may lie within each other.
+constexpr int kMostSlabSplits = 1000;
 
 // An edge of the sweep, from bottom to top. `winding` is what crossing the edge
 // from left to right adds to the winding number.
@@ -115,7 +117,7 @@ class Sweep {
         active.begin(), active.end(), [&](const Leg* a, const Leg* b) {
           return a->XAt(middle) < b->XAt(middle);
         });
-    const double crossing = FirstCrossing(active, y0, y1);
+    const double crossing = ACrossing(active, y0, y1);
     if (splits_left > 0 && crossing > y0 && crossing < y1) {
       Slab(active, y0, crossing, splits_left - 1);
       Slab(active, crossing, y1, splits_left - 1);
@@ -124,11 +126,11 @@ class Sweep {
     Spans(active, y0, y1);
   }
 
-  // The height at which two legs that are neighbours at the middle of the slab
+  // A height at which two legs that are neighbours at the middle of the slab
   // cross, or y0 if none cross by more than the tolerance.
-  [[nodiscard]] double FirstCrossing(const std::vector<const Leg*>& active,
-                                     double y0,
-                                     double y1) const {
+  [[nodiscard]] double ACrossing(const std::vector<const Leg*>& active,
+                                 double y0,
+                                 double y1) const {
     for (size_t i = 0; i + 1 < active.size(); ++i) {
       const double below = active[i + 1]->XAt(y0) - active[i]->XAt(y0);
       const double above = active[i + 1]->XAt(y1) - active[i]->XAt(y1);

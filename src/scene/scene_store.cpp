@@ -142,11 +142,10 @@ std::string EncodeInfo(const SceneInfo& info) {
   return text;
 }
 
-SceneInfo DecodeInfo(const std::string& text) {
-  ByteReader in(std::as_bytes(std::span(text)));
+SceneInfo DecodeInfo(ByteReader& in) {
   SceneInfo info;
   if (in.Get<uint8_t>() != kSceneFormat) {
-    throw DamagedStoreError("the scene in the store has an unknown format");
+    throw DamagedStoreError("its format is unknown");
   }
   info.source_path = in.GetString();
   info.source_hash = in.Get<uint64_t>();
@@ -233,11 +232,11 @@ uint64_t BytesOf(const SceneInfo& info) {
 }
 
 SceneInfo LoadSceneInfo(const BlockStorage& store) {
-  const std::optional<std::string> text = store.Meta(kSceneMeta);
-  if (!text) {
+  auto info = ReadPackedMeta(store, kSceneMeta, DecodeInfo);
+  if (!info) {
     ThrowDamaged(store, "holds no scene");
   }
-  return DecodeInfo(*text);
+  return *std::move(info);
 }
 
 void ForEachFace(const BlockStorage& store,

@@ -4,7 +4,6 @@
 #include "base/check.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace enfilade {
 namespace {
@@ -25,13 +24,13 @@ SpillVector::SpillVector(BlockStorage& store,
       scratch_key_(scratch_key) {}
 
 SpillVector::~SpillVector() {
-  budget_->Release(resident_pages_ * kPageBytes);
+  budget_->Release(resident_.size() * kPageBytes);
 }
 
 void SpillVector::Append(Point3 p) {
   const size_t page = size_ / kPagePoints;
   if (page == pages_.size()) {
-    MakeRoom();
+    MakeRoomFor(page);
     pages_.emplace_back();
     pages_.back().points.reserve(kPagePoints);
   } else if (pages_[page].points.empty()) {
@@ -54,7 +53,7 @@ Point3 SpillVector::At(uint64_t index) {
 }
 
 void SpillVector::Load(size_t page) {
-  MakeRoom();
+  MakeRoomFor(page);
   const Bytes bytes = store_->GetOrThrow(
       {BlockKind::kScratch, scratch_key_, static_cast<uint32_t>(page), 0});
   ByteReader in(bytes);
@@ -62,18 +61,19 @@ void SpillVector::Load(size_t page) {
   pages_[page].points.reserve(kPagePoints);
 }
 
-void SpillVector::MakeRoom() {
-  if (resident_pages_ >= most_pages_) {
-    const auto in_memory_first = [](const Page& a, const Page& b) {
-      return std::pair(a.points.empty(), a.last_used) <
-             std::pair(b.points.empty(), b.last_used);
-    };
-    const auto oldest =
-        std::min_element(pages_.begin(), pages_.end(), in_memory_first);
-    Evict(static_cast<size_t>(oldest - pages_.begin()));
+void SpillVector::MakeRoomFor(size_t page) {
+  if (resident_.size() >= most_pages_) {
+    const auto oldest = std::min_element(
+        resident_.begin(), resident_.end(), [this](size_t a, size_t b) {
+          return pages_[a].last_used < pages_[b].last_used;
+        });
+    const size_t victim = *oldest;
+    *oldest = resident_.back();
+    resident_.pop_back();
+    Evict(victim);
   }
   budget_->Charge(kPageBytes, "reading vertices");
-  ++resident_pages_;
+  resident_.push_back(page);
 }
 
 void SpillVector::Evict(size_t page) {
@@ -88,12 +88,11 @@ void SpillVector::Evict(size_t page) {
   }
   FreeVector(&victim.points);
   budget_->Release(kPageBytes);
-  --resident_pages_;
 }
 
 void SpillVector::Clear() {
-  budget_->Release(resident_pages_ * kPageBytes);
-  resident_pages_ = 0;
+  budget_->Release(resident_.size() * kPageBytes);
+  resident_.clear();
   pages_.clear();
   size_ = 0;
   store_->EraseAll(BlockKind::kScratch, scratch_key_);

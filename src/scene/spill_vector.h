@@ -46,7 +46,8 @@ class SpillVector {
     bool stored = false;
   };
 
-  void MakeRoom();
+  // Makes room for a page, which counts as being in memory from then on.
+  void MakeRoomFor(size_t page);
   void Load(size_t page);
   void Evict(size_t page);
 
@@ -55,7 +56,7 @@ class SpillVector {
   uint64_t most_pages_;
   uint32_t scratch_key_;
   std::vector<Page> pages_;
-  uint64_t resident_pages_ = 0;
+  std::vector<size_t> resident_;  // pages in memory, in no order
   uint64_t clock_ = 0;
   uint64_t size_ = 0;
 };

@@ -64,26 +64,30 @@ std::optional<Plane> Support(Point3 from,
                              Vec3 along,
                              Vec3 inward,
                              const std::vector<Point3>& source) {
-  const auto through = [&](Point3 s) -> std::optional<Plane> {
-    Vec3 normal = Cross(along, s - from);
+  const auto through = [&](Point3 s) -> std::optional<Vec3> {
+    const Vec3 normal = Cross(along, s - from);
     const double length = Length(normal);
     if (length < kLeastEdgeMetres) {
       return std::nullopt;
     }
-    normal = normal / (Dot(normal, inward) < 0 ? -length : length);
-    return Plane{normal, Dot(normal, from - Point3{})};
+    return normal / (Dot(normal, inward) < 0 ? -length : length);
   };
-  std::optional<Plane> plane;
+  // Seen from the edge, not from the origin, which may be far away.
+  const auto is_behind = [&](Vec3 normal, Point3 s) {
+    return Dot(normal, s - from) <= kBehindMetres;
+  };
+  std::optional<Vec3> normal;
   for (const Point3 s : source) {
-    if (!plane || plane->Distance(s) > kBehindMetres) {
-      plane = through(s);
+    if (!normal || !is_behind(*normal, s)) {
+      normal = through(s);
     }
   }
-  const bool holds = plane && Dot(plane->normal, inward) > kLeastSlope &&
+  const bool holds = normal && Dot(*normal, inward) > kLeastSlope &&
                      std::all_of(source.begin(), source.end(), [&](Point3 s) {
-                       return plane->Distance(s) <= kBehindMetres;
+                       return is_behind(*normal, s);
                      });
-  return holds ? plane : std::nullopt;
+  return holds ? std::optional(Plane{*normal, Dot(*normal, from - Point3{})})
+               : std::nullopt;
 }
 
 // Appends planes through the edges of the region. Lines that come from `source`

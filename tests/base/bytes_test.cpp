@@ -73,5 +73,15 @@ TEST(Bytes, ImpossibleArrayLengthIsDamagedBeforeItIsAllocated) {
   EXPECT_THROW(ByteReader(writer.View()).GetArray<double>(), DamagedStoreError);
 }
 
+TEST(Bytes, CountsAreBoundedByTheBytesThatAreLeft) {
+  ByteWriter writer;
+  writer.PutVarint(3);
+  for (uint8_t i = 0; i < 7; ++i) {
+    writer.Put(i);
+  }
+  EXPECT_EQ(ByteReader(writer.View()).GetCount(2), 3U);
+  EXPECT_THROW(ByteReader(writer.View()).GetCount(3), DamagedStoreError);
+}
+
 }  // namespace
 }  // namespace enfilade

@@ -44,6 +44,23 @@ TEST(PatchCutter, ParallelogramStaysOne) {
   EXPECT_EQ(pieces[0].shape, PatchShape::kParallelogram);
 }
 
+// The survey of faces, before cells are found, goes by this.
+TEST(PatchCutter, CountsWhatItCuts) {
+  const std::vector<Polygon> polygons = {
+      {{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {1, 1, 0}},
+      // A corridor's ceiling that ends in a point: a long parallelogram and
+      // more.
+      {{0, 0, 0}, {60, 0, 0}, {61, 0.75, 0}, {60, 1.5, 0}, {0, 1.5, 0}},
+      // Coordinates rounded to a micrometre.
+      {{0, 0, 0}, {60, 0, 0}, {60, 1.500001, 0}, {0, 1.5, 0}},
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+  for (const Polygon& polygon : polygons) {
+    EXPECT_EQ(CountPatches(polygon),
+              CutLongOnes(CutIntoPatches(polygon)).size());
+  }
+  EXPECT_GT(CountPatches(polygons[1]), 30U);
+}
+
 TEST(PatchCutter, TrapezoidIsTwoPieces) {
   EXPECT_EQ(CutIntoPatches({{0, 0, 0}, {3, 0, 0}, {2, 1, 0}, {0, 1, 0}}).size(),
             2U);

@@ -69,6 +69,28 @@ TEST(Store, AbsentBlockIsNulloptOrANamedError) {
   }
 }
 
+TEST(Store, DamageInAMetaEntryNamesStoreAndEntry) {
+  const auto store = CreateStoreInMemory();
+  const auto read = [&] {
+    return ReadPackedMeta(
+        *store, "scene", [](ByteReader& in) { return in.Get<uint8_t>(); });
+  };
+  EXPECT_EQ(read(), std::nullopt);
+  store->SetMeta("scene", "a");
+  EXPECT_EQ(read(), 'a');
+  for (const std::string damaged : {"", "ab"}) {
+    store->SetMeta("scene", damaged);
+    try {
+      read();
+      FAIL() << "damage was read as a value";
+    } catch (const DamagedStoreError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find(store->Name()), std::string::npos) << text;
+      EXPECT_NE(text.find("'scene'"), std::string::npos) << text;
+    }
+  }
+}
+
 TEST(Store, KeysAreVisitedInAscendingOrderAcrossBatches) {
   const auto store = CreateStoreInMemory();
   constexpr uint32_t kBlocks = 2500;  // more than two batches of a walk

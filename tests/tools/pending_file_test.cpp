@@ -65,6 +65,25 @@ TEST(PendingFile, LinksAreFollowed) {
   EXPECT_EQ(ReadFile(folder / "target"), "new");
 }
 
+// The link names a place that is to be written, as a larger disk.
+TEST(PendingFile, LinksToWhatIsNotThereYetAreFollowed) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "disk");
+  fs::create_symlink("disk/target", folder / "near");
+  fs::create_symlink(folder / "near", folder / "link");
+  WriteFileInOneStep(folder / "link", [](std::ostream& out) { out << "new"; });
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_TRUE(fs::is_symlink(folder / "near"));
+  EXPECT_EQ(ReadFile(folder / "disk/target"), "new");
+}
+
+TEST(PendingFile, LinksInACircleAreAnError) {
+  const TemporaryFolder folder;
+  fs::create_symlink(folder / "a", folder / "b");
+  fs::create_symlink(folder / "b", folder / "a");
+  EXPECT_THROW(PendingFile(folder / "a"), DiskError);
+}
+
 // A file renamed over a pipe would take the pipe away from its readers.
 TEST(PendingFile, PipesAreWrittenAsTheyAre) {
   const TemporaryFolder folder;

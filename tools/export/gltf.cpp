@@ -62,13 +62,30 @@ std::string UriOf(const std::string& file_name) {
   return uri;
 }
 
+// Vertices are written relative to this point, which the node moves back:
+// single precision is too coarse for a building far from the origin.
+Point3 OriginOf(const MeshCensus& census) {
+  return census.bounds.Center();
+}
+
+// The matrix of the node, by columns. glTF is y up.
+SortedJson MatrixOf(Point3 origin, bool z_up) {
+  if (z_up) {
+    return {
+        1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, origin.x, origin.z, -origin.y, 1};
+  }
+  return {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, origin.x, origin.y, origin.z, 1};
+}
+
 SortedJson Describe(const MeshCensus& census,
                     bool z_up,
                     const std::string& binary_file) {
-  const auto corner = [](Point3 p) {
-    return SortedJson::array({static_cast<float>(p.x),
-                              static_cast<float>(p.y),
-                              static_cast<float>(p.z)});
+  const Point3 origin = OriginOf(census);
+  const auto corner = [&](Point3 p) {
+    const Vec3 from_origin = p - origin;
+    return SortedJson::array({static_cast<float>(from_origin.x),
+                              static_cast<float>(from_origin.y),
+                              static_cast<float>(from_origin.z)});
   };
   SortedJson positions = Accessor(0, 0, kFloat, census.vertices);
   positions["min"] = corner(census.bounds.low);
@@ -77,10 +94,8 @@ SortedJson Describe(const MeshCensus& census,
   if (!binary_file.empty()) {
     buffer["uri"] = UriOf(binary_file);
   }
-  SortedJson node = {{"mesh", 0}, {"name", "solution"}};
-  if (z_up) {
-    node["matrix"] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
-  }
+  SortedJson node = {
+      {"mesh", 0}, {"name", "solution"}, {"matrix", MatrixOf(origin, z_up)}};
   const uint64_t vertex_bytes = kGltfVertexBytes * census.vertices;
   SortedJson vertices = {{"buffer", 0},
                          {"byteOffset", 0},
@@ -124,10 +139,12 @@ void WriteBinary(const MeshSource& source,
   const ToneMap tone(census.meter.Key(), options.exposure_stops);
   SectionWriter vertices(file, offset);
   SectionWriter indices(file, offset + kGltfVertexBytes * census.vertices);
+  const Point3 origin = OriginOf(census);
   MeshSink sink;
   sink.vertex = [&](const MeshVertex& vertex) {
+    const Vec3 from_origin = vertex.position - origin;
     for (size_t k = 0; k < 3; ++k) {
-      vertices.Put(static_cast<float>(vertex.position[k]));
+      vertices.Put(static_cast<float>(from_origin[k]));
     }
     for (const double value : tone.Linear(vertex.radiosity)) {
       vertices.Put(static_cast<float>(value));

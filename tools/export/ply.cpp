@@ -10,7 +10,7 @@
 namespace enfilade {
 namespace {
 
-constexpr uint64_t kPlyVertexBytes = 39;  // 3 floats, 3 bytes, 6 floats
+constexpr uint64_t kPlyVertexBytes = 51;  // 3 doubles, 3 bytes, 6 floats
 
 std::string PlyHeader(const MeshCensus& census) {
   return fmt::format(
@@ -19,7 +19,7 @@ std::string PlyHeader(const MeshCensus& census) {
       "comment written by Enfilade\n"
       "comment radiosity and irradiance are linear, per channel\n"
       "element vertex {}\n"
-      "property float x\nproperty float y\nproperty float z\n"
+      "property double x\nproperty double y\nproperty double z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\n"
       "property float radiosity_r\nproperty float radiosity_g\n"
       "property float radiosity_b\n"
@@ -36,7 +36,7 @@ void PutVertex(SectionWriter& out,
                const MeshVertex& vertex,
                const ToneMap& tone) {
   for (size_t i = 0; i < 3; ++i) {
-    out.Put(static_cast<float>(vertex.position[i]));
+    out.Put(vertex.position[i]);
   }
   out.Put(tone.Encoded(vertex.radiosity));
   for (const Rgb* values : {&vertex.radiosity, &vertex.irradiance}) {

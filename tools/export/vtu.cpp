@@ -43,7 +43,7 @@ std::vector<Array> Arrays(const MeshCensus& census) {
         name,
         components);
   };
-  return {{array("Float32", "Points", 3), 12 * v},
+  return {{array("Float64", "Points", 3), 24 * v},
           {array("Int64", "connectivity", 1), 8 * corners},
           {array("Int64", "offsets", 1), 8 * n},
           {array("UInt8", "types", 1), n},
@@ -99,7 +99,7 @@ class Sections {
 
   void Add(const MeshVertex& vertex) {
     for (size_t k = 0; k < 3; ++k) {
-      writers_[kPoints].Put(static_cast<float>(vertex.position[k]));
+      writers_[kPoints].Put(vertex.position[k]);
       writers_[kRadiosity].Put(static_cast<float>(vertex.radiosity[k]));
       writers_[kIrradiance].Put(static_cast<float>(vertex.irradiance[k]));
     }

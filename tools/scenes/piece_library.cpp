@@ -137,6 +137,32 @@ double Longest(const Box3& box) {
   return std::max({extent.x, extent.y, extent.z});
 }
 
+// Names of instances' files and of materials end at a blank.
+std::string WithoutBlanks(std::string name) {
+  std::replace_if(
+      name.begin(),
+      name.end(),
+      [](unsigned char c) { return std::isspace(c) != 0; },
+      '_');
+  return name;
+}
+
+// Names that have been given, each once.
+class UniqueNames {
+ public:
+  // `name`, with a number behind it if it is taken.
+  std::string Give(const std::string& name) {
+    std::string unique = name;
+    for (int n = 2; !given_.insert(unique).second; ++n) {
+      unique = fmt::format("{}-{}", name, n);
+    }
+    return unique;
+  }
+
+ private:
+  std::set<std::string> given_;
+};
+
 class PieceCopier {
  public:
   PieceCopier(const PieceOptions& options,
@@ -145,7 +171,7 @@ class PieceCopier {
       : options_(options),
         note_(note),
         scene_folder_(scene_obj.parent_path()),
-        folder_(scene_obj.stem().string() + "_pieces") {}
+        folder_(WithoutBlanks(scene_obj.stem().string()) + "_pieces") {}
 
   std::vector<Piece> Copy() {
     const auto files = ObjFilesIn(options_.folder);
@@ -214,7 +240,7 @@ class PieceCopier {
       return Point3{unit_ * q.x, unit_ * q.y, unit_ * q.z};
     });
     Piece piece;
-    piece.name = UniqueName(PlainName(file));
+    piece.name = names_.Give(PlainName(file));
     piece.file = folder_ / (piece.name + ".obj");
     const Vec3 size = reading.Bounds().Extent();
     piece.width = size.x;
@@ -231,23 +257,18 @@ class PieceCopier {
     return piece;
   }
 
-  std::string UniqueName(const std::string& name) {
-    std::string unique = name;
-    for (int n = 2; !names_.insert(unique).second; ++n) {
-      unique = fmt::format("{}-{}", name, n);
-    }
-    return unique;
-  }
-
   static std::vector<MaterialId> Define(const std::vector<Material>& materials,
                                         ObjWriter& out) {
     std::vector<MaterialId> ids;
+    UniqueNames names;
     for (const Material& m : materials) {
-      ObjMaterial copy = {m.name, m.reflectance, m.exitance, m.sides};
+      ObjMaterial copy = {names.Give(WithoutBlanks(m.name)),
+                          m.reflectance,
+                          m.exitance,
+                          m.sides};
       for (double& rho : copy.reflectance) {
         rho = std::clamp(rho, 0.0, kMostReflectance);
       }
-      std::replace(copy.name.begin(), copy.name.end(), ' ', '_');
       ids.push_back(out.DefineMaterial(copy));
     }
     return ids;
@@ -258,7 +279,7 @@ class PieceCopier {
   std::filesystem::path scene_folder_;
   std::filesystem::path folder_;
   double unit_ = 1;
-  std::set<std::string> names_;
+  UniqueNames names_;
 };
 
 }  // namespace

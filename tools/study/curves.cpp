@@ -1,9 +1,11 @@
 #include "tools/study/curves.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <ostream>
 #include <set>
+#include <utility>
 
 #include "tools/pending_file.h"
 #include "tools/study/fit.h"
@@ -23,14 +25,20 @@ void WriteText(const fs::path& path, const std::string& text) {
 
 // One line per finished run: value, setting, time, error, memory, links,
 // 1 / setting. A blank line separates the values of the parameter, so that
-// gnuplot draws a curve for each value.
-std::string DataOf(const std::vector<Json>& lines, const std::string& method) {
+// gnuplot draws a curve for each value. A study that was resumed has its lines
+// in another order.
+std::string DataOf(std::vector<Json> lines, const std::string& method) {
+  std::erase_if(lines, [&](const Json& line) {
+    return MethodOf(line) != method || !IsFinished(line);
+  });
+  std::stable_sort(
+      lines.begin(), lines.end(), [](const Json& a, const Json& b) {
+        return std::pair(Number(a, "value"), Number(a, "setting")) <
+               std::pair(Number(b, "value"), Number(b, "setting"));
+      });
   std::string text = "# value setting seconds error bytes links 1/setting\n";
   double before = NAN;
   for (const Json& line : lines) {
-    if (MethodOf(line) != method || !IsFinished(line)) {
-      continue;
-    }
     const double value = Number(line, "value");
     text += std::isfinite(before) && before != value ? "\n" : "";
     before = value;

@@ -94,7 +94,7 @@ KernelLanes InLanes(const KernelColumns& columns) {
 struct KernelEnd {
   TransferNodes nodes;
   Vec3f normal;
-  float area;
+  float area = 0;
 };
 
 KernelEnd MakeKernelEnd(const PatchGeometry& patch, ElementFrame frame) {

@@ -214,8 +214,11 @@ ProbeSight ResidualRays::SightOf(const ProbeBatch& batch,
       const double g =
           GeometryTerm(probe.origin, probe.normal, y, lamp->normal);
       AddScaled(arriving, lamp->exitance, -1.0 / Samples::kDirections);
-      AddScaled(
-          arriving, lamp->exitance, WeightOf(g, lamps->Density(*lamp)) * g);
+      // Rounding may put a probe in the plane of a lamp that its ray meets.
+      if (g > 0) {
+        AddScaled(
+            arriving, lamp->exitance, WeightOf(g, lamps->Density(*lamp)) * g);
+      }
     }
   }
   sight.enclosed =

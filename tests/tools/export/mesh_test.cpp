@@ -31,14 +31,14 @@ TEST_F(ExportMeshTest, PlyHoldsVerticesAndFaces) {
   EXPECT_NE(ply.find("element vertex 7\n"), std::string::npos);
   EXPECT_NE(ply.find("element face 2\n"), std::string::npos);
   const size_t body = ply.find("end_header\n") + 11;
-  constexpr size_t kVertex = 12 + 3 + 24;
+  constexpr size_t kVertex = 24 + 3 + 24;
   ASSERT_EQ(ply.size(), body + 7 * kVertex + (1 + 16) + (1 + 12));
   // The second vertex of the square: x, and its red radiosity and irradiance.
-  EXPECT_EQ(At<float>(ply, body + kVertex), 1.0F);
-  EXPECT_EQ(At<float>(ply, body + kVertex + 15), 2.0F);
-  EXPECT_EQ(At<float>(ply, body + kVertex + 27), 4.0F);
-  EXPECT_GT(At<uint8_t>(ply, body + kVertex + 12),
-            At<uint8_t>(ply, body + 12));  // brighter than the first
+  EXPECT_EQ(At<double>(ply, body + kVertex), 1.0);
+  EXPECT_EQ(At<float>(ply, body + kVertex + 27), 2.0F);
+  EXPECT_EQ(At<float>(ply, body + kVertex + 39), 4.0F);
+  EXPECT_GT(At<uint8_t>(ply, body + kVertex + 24),
+            At<uint8_t>(ply, body + 24));  // brighter than the first
   const size_t faces = body + 7 * kVertex;
   EXPECT_EQ(At<uint8_t>(ply, faces), 4);
   EXPECT_EQ(At<int32_t>(ply, faces + 1 + 12), 3);
@@ -59,7 +59,11 @@ TEST_F(ExportMeshTest, GlbIsWellFormed) {
   EXPECT_EQ(At<uint32_t>(glb, 20 + json_bytes), glb.size() - binary);
   EXPECT_EQ(gltf["buffers"][0]["byteLength"], glb.size() - binary);
   EXPECT_EQ(gltf["accessors"][0]["count"], 7);
-  EXPECT_EQ(gltf["accessors"][0]["max"], (std::vector<double>{2, 3, 5}));
+  const std::vector<double> matrix = gltf["nodes"][0]["matrix"];
+  const std::vector<double> high = gltf["accessors"][0]["max"];
+  EXPECT_EQ(matrix[12] + high[0], 2);
+  EXPECT_EQ(matrix[13] + high[2], 5);  // Z goes to Y
+  EXPECT_EQ(matrix[14] - high[1], -3);
   EXPECT_EQ(gltf["accessors"][2]["count"], 9);
   const size_t indices =
       binary + gltf["bufferViews"][1]["byteOffset"].get<size_t>();
@@ -79,8 +83,10 @@ TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
   MeshOptions options;
   options.z_up = false;
   WriteGltf(Leaves(), Census(), options, Path("y.gltf"));
-  EXPECT_FALSE(
-      nlohmann::json::parse(Content("y.gltf"))["nodes"][0].contains("matrix"));
+  const std::vector<double> as_it_is =
+      nlohmann::json::parse(Content("y.gltf"))["nodes"][0]["matrix"];
+  EXPECT_EQ(as_it_is[5], 1);
+  EXPECT_EQ(as_it_is[10], 1);
   options.z_up = true;
   WriteGltf(Leaves(), Census(), options, Path("z.gltf"));
   const auto gltf = nlohmann::json::parse(Content("z.gltf"));
@@ -88,8 +94,38 @@ TEST_F(ExportMeshTest, ZUpIsTurnedToYUpInGltfOnly) {
   // Column-major: Z goes to Y, Y to -Z.
   EXPECT_EQ(m[9], 1);
   EXPECT_EQ(m[6], -1);
+  EXPECT_EQ(m[13], as_it_is[14]);
+  EXPECT_EQ(m[14], -as_it_is[13]);
   EXPECT_EQ(gltf["buffers"][0]["uri"], "z.bin");
   EXPECT_EQ(gltf["buffers"][0]["byteLength"], Content("z.bin").size());
+}
+
+// In map coordinates a step of single precision is half a metre.
+TEST_F(ExportMeshTest, PlacesAreExactFarFromTheOrigin) {
+  const Vec3 away = {4.3e5, 5.4e6, 120};
+  for (auto& leaves : cells_) {
+    for (LeafElement& leaf : leaves) {
+      for (Point3& corner : leaf.corners) {
+        corner = corner + away;
+      }
+    }
+  }
+  WritePly(Leaves(), Census(), {}, Path("a.ply"));
+  const std::string ply = Content("a.ply");
+  const size_t second = ply.find("end_header\n") + 11 + 24 + 3 + 24;
+  EXPECT_EQ(At<double>(ply, second), away.x + 1);
+
+  WriteVtu(Leaves(), Census(), {}, Path("a.vtu"));
+  const std::string vtu = Content("a.vtu");
+  const size_t points = vtu.find("encoding=\"raw\">\n_") + 17 + 8;
+  EXPECT_EQ(At<double>(vtu, points + 24), away.x + 1);
+
+  WriteGltf(Leaves(), Census(), {}, Path("a.gltf"));
+  const auto gltf = nlohmann::json::parse(Content("a.gltf"));
+  const std::vector<double> matrix = gltf["nodes"][0]["matrix"];
+  EXPECT_NEAR(matrix[12] + static_cast<double>(At<float>(Content("a.bin"), 24)),
+              away.x + 1,
+              1e-6);
 }
 
 TEST_F(ExportMeshTest, GltfNamesItsBinaryByAUri) {
@@ -142,7 +178,7 @@ TEST_F(ExportMeshTest, VtuArraysLieAtTheirOffsets) {
     const size_t offset = vtu.find("offset=\"", at) + 8;
     return data + std::stoul(vtu.substr(offset));
   };
-  EXPECT_EQ(At<uint64_t>(vtu, array("Points")), 7U * 12);
+  EXPECT_EQ(At<uint64_t>(vtu, array("Points")), 7U * 24);
   EXPECT_EQ(At<uint64_t>(vtu, array("connectivity")), 7U * 8);
   EXPECT_EQ(At<int64_t>(vtu, array("connectivity") + 8 + 6 * 8), 6);
   EXPECT_EQ(At<int64_t>(vtu, array("offsets") + 8), 4);

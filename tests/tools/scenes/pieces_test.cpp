@@ -276,6 +276,31 @@ TEST_F(Pieces, FaultsOfTheFolderAreNamed) {
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out.obj"));
 }
 
+// Names in files end at blanks: a blank in the scene's name stays out of those
+// of its pieces, and materials that differ by one stay apart.
+TEST_F(Pieces, BlanksInNamesAreNotWritten) {
+  std::filesystem::create_directory(dir_ / "blank");
+  WriteFile(dir_ / "blank/box.mtl",
+            "newmtl a b\nKd 0.1 0.1 0.1\nnewmtl a_b\nKd 0.7 0.7 0.7\n");
+  WriteFile(dir_ / "blank/box.obj",
+            "mtllib box.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 0 1 0\n"
+            "usemtl a b\nf 1 2 3 4\nusemtl a_b\nf 1 5 4\n");
+  const auto made = RunProgram({"scene",
+                                "floorplan",
+                                "--rooms",
+                                "4",
+                                "--pieces",
+                                dir_ / "blank",
+                                dir_ / "my office.obj"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  const auto info = RunProgram({"info", dir_ / "my office.obj"});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_TRUE(std::filesystem::exists(dir_ / "my_office_pieces/box.obj"));
+  const std::string materials = ReadFile(dir_ / "my_office_pieces/box.mtl");
+  EXPECT_NE(materials.find("newmtl a_b\n"), std::string::npos) << materials;
+  EXPECT_NE(materials.find("newmtl a_b-2\n"), std::string::npos) << materials;
+}
+
 TEST_F(Pieces, TheCommandLineFurnishesAndKeepsOptionsApart) {
   const auto run = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"scene", "floorplan", "--rooms", "9"});
