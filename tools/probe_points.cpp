@@ -21,7 +21,10 @@ constexpr size_t kBatchPoints = 1024;
 constexpr uint64_t kProbePointBytes = 1024;
 // The text of a batch, which is kept for its output; a last line may exceed it.
 constexpr uint64_t kBatchTextBytes = kBatchPoints * kProbePointBytes / 4;
-constexpr double kOnPatchDistance = 1e-3;               // m
+// A point lies on the surface that it is this near to, m; if there is none, on
+// the outermost that is nearer than kOnPatchDistance.
+constexpr double kInPlaceDistance = 1e-4;
+constexpr double kOnPatchDistance = 1e-3;
 constexpr double kOnPatchCosine = 0.99619469809174555;  // of 5 degrees
 
 class Prober {
@@ -87,6 +90,7 @@ class Prober {
       Look({kRaised + distance, distance}, lines, &hits);
       Look({distance, distance}, lines, &hits);
     };
+    look_within(kInPlaceDistance);
     double within = kOnPatchDistance;
     look_within(within);
     // The surface may have been moved from where the file, and the point, has

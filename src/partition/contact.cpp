@@ -111,6 +111,13 @@ class ContactCutter {
     return meets;
   }
 
+  // Whether a patch just before another is a lamp that faces it. Light then
+  // fills the gap between them.
+  [[nodiscard]] bool EmitsTowards(uint32_t before, uint32_t patch) const {
+    return patches_[before].emits &&
+           Dot(PatchNormal(patches_[before]), PatchNormal(patches_[patch])) < 0;
+  }
+
   [[nodiscard]] Contacts ContactsOf(uint32_t own,
                                     const Polygon& polygon,
                                     const Plane& plane) const {
@@ -123,6 +130,8 @@ class ContactCutter {
     std::sort(near.begin(), near.end());
     Contacts contacts;
     Touching touching;
+    std::vector<uint32_t> covers;
+    std::vector<FaceId> lit_from;
     for (const uint32_t k : near) {
       const Polygon other = PolygonOf(patches_[k]);
       if (std::abs(Dot(PatchNormal(patches_[k]), plane.normal)) <
@@ -131,8 +140,21 @@ class ContactCutter {
           touching.feet.push_back(*foot);
         }
       } else if (IsJustBefore(patches_[k], patches_[own], plane)) {
-        contacts.covers.push_back(other);
+        if (EmitsTowards(k, own)) {
+          lit_from.push_back(patches_[k].face);
+        }
+        covers.push_back(k);
         AddRim(other, &touching.rims);
+      }
+    }
+    // A lamp does not cover what it shines on, nor does its other side; and
+    // nothing covers a lamp.
+    for (const uint32_t k : covers) {
+      const bool is_lit =
+          std::find(lit_from.begin(), lit_from.end(), patches_[k].face) !=
+          lit_from.end();
+      if (!is_lit && !patches_[own].emits) {
+        contacts.covers.push_back(PolygonOf(patches_[k]));
       }
     }
     contacts.lines =

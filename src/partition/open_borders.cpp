@@ -95,9 +95,10 @@ class CoverIndex {
       : covers_(&covers), tree_(BoxesOf(covers)) {}
 
   // Returns the covers that are near the polygon, in their order.
-  [[nodiscard]] std::vector<const Polygon*> Near(const Polygon& polygon) const {
+  [[nodiscard]] std::vector<const Polygon*> Near(const Polygon& polygon,
+                                                 double crack_m) const {
     std::vector<uint32_t> found;
-    tree_.ForOverlaps(Grown(BoundsOf(polygon), kOnPlaneM),
+    tree_.ForOverlaps(Grown(BoundsOf(polygon), crack_m / 2),
                       [&](uint32_t i) { found.push_back(i); });
     std::sort(found.begin(), found.end());
     std::vector<const Polygon*> near;
@@ -138,9 +139,11 @@ class BorderFinder {
  public:
   BorderFinder(const BuiltTree& built,
                const FaceSurvey& survey,
+               double crack_m,
                ScratchShelf& shelf,
                GrowingCharge& charge)
-      : tree_(&built.tree),
+      : crack_m_(crack_m),
+        tree_(&built.tree),
         leaves_(&built.leaves),
         survey_(&survey),
         all_cover_bytes_(std::accumulate(
@@ -168,7 +171,8 @@ class BorderFinder {
         const std::vector<Polygon> open =
             Subtract(common.polygon,
                      node.plane.normal,
-                     index.Near(common.polygon),
+                     index.Near(common.polygon, crack_m_),
+                     crack_m_,
                      [&](uint64_t bytes, double share) {
                        ChargeWith(bytes, share * cover_bytes);
                      });
@@ -212,6 +216,7 @@ class BorderFinder {
         done / static_cast<double>(std::max<uint64_t>(all_cover_bytes_, 1)));
   }
 
+  double crack_m_;
   const BspTree* tree_;
   const LeafShapes* leaves_;
   const FaceSurvey* survey_;
@@ -252,10 +257,11 @@ void OpenBorders::ForEachOpening(
 OpenBorders FindOpenBorders(const BlockStorage& store,
                             const BuiltTree& built,
                             const FaceSurvey& survey,
+                            double crack_m,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge) {
-  BorderFinder finder(built, survey, shelf, charge);
+  BorderFinder finder(built, survey, crack_m, shelf, charge);
   const size_t nodes = built.tree.nodes.size();
   for (size_t first = 0; first < nodes;) {
     const uint64_t room = budget.FreeBytes() / kCoverParts;

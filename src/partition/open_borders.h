@@ -67,10 +67,11 @@ class OpenBorders {
 // nodes in batches whose covers fit into a part of the free budget, and passes
 // over the store's faces once per batch. Conservative: a point of a border
 // counts as closed only if faces in the plane cover it or a crack narrower than
-// kCrackM contains it.
+// `crack_m` contains it.
 OpenBorders FindOpenBorders(const BlockStorage& store,
                             const BuiltTree& built,
                             const FaceSurvey& survey,
+                            double crack_m,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge);

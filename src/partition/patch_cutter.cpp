@@ -10,17 +10,45 @@
 namespace enfilade {
 namespace {
 
+// A quadrilateral is a parallelogram up to this share of its size.
 constexpr double kParallelogramTolerance = 1e-6;
+// One whose corners rounding has moved is replaced by the parallelogram nearest
+// to it if that moves no corner farther than surfaces are told apart, and by no
+// more than a share of the shorter side.
+constexpr double kMostMoveM = 3e-4;
+constexpr double kMostMoveShare = 0.005;
 // Larger polygons are cut without looking for parallelograms inside them.
 constexpr size_t kMostVerticesForQuads = 20;
 
 // Long pieces are cut into parts of at least this length.
 constexpr double kShortestCutM = 1;
 
-bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
-  const Vec3 gap = (b - a) - (c - d);
+// By how much two opposite edges differ.
+Vec3 GapOf(Point3 a, Point3 b, Point3 c, Point3 d) {
+  return (b - a) - (c - d);
+}
+
+bool IsExact(Point3 a, Point3 b, Point3 c, Point3 d) {
   const double size = std::max(Length(c - a), Length(d - b));
-  return Length(gap) <= kParallelogramTolerance * size;
+  return Length(GapOf(a, b, c, d)) <= kParallelogramTolerance * size;
+}
+
+bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
+  const double move = Length(GapOf(a, b, c, d)) / 4;
+  const double shorter = std::min(Length(b - a), Length(d - a));
+  return move <= std::min(kMostMoveM, kMostMoveShare * shorter) ||
+         IsExact(a, b, c, d);
+}
+
+PatchPiece ParallelogramOf(Point3 a, Point3 b, Point3 c, Point3 d) {
+  if (IsExact(a, b, c, d)) {
+    return {a, b - a, d - a, PatchShape::kParallelogram};
+  }
+  const Vec3 quarter = GapOf(a, b, c, d) / 4;
+  return {a + quarter,
+          b - a - quarter * 2,
+          d - a - quarter * 2,
+          PatchShape::kParallelogram};
 }
 
 // The cost of a cut: the number of pieces first, then the sum of (longest
@@ -111,10 +139,8 @@ class Cutter {
     }
     const Entry entry = At(i, j);
     if (entry.l > 0) {
-      pieces_.push_back({p_[i],
-                         p_[entry.k] - p_[i],
-                         p_[j] - p_[i],
-                         PatchShape::kParallelogram});
+      pieces_.push_back(
+          ParallelogramOf(p_[i], p_[entry.k], p_[entry.l], p_[j]));
       Emit(i, entry.k);
       Emit(entry.k, entry.l);
       Emit(entry.l, j);

@@ -40,11 +40,12 @@ bool HasEdgeWithin(const Polygon& polygon,
   return false;
 }
 
-// Appends polygon \ cover. A cover that overlaps by less than kCrackM leaves
+// Appends polygon \ cover. A cover that overlaps by less than `crack_m` leaves
 // the polygon whole.
 void SubtractOne(Polygon polygon,
                  const Vec3& normal,
                  const Polygon& cover,
+                 double crack_m,
                  std::vector<Polygon>& outside) {
   const double turn = Dot(AreaVector(cover), normal) > 0 ? 1.0 : -1.0;
   std::vector<Polygon> cut_off;
@@ -57,7 +58,7 @@ void SubtractOne(Polygon polygon,
     }
     const Vec3 out = Normalize(Cross(edge, normal)) * turn;
     const Plane side{out, Dot(out, Vec3{a.x, a.y, a.z})};
-    const PlaneSide where = Classify(rest, side, kCrackM);
+    const PlaneSide where = Classify(rest, side, crack_m);
     if (where == PlaneSide::kFront) {
       outside.push_back(std::move(polygon));
       return;
@@ -189,6 +190,7 @@ std::vector<Polygon> Subtract(
     const Polygon& polygon,
     const Vec3& normal,
     const std::vector<const Polygon*>& covers,
+    double crack_m,
     const std::function<void(uint64_t, double)>& grow) {
   // The pieces before and after a cover is removed, in growing vectors.
   constexpr uint64_t kBytesEach = 4 * sizeof(Polygon);
@@ -199,7 +201,7 @@ std::vector<Polygon> Subtract(
     ThrowIfStopRequested();
     std::vector<Polygon> outside;
     for (Polygon& piece : left) {
-      SubtractOne(std::move(piece), normal, *covers[i], outside);
+      SubtractOne(std::move(piece), normal, *covers[i], crack_m, outside);
     }
     left = std::move(outside);
     if (grow && left.size() > told) {

@@ -2,10 +2,12 @@
 
 #include "partition/artificial_walls.h"
 #include "partition/partition_store.h"
+#include "partition/polygon.h"
 #include "partition/portal_maker.h"
 #include "partition/space_shells.h"
 #include "partition/walls.h"
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 #include <utility>
@@ -73,8 +75,12 @@ void SpaceCutter::MakeCells(const FaceSurvey& survey,
                             GrowingCharge& portals_charge,
                             Partition* partition) {
   GrowingCharge charge(*budget_, "the borders between convex regions");
-  const OpenBorders borders =
-      FindOpenBorders(*store_, built_, survey, shelf, *budget_, charge);
+  // Between oblique walls whose coordinates were rounded, cracks are wider.
+  constexpr double kStepsOfCrack = 1.5;
+  const double crack_m =
+      std::max(kCrackM, kStepsOfCrack * info_->coordinate_step_m);
+  const OpenBorders borders = FindOpenBorders(
+      *store_, built_, survey, crack_m, shelf, *budget_, charge);
   DropOutlines();
   charge.ShrinkTo(borders.Bytes());
   ReachProgress(0.6);

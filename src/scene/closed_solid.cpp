@@ -17,6 +17,8 @@ namespace {
 // The winding numbers of a solid take time quadratic in its polygons.
 constexpr size_t kMostPolygons = 512;
 constexpr double kRounding = 0.1;  // of a winding number
+// A point near a corner is this share of the way to the middle.
+constexpr double kNearCorner = 0.02;
 
 // A polygon that passes an edge, `up` if from the lower vertex number to the
 // higher one.
@@ -107,13 +109,15 @@ class SolidFinder {
       }
     }
     std::vector<ClosedSolid> found;
+    std::optional<int> winding;
     for (const size_t i : members) {
       ThrowIfStopRequested();
-      const auto front_is_inside = FrontIsInside(members, i);
-      if (!front_is_inside) {
+      const auto inside = InsideOf(members, i);
+      if (!inside || inside->winding != winding.value_or(inside->winding)) {
         return;
       }
-      found.push_back({solid.bounds, *front_is_inside});
+      winding = inside->winding;
+      found.push_back({solid.bounds, inside->is_front});
     }
     ++count_;
     for (size_t k = 0; k < members.size(); ++k) {
@@ -185,20 +189,40 @@ class SolidFinder {
     return solid_angle / (4 * kPi);
   }
 
-  // Whether the inside is at the front of polygon i; nullopt unless the inside
-  // is on exactly one side.
-  [[nodiscard]] std::optional<bool> FrontIsInside(
+  // The inside of the solid beside a polygon.
+  struct Inside {
+    bool is_front = false;
+    int winding = 0;  // 1 or -1
+  };
+
+  static bool Is(double winding, int whole) {
+    return std::abs(winding - whole) < kRounding;
+  }
+
+  // nullopt unless the inside is on exactly one side of polygon i, and all
+  // along it. Where a solid crosses itself, what was its inside winds the other
+  // way round.
+  [[nodiscard]] std::optional<Inside> InsideOf(
       const std::vector<size_t>& members, size_t i) const {
     const auto [middle, normal] = MiddleOf(polygons_[i]);
     const double front = WindingNumberAt(members, middle + normal * beside_);
     const double back = WindingNumberAt(members, middle - normal * beside_);
-    const auto is = [](double winding, double whole) {
-      return std::abs(std::abs(winding) - whole) < kRounding;
-    };
-    if (is(front, 0) && is(back, 1)) {
-      return false;
+    const bool is_front = Is(back, 0);
+    const double inside = is_front ? front : back;
+    if ((!is_front && !Is(front, 0)) || !(Is(inside, 1) || Is(inside, -1))) {
+      return std::nullopt;
     }
-    return is(front, 1) && is(back, 0) ? std::optional(true) : std::nullopt;
+    const int winding = inside > 0 ? 1 : -1;
+    const Vec3 inwards = normal * (is_front ? beside_ : -beside_);
+    for (const uint32_t v : polygons_[i]) {
+      const Point3 near_corner = Lerp(vertices_[v], middle, kNearCorner);
+      const double there = WindingNumberAt(members, near_corner + inwards);
+      // Where the solid is thinner than `beside`, that point is outside.
+      if (!Is(there, winding) && !Is(there, 0)) {
+        return std::nullopt;
+      }
+    }
+    return Inside{is_front, winding};
   }
 
   // A point in the polygon, the centroid of its largest corner triangle, and

@@ -29,8 +29,8 @@ struct PolygonSolids {
 //
 // Polygons that share edges count as a closed surface under three conditions:
 // exactly two of them meet at every edge; they can be turned to agree; and
-// `beside` metres off the middle of every polygon the winding number is
-// then 1 or -1 on one side and 0 on the other.
+// `beside` metres off the middle of every polygon the winding number is then 0
+// on one side and on the other 1, or -1 for all of them, also near its corners.
 PolygonSolids FindClosedSolids(std::span<const Point3> vertices,
                                std::span<const VertexLoop> polygons,
                                double beside);

@@ -13,6 +13,7 @@
 #include "scene/obj_reader.h"
 #include "scene/overrides.h"
 #include "scene/polygon_sink.h"
+#include "scene/rounded_walls.h"
 
 #include <algorithm>
 #include <array>
@@ -119,19 +120,6 @@ void CheckHasFaces(const std::filesystem::path& scene,
       fmt::join(info.notes, ", ")));
 }
 
-ObjInput ObjInputOf(const std::filesystem::path& scene,
-                    const ImportOptions& options) {
-  ObjInput input;
-  input.path = scene;
-  input.progress = options.progress;
-  if (options.unit) {
-    input.place = [unit = *options.unit](Point3 p) {
-      return Point3{unit * p.x, unit * p.y, unit * p.z};
-    };
-  }
-  return input;
-}
-
 // Says what became of the polygons of an OBJ. Throws if there were none.
 void AddCounts(const std::filesystem::path& scene,
                const ObjCounts& counts,
@@ -163,6 +151,88 @@ void AddCounts(const std::filesystem::path& scene,
   }
   for (std::string& note : cleaning.Notes()) {
     info.notes.push_back(std::move(note));
+  }
+}
+
+Overrides OverridesOf(const ImportOptions& options) {
+  return options.overrides ? Overrides::Load(*options.overrides) : Overrides();
+}
+
+// The share of the time of reading that the first look at an OBJ takes.
+constexpr double kSurveyShare = 0.4;
+
+// What progress says of the part of reading from one share to another.
+std::function<void(double)> PartOfProgress(
+    const std::function<void(double)>& whole, double from, double to) {
+  if (!whole) {
+    return {};
+  }
+  return [&whole, from, to](double fraction) {
+    whole(from + fraction * (to - from));
+  };
+}
+
+Point3 Scaled(Point3 p, double unit) {
+  return {unit * p.x, unit * p.y, unit * p.z};
+}
+
+// Looks at the walls of an OBJ before it is read.
+std::optional<RoundedWalls> SurveyRounding(const std::filesystem::path& scene,
+                                           const ImportOptions& options,
+                                           MemoryBudget& budget,
+                                           BlockStorage& store) {
+  const double unit = options.unit.value_or(1);
+  RoundingSurvey survey(unit, budget);
+  ObjInput input;
+  input.path = scene;
+  input.progress = PartOfProgress(options.progress, 0, kSurveyShare);
+  input.place = [&](Point3 p) {
+    survey.See(p);
+    return Scaled(p, unit);
+  };
+  input.without_instances = true;
+  MaterialTable materials(OverridesOf(options), options.sides, budget);
+  ReadObj(input, materials, budget, store, survey);
+  return survey.Finish();
+}
+
+// Reads an OBJ, with what rounding did to oblique walls undone.
+void ImportObj(const std::filesystem::path& scene,
+               const ImportOptions& options,
+               MaterialTable& materials,
+               MemoryBudget& budget,
+               BlockStorage& store,
+               SceneWriter& writer,
+               SceneInfo& info) {
+  const std::optional<RoundedWalls> walls =
+      SurveyRounding(scene, options, budget, store);
+  uint64_t moved = 0;
+  ObjInput input;
+  input.path = scene;
+  input.progress = PartOfProgress(options.progress, kSurveyShare, 1);
+  if (options.unit) {
+    input.place = [unit = *options.unit](Point3 p) { return Scaled(p, unit); };
+  }
+  if (walls) {
+    info.coordinate_step_m = walls->StepM();
+    input.mend = [&](Point3 p) {
+      const Point3 restored = walls->Restored(p);
+      moved += restored != p ? 1U : 0U;
+      info.greatest_move_m =
+          std::max(info.greatest_move_m, Length(restored - p));
+      return restored;
+    };
+  }
+  PolygonSink sink(budget, writer);
+  const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
+  AddCounts(scene, counts, sink.Counts(), info);
+  if (moved > 0) {
+    info.notes.push_back(fmt::format(
+        "coordinates are rounded to {:.3g} mm: {} vertices were moved, by at "
+        "most {:.3g} mm, so that oblique walls are plane again",
+        1e3 * walls->StepM(),
+        moved,
+        1e3 * info.greatest_move_m));
   }
 }
 
@@ -323,16 +393,10 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   info.lacks_files = !hash.is_whole;
   info.photometric = options.photometric;
   const MemoryCharge overrides_charge = ChargeOverrides(options, budget);
-  MaterialTable materials(
-      options.overrides ? Overrides::Load(*options.overrides) : Overrides(),
-      options.sides,
-      budget);
+  MaterialTable materials(OverridesOf(options), options.sides, budget);
   SceneWriter writer(store);
   if (format == SceneFormat::kObj) {
-    PolygonSink sink(budget, writer);
-    const ObjInput input = ObjInputOf(scene, options);
-    const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
-    AddCounts(scene, counts, sink.Counts(), info);
+    ImportObj(scene, options, materials, budget, store, writer, info);
   } else {
     ReadGbxml({scene, options.strip_spaces}, materials, budget, writer, info);
   }

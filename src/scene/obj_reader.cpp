@@ -36,7 +36,7 @@ struct ObjContext {
   MaterialTable& materials;
   MemoryBudget& budget;
   BlockStorage& store;
-  PolygonSink& sink;
+  PolygonReceiver& receiver;
   ObjMaterialFiles files;
 };
 
@@ -55,7 +55,7 @@ class ObjReading {
 
   ObjCounts Run() {
     Parse();
-    context_.sink.Flush();
+    context_.receiver.Flush();
     counts_.absent = context_.files.Absent();
     counts_.described = context_.files.DescribedCount();
     return counts_;
@@ -123,7 +123,9 @@ class ObjReading {
     }
     line.remove_prefix(first);
     if (const auto words = WordsAfterInstance(line)) {
-      AddInstance(*words);
+      if (!input_.without_instances) {
+        AddInstance(*words);
+      }
       return;
     }
     const auto starts = [&](std::string_view key) {
@@ -186,14 +188,15 @@ class ObjReading {
     counts_.polygons += piece.counts_.polygons;
     counts_.clear += piece.counts_.clear;
     counts_.lines += piece.counts_.lines;
-    material_chosen_ = false;  // the sink now has the piece's material
+    material_chosen_ = false;  // the receiver now has the piece's material
     if (input_.progress) {
       input_.progress(file_.Fraction());
     }
   }
 
   void Vertex(Point3 p) {
-    const Point3 here = input_.place ? input_.place(p) : p;
+    const Point3 placed = input_.place ? input_.place(p) : p;
+    const Point3 here = input_.mend ? input_.mend(placed) : placed;
     if (!IsFinite(here)) {
       Fail(
           "a coordinate overflows when it is computed: write it without an "
@@ -218,7 +221,7 @@ class ObjReading {
       corners_.push_back(VertexAt(index.vertex_index));
     }
     if (material_) {
-      context_.sink.Add(corners_);
+      context_.receiver.Add(corners_);
     } else {
       ++counts_.clear;
     }
@@ -270,7 +273,7 @@ class ObjReading {
         object_.name,
         "");
     if (material_) {
-      context_.sink.Begin(
+      context_.receiver.Begin(
           *material_, materials.Materials()[material_->Index()], object_.id);
     }
     material_chosen_ = true;
@@ -303,9 +306,9 @@ ObjCounts ReadObj(const ObjInput& input,
                   MaterialTable& materials,
                   MemoryBudget& budget,
                   BlockStorage& store,
-                  PolygonSink& sink) {
+                  PolygonReceiver& receiver) {
   ObjContext context{
-      materials, budget, store, sink, ObjMaterialFiles(materials)};
+      materials, budget, store, receiver, ObjMaterialFiles(materials)};
   return ObjReading(input, context).Run();
 }
 

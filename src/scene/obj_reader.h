@@ -27,6 +27,10 @@ struct ObjInput {
   std::function<void(double fraction)> progress;  // may be empty
   // Moves every vertex as it is read; may be empty.
   std::function<Point3(Point3)> place;
+  // Moves the vertices of this file once more, but not those of its instances;
+  // may be empty.
+  std::function<Point3(Point3)> mend;
+  bool without_instances = false;  // pass over #instance lines
   // Makes the material of a name that no material file has. If this function is
   // empty, such a name is an error unless the override file describes it.
   MaterialMaker unknown_material;
@@ -41,12 +45,12 @@ struct ObjCounts {
   uint64_t described = 0;
 };
 
-// Reads the polygons of the file into the sink. Throws InputError with file and
-// line.
+// Gives the polygons of the file to the receiver. Throws InputError with file
+// and line.
 ObjCounts ReadObj(const ObjInput& input,
                   MaterialTable& materials,
                   MemoryBudget& budget,
                   BlockStorage& store,
-                  PolygonSink& sink);
+                  PolygonReceiver& receiver);
 
 }  // namespace enfilade

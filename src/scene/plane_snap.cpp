@@ -32,7 +32,11 @@ Plane MiddlePlane(const std::vector<Point3>& polygon, Vec3 normal) {
 
 class PlaneSnapper {
  public:
-  explicit PlaneSnapper(double tolerance) : tolerance_(tolerance) {}
+  PlaneSnapper(const PlaneTolerance& tolerance,
+               std::span<const Vec3> directions)
+      : tolerance_(tolerance) {
+    directions_.insert(directions_.end(), directions.begin(), directions.end());
+  }
 
   uint32_t PlaneFor(const std::vector<Point3>& polygon) {
     const Vec3 normal = Normalize(AreaVector(polygon));
@@ -40,6 +44,7 @@ class PlaneSnapper {
       return known;
     }
     planes_.push_back(NewPlane(polygon, normal));
+    reach_.push_back(tolerance_.of_known(planes_.back().normal));
     return static_cast<uint32_t>(planes_.size() - 1);
   }
 
@@ -51,15 +56,15 @@ class PlaneSnapper {
   [[nodiscard]] uint32_t KnownPlane(const std::vector<Point3>& polygon,
                                     Vec3 normal) const {
     uint32_t best = kNone;
-    double least = tolerance_;
+    double least = std::numeric_limits<double>::infinity();
     for (uint32_t i = 0; i < planes_.size(); ++i) {
       const Plane& plane = planes_[i];
-      if (std::abs(plane.Distance(polygon[0])) > tolerance_ ||
+      if (std::abs(plane.Distance(polygon[0])) > reach_[i] ||
           std::abs(Dot(plane.normal, normal)) < kNearlyParallel) {
         continue;
       }
       const double distance = GreatestDistance(polygon, plane);
-      if (distance < least || (distance == least && best == kNone)) {
+      if (distance <= reach_[i] && distance < least) {
         best = i;
         least = distance;
       }
@@ -74,32 +79,44 @@ class PlaneSnapper {
       }
       const Vec3 turned = Dot(direction, normal) > 0 ? direction : -direction;
       const Plane plane = MiddlePlane(polygon, turned);
-      if (GreatestDistance(polygon, plane) <= 0.5 * tolerance_) {
+      if (IsNear(polygon, plane)) {
         return plane;
       }
     }
-    const Vec3 level = {normal.x, normal.y, 0};
-    if (Length(level) > kNearlyParallel) {
-      const Plane upright = MiddlePlane(polygon, Normalize(level));
-      if (GreatestDistance(polygon, upright) <= 0.5 * tolerance_) {
-        directions_.push_back(upright.normal);
-        directions_.push_back({-upright.normal.y, upright.normal.x, 0});
-        return upright;
+    for (const Vec3 axis : {Vec3{0, 0, 1}, Vec3{0, 1, 0}, Vec3{1, 0, 0}}) {
+      const Vec3 across = normal - axis * Dot(normal, axis);
+      if (Length(across) <= kNearlyParallel) {
+        continue;
+      }
+      const Plane along = MiddlePlane(polygon, Normalize(across));
+      if (IsNear(polygon, along)) {
+        directions_.push_back(along.normal);
+        directions_.push_back(Cross(axis, along.normal));
+        return along;
       }
     }
     directions_.push_back(normal);
     return MiddlePlane(polygon, normal);
   }
 
-  double tolerance_;
+  // Whether a polygon may be turned into the plane.
+  [[nodiscard]] bool IsNear(const std::vector<Point3>& polygon,
+                            const Plane& plane) const {
+    return GreatestDistance(polygon, plane) <=
+           tolerance_.of_turned(plane.normal);
+  }
+
+  const PlaneTolerance& tolerance_;
   std::vector<Plane> planes_;
+  std::vector<double> reach_;  // the tolerance of each
   std::vector<Vec3> directions_{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
 };
 
 }  // namespace
 
 SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
-                         double tolerance) {
+                         const PlaneTolerance& tolerance,
+                         std::span<const Vec3> directions) {
   std::vector<double> area(polygons.size());
   std::vector<uint32_t> order(polygons.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -109,7 +126,7 @@ SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
   std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
     return area[a] > area[b];
   });
-  PlaneSnapper snapper(tolerance);
+  PlaneSnapper snapper(tolerance, directions);
   SnappedPlanes snapped;
   snapped.plane_of.resize(polygons.size());
   for (const uint32_t i : order) {
@@ -118,6 +135,13 @@ SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
   }
   snapped.planes = snapper.Take();
   return snapped;
+}
+
+SnappedPlanes SnapPlanes(std::span<const std::vector<Point3>> polygons,
+                         double tolerance_m) {
+  return SnapPlanes(polygons,
+                    {[=](Vec3 /*normal*/) { return tolerance_m; },
+                     [=](Vec3 /*normal*/) { return 0.5 * tolerance_m; }});
 }
 
 }  // namespace enfilade

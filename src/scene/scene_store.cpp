@@ -130,6 +130,7 @@ std::string EncodeInfo(const SceneInfo& info) {
   out.Put(info.bounds);
   out.Put<uint8_t>(info.y_is_up ? 1 : 0);
   out.Put(info.greatest_move_m);
+  out.Put(info.coordinate_step_m);
   out.Put(info.input_polygons);
   out.Put(info.faces);
   out.PutVarint(info.notes.size());
@@ -158,6 +159,7 @@ SceneInfo DecodeInfo(ByteReader& in) {
   info.bounds = in.Get<Box3>();
   info.y_is_up = in.Get<uint8_t>() != 0;
   info.greatest_move_m = in.Get<double>();
+  info.coordinate_step_m = in.Get<double>();
   info.input_polygons = in.Get<uint64_t>();
   info.faces = in.Get<uint64_t>();
   for (uint64_t left = in.GetVarint(); left > 0; --left) {

@@ -41,6 +41,7 @@ struct SceneInfo {
   Box3 bounds;
   bool y_is_up = false;            // z is, if not
   double greatest_move_m = 0;      // of a vertex, where cracks were closed
+  double coordinate_step_m = 0;    // of oblique walls; 0 if they are exact
   uint64_t input_polygons = 0;     // as read, before cleaning
   uint64_t faces = 0;              // after cleaning
   std::vector<std::string> notes;  // what cleaning changed, in sentences

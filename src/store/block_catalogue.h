@@ -19,7 +19,7 @@
 namespace enfilade::internal {
 
 inline constexpr int64_t kApplicationId = 0x456e6631;  // "Enf1"
-inline constexpr int64_t kFormatVersion = 24;
+inline constexpr int64_t kFormatVersion = 25;
 
 // A row of the catalogue.
 struct BlockEntry {

@@ -324,7 +324,7 @@ class FindOpenBordersTest : public ::testing::Test {
  protected:
   OpenBorders Find(MemoryBudget& budget, GrowingCharge& charge) {
     return FindOpenBorders(
-        *built_.store, tree_, survey_, shelf_, budget, charge);
+        *built_.store, tree_, survey_, kCrackM, shelf_, budget, charge);
   }
 
   const Built built_{TwoRoomsWithDoor()};
@@ -401,7 +401,7 @@ TEST(Subtract, WhatIsLeftOfManyCoversIsTold) {
   }
   uint64_t told = 0;
   const std::vector<Polygon> left =
-      Subtract(whole, {0, 0, 1}, all, [&](uint64_t bytes, double /*share*/) {
+      Subtract(whole, {0, 0, 1}, all, kCrackM, [&](uint64_t bytes, double /*share*/) {
         told = bytes;
       });
   EXPECT_GT(left.size(), covers.size());

@@ -370,6 +370,24 @@ TEST(Contact, EnclosesWhatIsAsGoodAsTouched) {
   EXPECT_EQ(enclosed_below(0.002), 0);
 }
 
+// Light fills the gap before a lamp: neither the lamp nor what it shines on is
+// covered, by the lamp's other side no more than by the lamp.
+TEST(Contact, ALampCoversNothingThatItFaces) {
+  for (const bool faces_down : {true, false}) {
+    Patch lamp = Rectangle(FaceId(1U), {1, 1, 5e-4}, kEast * 1, kNorth * 0.5);
+    Patch back = lamp;
+    (faces_down ? lamp : back).u = kNorth * 0.5;
+    (faces_down ? lamp : back).v = kEast * 1;
+    lamp.emits = true;
+    back.is_back = true;
+    auto patches = FloorWith({lamp, back});
+    CutAlongContacts(patches);
+    EXPECT_EQ(EnclosedArea(PartsOf(patches, FaceId(1U))), 0);
+    EXPECT_NEAR(
+        EnclosedArea(PartsOf(patches, kFloorFace)), faces_down ? 0 : 0.5, 1e-9);
+  }
+}
+
 // The door covers all of the floor except a rim that is not worth a part.
 TEST(Contact, EnclosesAsAWholeWhatIsCoveredAsAWhole) {
   Patch door =

@@ -152,5 +152,42 @@ TEST(ClosedSolid, PrismThatCrossesItselfIsNone) {
   EXPECT_EQ(mesh.CountInSolids(), 0U);
 }
 
+// A slab whose top slopes down to `thickness` at one end.
+Mesh TaperedSlab(double thickness) {
+  Mesh mesh;
+  const auto at = [&](int x, int y, int z) {
+    const double high = x == 0 ? 0.12 : thickness;
+    return Point3{2.0 * x, 1.0 * y, z == 0 ? 0 : high};
+  };
+  mesh.Add({at(0, 0, 0), at(0, 1, 0), at(1, 1, 0), at(1, 0, 0)});
+  mesh.Add({at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)});
+  mesh.Add({at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1)});
+  mesh.Add({at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), at(1, 1, 0)});
+  mesh.Add({at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), at(0, 1, 0)});
+  mesh.Add({at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1)});
+  return mesh;
+}
+
+// Where the top lies below the bottom, both look to the outside.
+TEST(ClosedSolid, SlabWhoseTopGoesThroughItsBottomIsNone) {
+  EXPECT_EQ(TaperedSlab(0.01).CountInSolids(), 6U);
+  for (const double below : {-0.01, -0.05, -0.12, -0.3}) {
+    EXPECT_EQ(TaperedSlab(below).CountInSolids(), 0U) << below;
+  }
+}
+
+// Near its edge a wedge is thinner than the distance of the points that tell
+// its inside.
+TEST(ClosedSolid, WedgeIsOne) {
+  Mesh mesh;
+  const auto at = [](double x, double y, double z) { return Point3{x, y, z}; };
+  mesh.Add({at(0, 0, 0), at(0, 1, 0), at(2, 1, 0), at(2, 0, 0)});
+  mesh.Add({at(0, 0, 0.01), at(2, 0, 0), at(2, 1, 0), at(0, 1, 0.01)});
+  mesh.Add({at(0, 0, 0), at(0, 0, 0.01), at(0, 1, 0.01), at(0, 1, 0)});
+  mesh.Add({at(0, 0, 0), at(2, 0, 0), at(0, 0, 0.01)});
+  mesh.Add({at(0, 1, 0), at(0, 1, 0.01), at(2, 1, 0)});
+  EXPECT_EQ(mesh.CountInSolids(), 5U);
+}
+
 }  // namespace
 }  // namespace enfilade

@@ -53,9 +53,9 @@ class ProbeTest : public ::testing::Test {
     return "accepted";
   }
 
-  // A plate 2 mm above the floor, of an irradiance of 3.
-  void AddPlate() {
-    building_.Add({1, 1, .002},
+  // A plate above the floor, of an irradiance of 3.
+  void AddPlate(double height_m = .002) {
+    building_.Add({1, 1, height_m},
                   {1, 0, 0},
                   {0, 1, 0},
                   building_.AddMaterial({.5, .5, .5}, {}));
@@ -128,6 +128,14 @@ TEST_F(ProbeTest, ASurfaceALittleAboveIsNotThatOfThePoint) {
   AddPlate();
   EXPECT_EQ(LastValue("1.5,1.5,0,0,0,1"), (Rgb{7, 8, 9}));
   EXPECT_EQ(LastValue("1.5,1.5,.002,0,0,1"), (Rgb{3, 3, 3}));
+}
+
+TEST_F(ProbeTest, OfSurfacesThatAreCloseThatOfThePointIsProbed) {
+  AddPlate(.0005);
+  EXPECT_EQ(LastValue("1.5,1.5,0,0,0,1"), (Rgb{7, 8, 9}));
+  EXPECT_EQ(LastValue("1.5,1.5,.0005,0,0,1"), (Rgb{3, 3, 3}));
+  // On neither: on the outer one.
+  EXPECT_EQ(LastValue("1.5,1.5,.0003,0,0,1"), (Rgb{3, 3, 3}));
 }
 
 // Where import has moved walls to close cracks, a point on a wall of the file

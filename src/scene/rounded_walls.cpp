@@ -1,0 +1,353 @@
+#include "scene/rounded_walls.h"
+
+#include "base/planar_polygon.h"
+#include "scene/plane_snap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <Eigen/Dense>
+
+namespace enfilade {
+namespace {
+
+// Rounding to less than this matters to nothing; of more, too much is lost.
+constexpr double kLeastStepM = 2e-5;
+constexpr double kMostStepM = 2e-3;
+// The share of coordinates that must be multiples of a step, and after how many
+// it shows.
+constexpr double kMultiples = 0.999;
+constexpr uint64_t kCoordinatesToTell = 30'000;
+// The largest walls are kept, if they are at least this large.
+constexpr size_t kMostWalls = 8192;
+constexpr size_t kMostCorners = 64;
+constexpr double kLeastWallM2 = 0.25;
+// Planes of walls this much along each other do not determine a line.
+constexpr double kLeastAcross = 0.3;
+// A vertex moves at most this many steps.
+constexpr double kMostSteps = 3;
+// The box around the walls of a plane is enlarged by this many steps.
+constexpr double kBesideSteps = 10;
+
+constexpr uint64_t kBytesPerPlane = sizeof(Plane) + sizeof(Box3);
+
+double SumOfSizes(Vec3 v) {
+  return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
+}
+
+// Rounding by half a step along each axis moves a point along a normal by up to
+// half a step times the sum of the normal's sizes. The planes of oblique walls
+// are themselves known only from rounded points.
+double ToleranceM(double step_m, Vec3 normal) {
+  const double sizes = SumOfSizes(normal);
+  return step_m * (0.5 * sizes + (sizes - 1));
+}
+
+bool IsAlongAxis(Vec3 normal) {
+  return std::max(
+             {std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)}) >
+         1 - 1e-12;
+}
+
+// The scatter of the vertices of walls that face one way, each wall about its
+// own middle.
+using Scatter = Eigen::Matrix3d;
+
+Scatter ScatterOf(const std::vector<Point3>& wall) {
+  Vec3 sum;
+  for (const Point3 p : wall) {
+    sum = sum + (p - wall[0]);
+  }
+  const Point3 middle = wall[0] + sum / static_cast<double>(wall.size());
+  Scatter scatter = Scatter::Zero();
+  for (const Point3 p : wall) {
+    const Vec3 d = p - middle;
+    const Eigen::Vector3d off(d.x, d.y, d.z);
+    scatter += off * off.transpose();
+  }
+  return scatter;
+}
+
+// A rotation about a coordinate axis by quarters of a turn.
+Eigen::Matrix3d QuarterTurns(size_t axis, int quarters) {
+  const size_t u = (axis + 1) % 3;
+  const size_t v = (axis + 2) % 3;
+  Eigen::Matrix3d quarter = Eigen::Matrix3d::Zero();
+  const auto at = [](size_t i) { return static_cast<Eigen::Index>(i); };
+  quarter(at(axis), at(axis)) = 1;
+  quarter(at(v), at(u)) = 1;
+  quarter(at(u), at(v)) = -1;
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  for (int i = 0; i < quarters; ++i) {
+    turn = quarter * turn;
+  }
+  return turn;
+}
+
+// A direction along which walls face. Walls of a level direction stand at right
+// angles to others: these are one family, turned by quarters of a turn.
+struct Facing {
+  size_t axis = 3;   // that the direction is perpendicular to; 3: none
+  int quarters = 0;  // that turn the direction into the family's first quadrant
+  std::array<double, 3> family{};
+
+  friend bool operator<(const Facing& a, const Facing& b) {
+    return std::pair(a.axis, a.family) < std::pair(b.axis, b.family);
+  }
+};
+
+Facing FacingOf(Vec3 direction) {
+  for (const size_t axis : {size_t{2}, size_t{1}, size_t{0}}) {
+    if (direction[axis] != 0) {
+      continue;
+    }
+    Facing facing{axis, 0, {direction.x, direction.y, direction.z}};
+    double& x = facing.family[(axis + 1) % 3];
+    double& y = facing.family[(axis + 2) % 3];
+    for (; !(x > 0 && y >= 0); ++facing.quarters) {
+      x = std::exchange(y, x);
+      x = -x;
+    }
+    return facing;
+  }
+  const bool flip = direction.x < 0;
+  return {3,
+          0,
+          {flip ? -direction.x : direction.x,
+           flip ? -direction.y : direction.y,
+           flip ? -direction.z : direction.z}};
+}
+
+// The direction in which vertices scatter least; perpendicular to `axis`, if
+// that is one.
+Vec3 LeastScatter(Scatter scatter, size_t axis) {
+  if (axis < 3) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const double most = scatter.trace();
+    scatter.row(i).setZero();
+    scatter.col(i).setZero();
+    scatter(i, i) = 2 * most;
+  }
+  const Eigen::SelfAdjointEigenSolver<Scatter> solver(scatter);
+  const Eigen::Vector3d least = solver.eigenvectors().col(0);
+  std::array<double, 3> n = {least[0], least[1], least[2]};
+  if (axis < 3) {
+    n[axis] = 0;
+  }
+  return Normalize(Vec3{n[0], n[1], n[2]});
+}
+
+// The directions of oblique walls, each from all walls that face that way,
+// those of the largest walls first.
+std::vector<Vec3> FitDirections(std::span<const std::vector<Point3>> walls,
+                                const SnappedPlanes& snapped) {
+  std::map<Facing, size_t> place;
+  std::vector<std::pair<Facing, Scatter>> found;
+  std::vector<std::vector<uint32_t>> of_plane(snapped.planes.size());
+  for (uint32_t i = 0; i < walls.size(); ++i) {
+    of_plane[snapped.plane_of[i]].push_back(i);
+  }
+  for (size_t k = 0; k < snapped.planes.size(); ++k) {
+    const Vec3 normal = snapped.planes[k].normal;
+    if (IsAlongAxis(normal)) {
+      continue;
+    }
+    const Facing facing = FacingOf(normal);
+    const auto [entry, is_new] = place.try_emplace(facing, found.size());
+    if (is_new) {
+      found.emplace_back(facing, Scatter::Zero());
+    }
+    const Eigen::Matrix3d turn =
+        facing.axis < 3 ? QuarterTurns(facing.axis, facing.quarters)
+                        : Eigen::Matrix3d::Identity();
+    for (const uint32_t i : of_plane[k]) {
+      found[entry->second].second +=
+          turn * ScatterOf(walls[i]) * turn.transpose();
+    }
+  }
+  std::vector<Vec3> directions;
+  for (const auto& [facing, scatter] : found) {
+    directions.push_back(LeastScatter(scatter, facing.axis));
+    if (facing.axis < 3) {
+      std::array<double, 3> axis{};
+      axis[facing.axis] = 1;
+      directions.push_back(
+          Cross(Vec3{axis[0], axis[1], axis[2]}, directions.back()));
+    }
+  }
+  return directions;
+}
+
+// Moves the planes of oblique walls to the middle of their vertices.
+void CenterOffsets(std::span<const std::vector<Point3>> walls,
+                   SnappedPlanes* snapped) {
+  struct Mean {
+    double sum = 0;
+    double count = 0;
+  };
+
+  std::vector<Mean> off(snapped->planes.size());
+  for (size_t i = 0; i < walls.size(); ++i) {
+    const Plane& plane = snapped->planes[snapped->plane_of[i]];
+    Mean& mean = off[snapped->plane_of[i]];
+    for (const Point3 p : walls[i]) {
+      mean.sum += plane.Distance(p);
+      mean.count += 1;
+    }
+  }
+  for (size_t k = 0; k < off.size(); ++k) {
+    if (off[k].count > 0 && !IsAlongAxis(snapped->planes[k].normal)) {
+      snapped->planes[k].offset += off[k].sum / off[k].count;
+    }
+  }
+}
+
+}  // namespace
+
+RoundedWalls::RoundedWalls(std::span<const std::vector<Point3>> walls,
+                           double step_m,
+                           MemoryBudget& budget)
+    : step_m_(step_m) {
+  const auto tolerance = [step_m](Vec3 n) { return ToleranceM(step_m, n); };
+  const PlaneTolerance both = {tolerance, tolerance};
+  SnappedPlanes snapped =
+      SnapPlanes(walls, both, FitDirections(walls, SnapPlanes(walls, both)));
+  CenterOffsets(walls, &snapped);
+  charge_ = MemoryCharge(budget,
+                         snapped.planes.size() * kBytesPerPlane +
+                             BoxTree::BytesFor(snapped.planes.size()),
+                         "the planes of oblique walls");
+  planes_ = std::move(snapped.planes);
+  std::vector<Box3> boxes(planes_.size());
+  for (size_t i = 0; i < walls.size(); ++i) {
+    Box3& box = boxes[snapped.plane_of[i]];
+    for (const Point3 p : walls[i]) {
+      box.Include(p);
+    }
+  }
+  for (Box3& box : boxes) {
+    box = Grown(box, kBesideSteps * step_m);
+  }
+  boxes_.emplace(std::move(boxes));
+}
+
+Point3 RoundedWalls::Restored(Point3 p) const {
+  std::vector<uint32_t> near;
+  boxes_->ForOverlaps({p, p}, [&](uint32_t i) {
+    const Plane& plane = planes_[i];
+    if (std::abs(plane.Distance(p)) <= ToleranceM(step_m_, plane.normal)) {
+      near.push_back(i);
+    }
+  });
+  std::sort(near.begin(), near.end());
+  // Each move is across the planes on which the point lies already.
+  std::array<Vec3, 3> fixed;
+  size_t count = 0;
+  Point3 restored = p;
+  for (const uint32_t i : near) {
+    const Plane& plane = planes_[i];
+    Vec3 across = plane.normal;
+    for (size_t k = 0; k < count; ++k) {
+      across = across - fixed[k] * Dot(plane.normal, fixed[k]);
+    }
+    const double length = Length(across);
+    if (length < kLeastAcross) {
+      continue;
+    }
+    const Point3 moved = restored - across * (plane.Distance(restored) /
+                                              Dot(across, plane.normal));
+    if (Length(moved - p) > kMostSteps * step_m_) {
+      continue;
+    }
+    restored = moved;
+    fixed[count] = across / length;
+    if (++count == fixed.size()) {
+      break;
+    }
+  }
+  return restored;
+}
+
+RoundingSurvey::RoundingSurvey(double metres_per_unit, MemoryBudget& budget)
+    : metres_per_unit_(metres_per_unit),
+      budget_(&budget),
+      charge_(budget, "the walls whose coordinates are rounded") {}
+
+void RoundingSurvey::See(Point3 in_file) {
+  coordinates_ += 3;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    double steps = std::abs(in_file[axis]);
+    for (uint64_t& multiples : multiples_) {
+      // Decimal fractions are not exact in binary.
+      const double off = std::abs(steps - std::round(steps));
+      multiples += off <= 1e-12 * steps + 1e-6 ? 1 : 0;
+      steps *= 10;
+    }
+  }
+}
+
+bool RoundingSurvey::IsLarger(const Wall& a, const Wall& b) {
+  return std::pair(a.area_m2, b.number) > std::pair(b.area_m2, a.number);
+}
+
+void RoundingSurvey::Add(std::span<const Point3> polygon) {
+  const uint64_t number = polygons_++;
+  const double area_m2 = Length(AreaVector(polygon));
+  const bool is_fine = coordinates_ > kCoordinatesToTell && !StepM();
+  if (is_fine || polygon.size() > kMostCorners || !(area_m2 >= kLeastWallM2)) {
+    return;
+  }
+  const bool is_full = walls_.size() == kMostWalls;
+  if (is_full && area_m2 <= walls_.front().area_m2) {
+    return;
+  }
+  if (is_full) {
+    std::pop_heap(walls_.begin(), walls_.end(), IsLarger);
+    walls_.pop_back();
+  } else {
+    constexpr uint64_t kCopies = 2;
+    charge_.GrowTo((walls_.size() + 1) * kCopies *
+                   (sizeof(Wall) + 4 * sizeof(Point3)));
+  }
+  walls_.push_back({area_m2, number, {polygon.begin(), polygon.end()}});
+  std::push_heap(walls_.begin(), walls_.end(), IsLarger);
+}
+
+std::optional<double> RoundingSurvey::StepM() const {
+  double step_m = metres_per_unit_;
+  for (const uint64_t multiples : multiples_) {
+    if (static_cast<double>(multiples) >=
+        kMultiples * static_cast<double>(coordinates_)) {
+      return step_m >= kLeastStepM && step_m <= kMostStepM
+                 ? std::optional(step_m)
+                 : std::nullopt;
+    }
+    step_m /= 10;
+  }
+  return std::nullopt;
+}
+
+std::optional<RoundedWalls> RoundingSurvey::Finish() {
+  const std::optional<double> step_m = StepM();
+  if (!step_m) {
+    return std::nullopt;
+  }
+  std::sort_heap(walls_.begin(), walls_.end(), IsLarger);
+  const bool has_oblique =
+      std::any_of(walls_.begin(), walls_.end(), [](const Wall& wall) {
+        return !IsAlongAxis(Normalize(AreaVector(wall.polygon)));
+      });
+  if (!has_oblique) {
+    return std::nullopt;
+  }
+  std::vector<std::vector<Point3>> polygons;
+  polygons.reserve(walls_.size());
+  for (Wall& wall : walls_) {
+    polygons.push_back(std::move(wall.polygon));
+  }
+  return RoundedWalls(polygons, *step_m, *budget_);
+}
+
+}  // namespace enfilade
