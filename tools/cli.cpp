@@ -86,12 +86,16 @@ std::string UsageText(const CLI::App& app,
   const auto is_name = [&](size_t i) {
     return i < words.size() && *words[i] != '\0' && *words[i] != '-';
   };
+  const bool is_no_number =
+      dynamic_cast<const CLI::ConversionError*>(&error) != nullptr;
+  const std::string what = fmt::format(
+      "{}{}", error.what(), is_no_number ? ": that is no number" : "");
   const auto verbs = app.get_subcommands();
   if (verbs.empty()) {
     return is_name(1) ? fmt::format("there is no verb '{}'; there are: {}",
                                     words[1],
                                     NamesBelow(app))
-                      : fmt::format("{} (see 'enfilade --help')", error.what());
+                      : fmt::format("{} (see 'enfilade --help')", what);
   }
   const CLI::App& verb = *verbs[0];
   const bool has_kinds = !verb.get_subcommands({}).empty();
@@ -101,8 +105,7 @@ std::string UsageText(const CLI::App& app,
                        words[2],
                        NamesBelow(verb));
   }
-  return fmt::format(
-      "{} (see 'enfilade {} --help')", error.what(), verb.get_name());
+  return fmt::format("{} (see 'enfilade {} --help')", what, verb.get_name());
 }
 
 int ParseAndRun(CLI::App& app, int argc, char** argv) {

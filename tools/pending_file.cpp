@@ -36,10 +36,8 @@ bool IsStreamAt(const fs::path& path) {
 fs::path TargetOf(fs::path path) {
   constexpr int kMostLinks = 40;  // as many as Linux follows
   std::error_code failed;
-  if (IsStreamAt(path)) {
-    return path;
-  }
-  for (int links = 0; fs::is_symlink(path, failed); ++links) {
+  for (int links = 0; fs::is_symlink(path, failed) && !IsStreamAt(path);
+       ++links) {
     if (links == kMostLinks) {
       Fail(path, "its symbolic links lead in a circle");
     }

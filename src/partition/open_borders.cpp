@@ -139,10 +139,10 @@ class BorderFinder {
  public:
   BorderFinder(const BuiltTree& built,
                const FaceSurvey& survey,
-               double crack_m,
+               double oblique_crack_m,
                ScratchShelf& shelf,
                GrowingCharge& charge)
-      : crack_m_(crack_m),
+      : oblique_crack_m_(oblique_crack_m),
         tree_(&built.tree),
         leaves_(&built.leaves),
         survey_(&survey),
@@ -171,8 +171,8 @@ class BorderFinder {
         const std::vector<Polygon> open =
             Subtract(common.polygon,
                      node.plane.normal,
-                     index.Near(common.polygon, crack_m_),
-                     crack_m_,
+                     index.Near(common.polygon, oblique_crack_m_),
+                     oblique_crack_m_,
                      [&](uint64_t bytes, double share) {
                        ChargeWith(bytes, share * cover_bytes);
                      });
@@ -216,7 +216,7 @@ class BorderFinder {
         done / static_cast<double>(std::max<uint64_t>(all_cover_bytes_, 1)));
   }
 
-  double crack_m_;
+  double oblique_crack_m_;
   const BspTree* tree_;
   const LeafShapes* leaves_;
   const FaceSurvey* survey_;
@@ -257,11 +257,11 @@ void OpenBorders::ForEachOpening(
 OpenBorders FindOpenBorders(const BlockStorage& store,
                             const BuiltTree& built,
                             const FaceSurvey& survey,
-                            double crack_m,
+                            double oblique_crack_m,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge) {
-  BorderFinder finder(built, survey, crack_m, shelf, charge);
+  BorderFinder finder(built, survey, oblique_crack_m, shelf, charge);
   const size_t nodes = built.tree.nodes.size();
   for (size_t first = 0; first < nodes;) {
     const uint64_t room = budget.FreeBytes() / kCoverParts;

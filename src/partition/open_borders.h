@@ -66,12 +66,13 @@ class OpenBorders {
 // Finds all open borders and charges their memory as it finds them. Takes the
 // nodes in batches whose covers fit into a part of the free budget, and passes
 // over the store's faces once per batch. Conservative: a point of a border
-// counts as closed only if faces in the plane cover it or a crack narrower than
-// `crack_m` contains it.
+// counts as closed only if faces in the plane cover it or a crack contains it
+// that is narrower than kCrackM, or than `oblique_crack_m` if no axis leads
+// across it.
 OpenBorders FindOpenBorders(const BlockStorage& store,
                             const BuiltTree& built,
                             const FaceSurvey& survey,
-                            double crack_m,
+                            double oblique_crack_m,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge);

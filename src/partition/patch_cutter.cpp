@@ -13,9 +13,9 @@ namespace {
 // A quadrilateral is a parallelogram up to this share of its size.
 constexpr double kParallelogramTolerance = 1e-6;
 // One whose corners rounding has moved is replaced by the parallelogram nearest
-// to it if that moves no corner farther than surfaces are told apart, and by no
-// more than a share of the shorter side.
-constexpr double kMostMoveM = 3e-4;
+// to it if that moves no corner by more than the width of a crack, nor by more
+// than a share of the shorter side.
+constexpr double kMostMoveM = kCrackM;
 constexpr double kMostMoveShare = 0.005;
 // Larger polygons are cut without looking for parallelograms inside them.
 constexpr size_t kMostVerticesForQuads = 20;
@@ -204,8 +204,9 @@ std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces) {
 }
 
 size_t CountPatches(const Polygon& polygon) {
-  if (polygon.size() > kMostVerticesForQuads) {
-    return polygon.size() - 2;
+  const size_t corners = WithoutStraightCorners(polygon).size();
+  if (corners > kMostVerticesForQuads) {
+    return corners - 2;
   }
   size_t count = 0;
   for (const PatchPiece& piece : CutIntoPatches(polygon)) {

@@ -21,7 +21,9 @@ struct PatchPiece {
 // polygon and have its vertices as corners. The cut has the fewest pieces
 // possible and, among such cuts, the best shaped ones; a polygon of more than
 // 20 vertices is cut into triangles only. A quadrilateral counts as a
-// parallelogram up to 1e-6 of its size. Empty for a polygon without area.
+// parallelogram up to 1e-6 of its size. One that is a parallelogram but for
+// rounding becomes the nearest one, whose corners are up to kCrackM beside
+// those of the polygon. Empty for a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
 // Cuts long parallelograms across into parts of at least a metre in length that
@@ -31,7 +33,7 @@ std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 std::vector<PatchPiece> CutLongOnes(const std::vector<PatchPiece>& pieces);
 
 // The number of patches that CutIntoPatches and CutLongOnes make of a polygon;
-// of one of more than 20 vertices, at most so many.
+// of one of more than 20 corners, at most so many.
 size_t CountPatches(const Polygon& polygon);
 
 // The corners of a patch, counter-clockwise seen from its front.

@@ -40,12 +40,18 @@ bool HasEdgeWithin(const Polygon& polygon,
   return false;
 }
 
-// Appends polygon \ cover. A cover that overlaps by less than `crack_m` leaves
+bool IsAlongAxis(const Vec3& direction) {
+  const double along = std::max(
+      {std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+  return Length(direction) - along <= kAxisTolerance * along;
+}
+
+// Appends polygon \ cover. A cover that overlaps by less than a crack leaves
 // the polygon whole.
 void SubtractOne(Polygon polygon,
                  const Vec3& normal,
                  const Polygon& cover,
-                 double crack_m,
+                 double oblique_crack_m,
                  std::vector<Polygon>& outside) {
   const double turn = Dot(AreaVector(cover), normal) > 0 ? 1.0 : -1.0;
   std::vector<Polygon> cut_off;
@@ -58,6 +64,7 @@ void SubtractOne(Polygon polygon,
     }
     const Vec3 out = Normalize(Cross(edge, normal)) * turn;
     const Plane side{out, Dot(out, Vec3{a.x, a.y, a.z})};
+    const double crack_m = IsAlongAxis(out) ? kCrackM : oblique_crack_m;
     const PlaneSide where = Classify(rest, side, crack_m);
     if (where == PlaneSide::kFront) {
       outside.push_back(std::move(polygon));
@@ -190,7 +197,7 @@ std::vector<Polygon> Subtract(
     const Polygon& polygon,
     const Vec3& normal,
     const std::vector<const Polygon*>& covers,
-    double crack_m,
+    double oblique_crack_m,
     const std::function<void(uint64_t, double)>& grow) {
   // The pieces before and after a cover is removed, in growing vectors.
   constexpr uint64_t kBytesEach = 4 * sizeof(Polygon);
@@ -201,7 +208,8 @@ std::vector<Polygon> Subtract(
     ThrowIfStopRequested();
     std::vector<Polygon> outside;
     for (Polygon& piece : left) {
-      SubtractOne(std::move(piece), normal, *covers[i], crack_m, outside);
+      SubtractOne(
+          std::move(piece), normal, *covers[i], oblique_crack_m, outside);
     }
     left = std::move(outside);
     if (grow && left.size() > told) {

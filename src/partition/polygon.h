@@ -76,14 +76,15 @@ Polygon RectangleAround(const Box3& box, const Plane& plane);
 
 // Removes `covers` (convex polygons in the plane of `polygon`, facing either
 // way) from the polygon and returns the rest as convex polygons. Gaps of less
-// than `crack_m` between covers close. Many covers make many pieces: as the
-// pieces grow, `grow`, unless empty, is told their bytes and the share of the
-// covers that were removed so far.
+// than kCrackM between covers close; gaps across which no axis leads, if they
+// are less than `oblique_crack_m`. Many covers make many pieces: as the pieces
+// grow, `grow`, unless empty, is told their bytes and the share of the covers
+// that were removed so far.
 std::vector<Polygon> Subtract(
     const Polygon& polygon,
     const Vec3& normal,
     const std::vector<const Polygon*>& covers,
-    double crack_m = kCrackM,
+    double oblique_crack_m = kCrackM,
     const std::function<void(uint64_t bytes, double share)>& grow = {});
 
 // The polygon without the vertices that lie on the line through their

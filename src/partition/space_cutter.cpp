@@ -75,12 +75,12 @@ void SpaceCutter::MakeCells(const FaceSurvey& survey,
                             GrowingCharge& portals_charge,
                             Partition* partition) {
   GrowingCharge charge(*budget_, "the borders between convex regions");
-  // Between oblique walls whose coordinates were rounded, cracks are wider.
+  // Where coordinates were rounded, cracks beside oblique edges are wider.
   constexpr double kStepsOfCrack = 1.5;
-  const double crack_m =
+  const double oblique_crack_m =
       std::max(kCrackM, kStepsOfCrack * info_->coordinate_step_m);
   const OpenBorders borders = FindOpenBorders(
-      *store_, built_, survey, crack_m, shelf, *budget_, charge);
+      *store_, built_, survey, oblique_crack_m, shelf, *budget_, charge);
   DropOutlines();
   charge.ShrinkTo(borders.Bytes());
   ReachProgress(0.6);

@@ -17,6 +17,8 @@ namespace {
 // The winding numbers of a solid take time quadratic in its polygons.
 constexpr size_t kMostPolygons = 512;
 constexpr double kRounding = 0.1;  // of a winding number
+// Vertices this share of `beside` behind a polygon count as in its plane.
+constexpr double kFlatShare = 0.25;
 // A point near a corner is this share of the way to the middle.
 constexpr double kNearCorner = 0.02;
 
@@ -108,22 +110,63 @@ class SolidFinder {
         solid.bounds.Include(vertices_[v]);
       }
     }
-    std::vector<ClosedSolid> found;
+    const auto fronts = FrontsOfConvex(members);
+    const auto sides = fronts ? fronts : FrontsByWinding(members);
+    if (!sides) {
+      return;
+    }
+    ++count_;
+    for (size_t k = 0; k < members.size(); ++k) {
+      solid.front_is_inside = (*sides)[k];
+      found_.solids[members[k]] = solid;
+      found_.numbers[members[k]] = count_;
+    }
+  }
+
+  // For each polygon whether the inside is at its front.
+  using Fronts = std::vector<bool>;
+
+  // nullopt unless all vertices lie on one side of each polygon.
+  [[nodiscard]] std::optional<Fronts> FrontsOfConvex(
+      const std::vector<size_t>& members) const {
+    const double tolerance = kFlatShare * beside_;
+    Fronts fronts;
+    for (const size_t i : members) {
+      ThrowIfStopRequested();
+      const auto [middle, normal] = MiddleOf(polygons_[i]);
+      double low = 0;
+      double high = 0;
+      for (const size_t k : members) {
+        for (const uint32_t v : polygons_[k]) {
+          const double height = Dot(vertices_[v] - middle, normal);
+          low = std::min(low, height);
+          high = std::max(high, height);
+        }
+      }
+      const bool is_behind = high <= tolerance;
+      if (is_behind == (low >= -tolerance)) {  // on both sides, or flat
+        return std::nullopt;
+      }
+      fronts.push_back(!is_behind);
+    }
+    return fronts;
+  }
+
+  // nullopt unless the inside winds one way beside all polygons.
+  [[nodiscard]] std::optional<Fronts> FrontsByWinding(
+      const std::vector<size_t>& members) const {
+    Fronts fronts;
     std::optional<int> winding;
     for (const size_t i : members) {
       ThrowIfStopRequested();
       const auto inside = InsideOf(members, i);
       if (!inside || inside->winding != winding.value_or(inside->winding)) {
-        return;
+        return std::nullopt;
       }
       winding = inside->winding;
-      found.push_back({solid.bounds, inside->is_front});
+      fronts.push_back(inside->is_front);
     }
-    ++count_;
-    for (size_t k = 0; k < members.size(); ++k) {
-      found_.solids[members[k]] = found[k];
-      found_.numbers[members[k]] = count_;
-    }
+    return fronts;
   }
 
   // Finds which polygons must be turned to agree with the first, since files

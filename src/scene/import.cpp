@@ -191,6 +191,7 @@ std::optional<RoundedWalls> SurveyRounding(const std::filesystem::path& scene,
     return Scaled(p, unit);
   };
   input.without_instances = true;
+  input.is_enough = [&] { return survey.IsFine(); };
   MaterialTable materials(OverridesOf(options), options.sides, budget);
   ReadObj(input, materials, budget, store, survey);
   return survey.Finish();

@@ -40,6 +40,9 @@ struct ObjContext {
   ObjMaterialFiles files;
 };
 
+// Ends the reading of a file of which enough was seen.
+struct Enough {};
+
 // The object whose polygons are being read.
 struct CurrentObject {
   std::string name;
@@ -102,8 +105,12 @@ class ObjReading {
     stream.exceptions(std::ios::badbit);  // lets CheckLine's errors through
     std::string warnings;
     std::string errors;
-    tinyobj::LoadObjWithCallback(
-        stream, callbacks, this, nullptr, &warnings, &errors);
+    try {
+      tinyobj::LoadObjWithCallback(
+          stream, callbacks, this, nullptr, &warnings, &errors);
+    } catch (const Enough&) {
+      errors.clear();
+    }
     if (!errors.empty()) {
       Fail(errors);
     }
@@ -203,6 +210,9 @@ class ObjReading {
           "exponent");
     }
     vertices_.Append(here);
+    if (input_.is_enough && input_.is_enough()) {
+      throw Enough();
+    }
   }
 
   void Polygon(std::span<const tinyobj::index_t> indices) {

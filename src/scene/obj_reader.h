@@ -31,6 +31,9 @@ struct ObjInput {
   // may be empty.
   std::function<Point3(Point3)> mend;
   bool without_instances = false;  // pass over #instance lines
+  // Asked after each vertex: whether the rest of the file is of no interest;
+  // may be empty.
+  std::function<bool()> is_enough;
   // Makes the material of a name that no material file has. If this function is
   // empty, such a name is an error unless the override file describes it.
   MaterialMaker unknown_material;

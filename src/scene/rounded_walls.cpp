@@ -17,7 +17,7 @@ namespace {
 constexpr double kLeastStepM = 2e-5;
 constexpr double kMostStepM = 2e-3;
 // The share of coordinates that must be multiples of a step, and after how many
-// it shows.
+// it shows that they are not.
 constexpr double kMultiples = 0.999;
 constexpr uint64_t kCoordinatesToTell = 30'000;
 // The largest walls are kept, if they are at least this large.
@@ -28,10 +28,12 @@ constexpr double kLeastWallM2 = 0.25;
 constexpr double kLeastAcross = 0.3;
 // A vertex moves at most this many steps.
 constexpr double kMostSteps = 3;
-// The box around the walls of a plane is enlarged by this many steps.
+// The box around a wall is enlarged by this many steps.
 constexpr double kBesideSteps = 10;
 
-constexpr uint64_t kBytesPerPlane = sizeof(Plane) + sizeof(Box3);
+// Of each wall: its plane and box; directions, scatters and lists while planes
+// are found.
+constexpr uint64_t kBytesPerWall = 512;
 
 double SumOfSizes(Vec3 v) {
   return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
@@ -209,39 +211,34 @@ void CenterOffsets(std::span<const std::vector<Point3>> walls,
 RoundedWalls::RoundedWalls(std::span<const std::vector<Point3>> walls,
                            double step_m,
                            MemoryBudget& budget)
-    : step_m_(step_m) {
+    : charge_(
+          budget, walls.size() * kBytesPerWall, "the planes of oblique walls"),
+      step_m_(step_m) {
   const auto tolerance = [step_m](Vec3 n) { return ToleranceM(step_m, n); };
   const PlaneTolerance both = {tolerance, tolerance};
   SnappedPlanes snapped =
       SnapPlanes(walls, both, FitDirections(walls, SnapPlanes(walls, both)));
   CenterOffsets(walls, &snapped);
-  charge_ = MemoryCharge(budget,
-                         snapped.planes.size() * kBytesPerPlane +
-                             BoxTree::BytesFor(snapped.planes.size()),
-                         "the planes of oblique walls");
   planes_ = std::move(snapped.planes);
-  std::vector<Box3> boxes(planes_.size());
-  for (size_t i = 0; i < walls.size(); ++i) {
-    Box3& box = boxes[snapped.plane_of[i]];
-    for (const Point3 p : walls[i]) {
-      box.Include(p);
-    }
-  }
-  for (Box3& box : boxes) {
-    box = Grown(box, kBesideSteps * step_m);
+  plane_of_ = std::move(snapped.plane_of);
+  std::vector<Box3> boxes;
+  boxes.reserve(walls.size());
+  for (const std::vector<Point3>& wall : walls) {
+    boxes.push_back(Grown(BoundsOf(wall), kBesideSteps * step_m));
   }
   boxes_.emplace(std::move(boxes));
 }
 
 Point3 RoundedWalls::Restored(Point3 p) const {
   std::vector<uint32_t> near;
-  boxes_->ForOverlaps({p, p}, [&](uint32_t i) {
-    const Plane& plane = planes_[i];
+  boxes_->ForOverlaps({p, p}, [&](uint32_t wall) {
+    const Plane& plane = planes_[plane_of_[wall]];
     if (std::abs(plane.Distance(p)) <= ToleranceM(step_m_, plane.normal)) {
-      near.push_back(i);
+      near.push_back(plane_of_[wall]);
     }
   });
   std::sort(near.begin(), near.end());
+  near.erase(std::unique(near.begin(), near.end()), near.end());
   // Each move is across the planes on which the point lies already.
   std::array<Vec3, 3> fixed;
   size_t count = 0;
@@ -295,24 +292,30 @@ bool RoundingSurvey::IsLarger(const Wall& a, const Wall& b) {
 void RoundingSurvey::Add(std::span<const Point3> polygon) {
   const uint64_t number = polygons_++;
   const double area_m2 = Length(AreaVector(polygon));
-  const bool is_fine = coordinates_ > kCoordinatesToTell && !StepM();
-  if (is_fine || polygon.size() > kMostCorners || !(area_m2 >= kLeastWallM2)) {
+  if (polygon.size() > kMostCorners || !(area_m2 >= kLeastWallM2)) {
     return;
   }
   const bool is_full = walls_.size() == kMostWalls;
   if (is_full && area_m2 <= walls_.front().area_m2) {
     return;
   }
+  const auto bytes_of = [](std::span<const Point3> corners) {
+    constexpr uint64_t kGrowth = 2;  // of the vector of walls
+    return kGrowth * sizeof(Wall) + AllocatedBytes(corners.size_bytes());
+  };
   if (is_full) {
     std::pop_heap(walls_.begin(), walls_.end(), IsLarger);
+    wall_bytes_ -= bytes_of(walls_.back().polygon);
     walls_.pop_back();
-  } else {
-    constexpr uint64_t kCopies = 2;
-    charge_.GrowTo((walls_.size() + 1) * kCopies *
-                   (sizeof(Wall) + 4 * sizeof(Point3)));
   }
+  wall_bytes_ += bytes_of(polygon);
+  charge_.GrowTo(wall_bytes_);
   walls_.push_back({area_m2, number, {polygon.begin(), polygon.end()}});
   std::push_heap(walls_.begin(), walls_.end(), IsLarger);
+}
+
+bool RoundingSurvey::IsFine() const {
+  return coordinates_ > kCoordinatesToTell && !StepM();
 }
 
 std::optional<double> RoundingSurvey::StepM() const {

@@ -36,12 +36,11 @@ class RoundedWalls {
   [[nodiscard]] double StepM() const { return step_m_; }
 
  private:
-  [[nodiscard]] double Reach(Vec3 normal) const;
-
-  double step_m_;
-  std::vector<Plane> planes_;  // those of the largest walls first
-  std::optional<BoxTree> boxes_;
   MemoryCharge charge_;
+  double step_m_;
+  std::vector<Plane> planes_;       // those of the largest walls first
+  std::vector<uint32_t> plane_of_;  // by wall: index into planes_
+  std::optional<BoxTree> boxes_;    // around the walls
 };
 
 // Sees a file before it is read into the store: to how many decimals it writes
@@ -53,6 +52,9 @@ class RoundingSurvey : public PolygonReceiver {
 
   // Takes a vertex as the file has it.
   void See(Point3 in_file);
+
+  // Whether what was seen is written so finely that Finish() gives nullopt.
+  [[nodiscard]] bool IsFine() const;
 
   void Begin(MaterialId /*id*/,
              const Material& /*material*/,
@@ -84,6 +86,7 @@ class RoundingSurvey : public PolygonReceiver {
   double metres_per_unit_;
   MemoryBudget* budget_;
   GrowingCharge charge_;
+  uint64_t wall_bytes_ = 0;
   uint64_t coordinates_ = 0;
   // Those that are multiples of 1, 0.1, 0.01, ... units.
   std::array<uint64_t, kMostDecimals> multiples_{};

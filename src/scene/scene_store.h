@@ -40,8 +40,8 @@ struct SceneInfo {
   std::optional<GbxmlCounts> gbxml;  // for gbXML, spaces stripped or not
   Box3 bounds;
   bool y_is_up = false;            // z is, if not
-  double greatest_move_m = 0;      // of a vertex, where cracks were closed
-  double coordinate_step_m = 0;    // of oblique walls; 0 if they are exact
+  double greatest_move_m = 0;      // of a vertex, to close cracks or rounding
+  double coordinate_step_m = 0;    // if oblique walls are rounded to it, else 0
   uint64_t input_polygons = 0;     // as read, before cleaning
   uint64_t faces = 0;              // after cleaning
   std::vector<std::string> notes;  // what cleaning changed, in sentences

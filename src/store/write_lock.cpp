@@ -3,6 +3,7 @@
 #include "base/error.h"
 
 #include <cerrno>
+#include <filesystem>
 #include <system_error>
 
 #include <fcntl.h>
@@ -43,6 +44,14 @@ WriteLock::WriteLock(const std::filesystem::path& store_path)
   while (true) {
     file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (file_ < 0) {
+      const std::filesystem::path folder = path_.parent_path();
+      std::error_code failed;
+      if (!folder.empty() && !std::filesystem::is_directory(folder, failed)) {
+        throw DiskError(
+            fmt::format("{}: there is no folder '{}'; make it first",
+                        store_path.string(),
+                        folder.string()));
+      }
       throw DiskError(fmt::format("{}: cannot write beside the store: {}",
                                   path_.string(),
                                   SystemMessage(errno)));

@@ -1,11 +1,14 @@
 // Cells and portals of small buildings.
 
 #include "base/error.h"
+#include "base/photometry.h"
 #include "partition/bsp_builder.h"
 #include "partition/open_borders.h"
 #include "partition/partition.h"
 #include "partition/partition_store.h"
 #include "scene/box_tree.h"
+
+#include <cmath>
 
 #include "tests/partition/test_scenes.h"
 #include <gtest/gtest.h>
@@ -259,6 +262,31 @@ TEST(Cells, ACrackWiderThanRoundingIsAPortal) {
   EXPECT_NEAR(Area(portals), 0.0005 * 2.7, 1e-8);
 }
 
+// Rounding to a step opens cracks beside oblique edges only.
+TEST(Subtract, ClosesWiderCracksWhereNoAxisLeadsAcross) {
+  constexpr double kSlit = 5e-4;
+  const auto left_beside_slit = [](double degrees, double oblique_crack_m) {
+    const double angle = degrees * kPi / 180;
+    const Vec3 u{std::cos(angle), std::sin(angle), 0};
+    const Vec3 v{-std::sin(angle), std::cos(angle), 0};
+    const auto rectangle = [&](double from, double to) {
+      const Point3 o = Point3{} + u * from;
+      return Polygon{o, o + u * (to - from), o + u * (to - from) + v, o + v};
+    };
+    const Polygon first = rectangle(0, 1);
+    const Polygon second = rectangle(1 + kSlit, 2);
+    double area = 0;
+    for (const Polygon& rest : Subtract(
+             rectangle(0, 2), {0, 0, 1}, {&first, &second}, oblique_crack_m)) {
+      area += PolygonArea(rest);
+    }
+    return area;
+  };
+  EXPECT_NEAR(left_beside_slit(0, 1.5e-3), kSlit, 1e-9);
+  EXPECT_NEAR(left_beside_slit(30, kCrackM), kSlit, 1e-9);
+  EXPECT_EQ(left_beside_slit(30, 1.5e-3), 0);
+}
+
 TEST(Cells, AnEmptySceneIsOneCell) {
   const Built built{SceneBuilder()};
   EXPECT_EQ(built.partition.cells.size(), 1U);
@@ -400,8 +428,8 @@ TEST(Subtract, WhatIsLeftOfManyCoversIsTold) {
     all.push_back(&cover);
   }
   uint64_t told = 0;
-  const std::vector<Polygon> left =
-      Subtract(whole, {0, 0, 1}, all, kCrackM, [&](uint64_t bytes, double /*share*/) {
+  const std::vector<Polygon> left = Subtract(
+      whole, {0, 0, 1}, all, kCrackM, [&](uint64_t bytes, double /*share*/) {
         told = bytes;
       });
   EXPECT_GT(left.size(), covers.size());

@@ -4,6 +4,7 @@
 #include "base/random.h"
 #include "partition/patch_cutter.h"
 
+#include <array>
 #include <cmath>
 #include <tuple>
 #include <vector>
@@ -42,6 +43,61 @@ TEST(PatchCutter, ParallelogramStaysOne) {
       CutIntoPatches({{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {1, 1, 0}});
   ASSERT_EQ(pieces.size(), 1U);
   EXPECT_EQ(pieces[0].shape, PatchShape::kParallelogram);
+}
+
+// A rectangle of which one corner is moved along an edge.
+Polygon OffBy(double move_m, double side = 2) {
+  return {{0, 0, 0}, {side, 0, 0}, {side + move_m, 1, 0}, {0, 1, 0}};
+}
+
+// Rounding takes a corner off by a step; a quarter of that moves each corner of
+// the nearest parallelogram.
+TEST(PatchCutter, WhatIsAParallelogramButForRoundingStaysOne) {
+  constexpr double kMove = 4 * kCrackM;
+  for (const double sign : {1.0, -1.0}) {
+    const Polygon polygon = OffBy(sign * 0.99 * kMove);
+    const auto pieces = CutIntoPatches(polygon);
+    ASSERT_EQ(pieces.size(), 1U);
+    EXPECT_NEAR(Area(pieces), PolygonArea(polygon), 1e-12);
+    const PatchPiece& piece = pieces[0];
+    const std::array<Point3, 4> corners = {piece.origin,
+                                           piece.origin + piece.u,
+                                           piece.origin + piece.u + piece.v,
+                                           piece.origin + piece.v};
+    for (size_t i = 0; i < corners.size(); ++i) {
+      EXPECT_NEAR(Length(corners[i] - polygon[i]), 0.99 * kCrackM, 1e-9);
+    }
+    EXPECT_EQ(CutIntoPatches(OffBy(sign * 1.01 * kMove)).size(), 2U);
+  }
+  // Thin slats are what they are.
+  EXPECT_EQ(CutIntoPatches(OffBy(0.99 * kMove, 0.01)).size(), 2U);
+}
+
+// The edge between two such quadrilaterals swings to both sides of where it
+// was: they do not lie in one another for that.
+TEST(PatchCutter, NeighboursThatAreAlmostParallelogramsStayApart) {
+  for (const double move : {7.9e-4, -7.9e-4}) {
+    std::vector<Patch> patches;
+    const std::vector<Polygon> polygons = {
+        OffBy(move), {{2, 0, 0}, {4, 0, 0}, {4, 1, 0}, {2 + move, 1, 0}}};
+    for (uint32_t i = 0; i < polygons.size(); ++i) {
+      for (const PatchPiece& piece : CutIntoPatches(polygons[i])) {
+        Patch patch;
+        patch.origin = piece.origin;
+        patch.u = piece.u;
+        patch.v = piece.v;
+        patch.shape = piece.shape;
+        patch.face = FaceId(i);
+        patch.material = MaterialId(i);
+        patches.push_back(patch);
+      }
+    }
+    ASSERT_EQ(patches.size(), 2U);
+    const OverlapCounts counts = testing::Separate(patches);
+    EXPECT_EQ(counts.dropped, 0U);
+    EXPECT_EQ(counts.moved, 0U);
+    EXPECT_EQ(patches.size(), 2U);
+  }
 }
 
 // The survey of faces, before cells are found, goes by this.

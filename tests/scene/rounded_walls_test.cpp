@@ -77,8 +77,9 @@ Mapping RoundedTo(double step) {
   return [step](Point3 p) { return Rounded(p, step); };
 }
 
+// The budget outlives what was surveyed.
 std::optional<RoundedWalls> Survey(const Model& model, double unit = 1) {
-  MemoryBudget budget(1 << 24);
+  static MemoryBudget budget(1 << 24);
   RoundingSurvey survey(unit, budget);
   for (const auto& polygon : model) {
     for (const Point3 p : polygon) {
@@ -107,15 +108,7 @@ TEST_P(RoundedWallsTest, WallsArePlaneAndSquareAgain) {
   const auto [degrees, axis, step] = GetParam();
   const Model exact = Mapped(Rooms(6), Turned(degrees, axis));
   const Model rounded = Mapped(exact, RoundedTo(step));
-  MemoryBudget budget(1 << 24);
-  RoundingSurvey survey(1, budget);
-  for (const auto& polygon : rounded) {
-    for (const Point3 p : polygon) {
-      survey.See(p);
-    }
-    survey.Add(polygon);
-  }
-  const auto walls = survey.Finish();
+  const auto walls = Survey(rounded);
   ASSERT_TRUE(walls);
   EXPECT_NEAR(walls->StepM(), step, 1e-9);
   double most_move = 0;
@@ -139,6 +132,24 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Combine(::testing::Values(7.0, 30.0, 44.0, 63.5, 141.3),
                        ::testing::Values(size_t{1}, size_t{2}),
                        ::testing::Values(1e-4, 1e-3)));
+
+// Nothing is along an axis, as on a ship or in a roof.
+TEST(RoundedWalls, RestoreAModelThatIsTurnedEveryWay) {
+  constexpr double kStep = 1e-3;
+  const Model exact = Mapped(Mapped(Rooms(6), Turned(30, 2)), Turned(20, 0));
+  const Model rounded = Mapped(exact, RoundedTo(kStep));
+  const auto walls = Survey(rounded);
+  ASSERT_TRUE(walls);
+  for (size_t i = 0; i < rounded.size(); ++i) {
+    std::vector<Point3> restored;
+    for (size_t k = 0; k < rounded[i].size(); ++k) {
+      restored.push_back(walls->Restored(rounded[i][k]));
+      EXPECT_LE(Length(restored.back() - exact[i][k]), 2 * kStep);
+    }
+    EXPECT_LE(Height(restored), kExact);
+    EXPECT_LE(Gap(restored), kExact) << i;
+  }
+}
 
 TEST(RoundedWalls, LeaveWallsAlongTheAxesAlone) {
   EXPECT_FALSE(Survey(Rooms(3)));
@@ -214,6 +225,40 @@ TEST(RoundedWalls, ImportRestoresThem) {
   EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const auto& note) {
     return note.find("rounded to 1 mm") != std::string::npos;
   }));
+}
+
+// A piece is placed in full precision; only the file's own walls are moved.
+TEST(RoundedWalls, LeaveInstancesAlone) {
+  const Mapping turn = Turned(30, 2);
+  std::string text = "mtllib m.mtl\nusemtl lamp\n";
+  for (const auto& polygon : Mapped(Rooms(4), turn)) {
+    for (const Point3 p : polygon) {
+      text += fmt::format("v {:.3f} {:.3f} {:.3f}\n", p.x, p.y, p.z);
+    }
+    text += "f -4 -3 -2 -1\n";
+  }
+  const TempScene scene;
+  scene.Write("m.mtl", "newmtl lamp\nKd .5 .5 .5\nKe 1 1 1\n");
+  scene.Write("piece.obj",
+              "v 0 0 0\nv 0.0004 1 0\nv 0.0004 1 1\nv 0 0 1\nf 1 2 3 4\n");
+  const Imported alone = ImportFile(scene.Write("alone.obj", text));
+  const Imported with = ImportFile(
+      scene.Write("with.obj", text + "o p\n#instance piece.obj 0 0 0 30\n"));
+  ASSERT_EQ(with.faces.size(), alone.faces.size() + 1);
+  const std::vector<Point3>& piece = with.faces.back().vertices;
+  const std::vector<Point3> as_written = {
+      {0, 0, 0}, turn({0.0004, 1, 0}), turn({0.0004, 1, 1}), {0, 0, 1}};
+  for (const Point3 p : as_written) {
+    EXPECT_TRUE(std::any_of(piece.begin(), piece.end(), [&](Point3 q) {
+      return Length(q - p) < kExact;
+    }));
+  }
+}
+
+TEST(RoundedWalls, AFileWithoutPolygonsIsRefusedOnce) {
+  const TempScene scene;
+  EXPECT_NE(ImportError(scene.Write("empty.obj", "")).find("no polygon"),
+            std::string::npos);
 }
 
 }  // namespace

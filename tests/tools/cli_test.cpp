@@ -377,7 +377,7 @@ TEST(Cli, ACapWithoutItsUnitIsAUsageError) {
   const auto result =
       RunProgram({"solve", "a.obj", "-o", "a.enf", "--memory", "64"});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_TRUE(Contains(result.err, "'64' is 64 bytes; add a unit"))
+  EXPECT_TRUE(Contains(result.err, "'64' is 64 bytes, in which nothing runs"))
       << result.err;
 }
 

@@ -117,12 +117,6 @@ void ExportCommand::Run() {
                           {"version", ProgramVersion()}});
 }
 
-// Accepts one of `names` in upper or lower case and converts it to its value.
-template <typename Enum>
-CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
-  return CLI::CheckedTransformer(names, CLI::ignore_case).description("");
-}
-
 void AddMeshOption(CLI::App& command, ExportCommand& options) {
   command
       .add_option_function<MeshKind>(

@@ -64,7 +64,7 @@ void AddChoice(CLI::App& command,
                const std::map<std::string, T>& choices,
                const std::string& what) {
   command.add_option(name, value, what)
-      ->transform(CLI::CheckedTransformer(choices).description(""))
+      ->transform(OneOf(choices))
       ->type_name("NAME");
 }
 

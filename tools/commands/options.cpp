@@ -67,7 +67,10 @@ std::string ReadMemorySize(std::string& text) {
   }
   if (*bytes < kLeastBytes) {
     return fmt::format(
-        "'{}' is {} bytes; add a unit, as in 256M or 1G", given, *bytes);
+        "'{}' is {} bytes, in which nothing runs; write a size such as 256M or "
+        "1G",
+        given,
+        *bytes);
   }
   text = fmt::format("{}", static_cast<uint64_t>(*bytes));
   return {};

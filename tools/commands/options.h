@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -53,6 +54,24 @@ void SetExample(CLI::App& command, const std::string& example);
 // Checks of values that say in words what they want.
 CLI::Validator AboveZero();
 CLI::Validator WholeAboveZero();
+
+// Accepts one of `names` in upper or lower case and converts it to its value.
+template <typename Enum>
+CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
+  const auto convert = [names](std::string& word) {
+    const CLI::CheckedTransformer to_value(names, CLI::ignore_case);
+    const std::string given = word;
+    if (to_value(word).empty()) {
+      return std::string();
+    }
+    std::string known;
+    for (const auto& [name, value] : names) {
+      known += (known.empty() ? "" : ", ") + name;
+    }
+    return "'" + given + "' is none of " + known;
+  };
+  return {convert, ""};
+}
 
 // Returns an error message if `text` is no valid --seed, otherwise an empty
 // string. CLI11 by itself would take the nearest number that fits.

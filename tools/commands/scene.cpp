@@ -103,13 +103,10 @@ void AddChairScenes(CLI::App& scenes) {
                    chairs->scaling,
                    "How the room grows with the chairs: floor and height, "
                    "floor only, or not at all")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, ChairScaling>{
-                          {"both", ChairScaling::kBoth},
-                          {"horizontal", ChairScaling::kHorizontal},
-                          {"none", ChairScaling::kNone}},
-                      CLI::ignore_case)
-                      .description(""))
+      ->transform(OneOf(std::map<std::string, ChairScaling>{
+          {"both", ChairScaling::kBoth},
+          {"horizontal", ChairScaling::kHorizontal},
+          {"none", ChairScaling::kNone}}))
       ->type_name("both|horizontal|none")
       ->default_str("both");
   AddSeed(*command, chairs->seed);

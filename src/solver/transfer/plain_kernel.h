@@ -37,7 +37,8 @@ struct NodeSet {
 // plane. (dx, dy, dz) leads from x with normal n to y with normal m. `share` is
 // the area at y over pi.
 template <typename Number>
-Number PlainKernel(Number share, Number dx, Number dy, Number dz, Vec3f n, Vec3f m) {
+Number PlainKernel(
+    Number share, Number dx, Number dy, Number dz, Vec3f n, Vec3f m) {
   const auto positive = [](Number v) { return v > Number{} ? v : Number{}; };
   const Number r2 = dx * dx + dy * dy + dz * dz + 1e-12F;  // finite at r = 0
   const Number cos_x = positive(dx * n.x + dy * n.y + dz * n.z);
