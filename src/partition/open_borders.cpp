@@ -137,17 +137,16 @@ uint64_t BytesOf(const std::vector<SectionPiece>& pieces) {
 // Finds the borders of one node after another, and charges their memory.
 class BorderFinder {
  public:
-  BorderFinder(const BuiltTree& built,
-               const FaceSurvey& survey,
-               double oblique_crack_m,
+  BorderFinder(const BorderInput& input,
                ScratchShelf& shelf,
                GrowingCharge& charge)
-      : oblique_crack_m_(oblique_crack_m),
-        tree_(&built.tree),
-        leaves_(&built.leaves),
-        survey_(&survey),
-        all_cover_bytes_(std::accumulate(
-            survey.cover_bytes.begin(), survey.cover_bytes.end(), uint64_t{0})),
+      : oblique_crack_m_(input.oblique_crack_m),
+        tree_(&input.built.tree),
+        leaves_(&input.built.leaves),
+        survey_(&input.survey),
+        all_cover_bytes_(std::accumulate(input.survey.cover_bytes.begin(),
+                                         input.survey.cover_bytes.end(),
+                                         uint64_t{0})),
         charge_(&charge),
         found_(shelf) {}
 
@@ -254,14 +253,13 @@ void OpenBorders::ForEachOpening(
   });
 }
 
-OpenBorders FindOpenBorders(const BlockStorage& store,
-                            const BuiltTree& built,
-                            const FaceSurvey& survey,
-                            double oblique_crack_m,
+OpenBorders FindOpenBorders(const BorderInput& input,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge) {
-  BorderFinder finder(built, survey, oblique_crack_m, shelf, charge);
+  const BuiltTree& built = input.built;
+  const FaceSurvey& survey = input.survey;
+  BorderFinder finder(input, shelf, charge);
   const size_t nodes = built.tree.nodes.size();
   for (size_t first = 0; first < nodes;) {
     const uint64_t room = budget.FreeBytes() / kCoverParts;
@@ -273,7 +271,7 @@ OpenBorders FindOpenBorders(const BlockStorage& store,
     const MemoryCharge covers_charge(
         budget, bytes, "the walls between the cells");
     CoverCollector covers(built.tree, first, end);
-    covers.AddAll(store);
+    covers.AddAll(input.store);
     for (; first < end; ++first) {
       finder.AddNode(NodeId(first), built.sections[first], covers.Of(first));
     }

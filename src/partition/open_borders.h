@@ -63,16 +63,21 @@ class OpenBorders {
   uint64_t most_node_bytes_ = 0;
 };
 
+// What borders are found from.
+struct BorderInput {
+  const BlockStorage& store;
+  const BuiltTree& built;
+  const FaceSurvey& survey;
+  double oblique_crack_m;
+};
+
 // Finds all open borders and charges their memory as it finds them. Takes the
 // nodes in batches whose covers fit into a part of the free budget, and passes
 // over the store's faces once per batch. Conservative: a point of a border
 // counts as closed only if faces in the plane cover it or a crack contains it
 // that is narrower than kCrackM, or than `oblique_crack_m` if no axis leads
 // across it.
-OpenBorders FindOpenBorders(const BlockStorage& store,
-                            const BuiltTree& built,
-                            const FaceSurvey& survey,
-                            double oblique_crack_m,
+OpenBorders FindOpenBorders(const BorderInput& input,
                             ScratchShelf& shelf,
                             MemoryBudget& budget,
                             GrowingCharge& charge);

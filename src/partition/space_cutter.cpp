@@ -80,7 +80,7 @@ void SpaceCutter::MakeCells(const FaceSurvey& survey,
   const double oblique_crack_m =
       std::max(kCrackM, kStepsOfCrack * info_->coordinate_step_m);
   const OpenBorders borders = FindOpenBorders(
-      *store_, built_, survey, oblique_crack_m, shelf, *budget_, charge);
+      {*store_, built_, survey, oblique_crack_m}, shelf, *budget_, charge);
   DropOutlines();
   charge.ShrinkTo(borders.Bytes());
   ReachProgress(0.6);

@@ -255,17 +255,17 @@ class SolidFinder {
     if ((!is_front && !Is(front, 0)) || !(Is(inside, 1) || Is(inside, -1))) {
       return std::nullopt;
     }
-    const int winding = inside > 0 ? 1 : -1;
+    const int sign = inside > 0 ? 1 : -1;
     const Vec3 inwards = normal * (is_front ? beside_ : -beside_);
     for (const uint32_t v : polygons_[i]) {
       const Point3 near_corner = Lerp(vertices_[v], middle, kNearCorner);
       const double there = WindingNumberAt(members, near_corner + inwards);
       // Where the solid is thinner than `beside`, that point is outside.
-      if (!Is(there, winding) && !Is(there, 0)) {
+      if (!Is(there, sign) && !Is(there, 0)) {
         return std::nullopt;
       }
     }
-    return Inside{is_front, winding};
+    return Inside{is_front, sign};
   }
 
   // A point in the polygon, the centroid of its largest corner triangle, and

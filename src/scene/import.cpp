@@ -197,16 +197,21 @@ std::optional<RoundedWalls> SurveyRounding(const std::filesystem::path& scene,
   return survey.Finish();
 }
 
+// Where the polygons and materials of a scene go.
+struct ImportTarget {
+  MaterialTable& materials;
+  MemoryBudget& budget;
+  BlockStorage& store;
+  SceneWriter& writer;
+};
+
 // Reads an OBJ, with what rounding did to oblique walls undone.
 void ImportObj(const std::filesystem::path& scene,
                const ImportOptions& options,
-               MaterialTable& materials,
-               MemoryBudget& budget,
-               BlockStorage& store,
-               SceneWriter& writer,
+               const ImportTarget& to,
                SceneInfo& info) {
   const std::optional<RoundedWalls> walls =
-      SurveyRounding(scene, options, budget, store);
+      SurveyRounding(scene, options, to.budget, to.store);
   uint64_t moved = 0;
   ObjInput input;
   input.path = scene;
@@ -224,8 +229,9 @@ void ImportObj(const std::filesystem::path& scene,
       return restored;
     };
   }
-  PolygonSink sink(budget, writer);
-  const ObjCounts counts = ReadObj(input, materials, budget, store, sink);
+  PolygonSink sink(to.budget, to.writer);
+  const ObjCounts counts =
+      ReadObj(input, to.materials, to.budget, to.store, sink);
   AddCounts(scene, counts, sink.Counts(), info);
   if (moved > 0) {
     info.notes.push_back(fmt::format(
@@ -397,7 +403,7 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   MaterialTable materials(OverridesOf(options), options.sides, budget);
   SceneWriter writer(store);
   if (format == SceneFormat::kObj) {
-    ImportObj(scene, options, materials, budget, store, writer, info);
+    ImportObj(scene, options, {materials, budget, store, writer}, info);
   } else {
     ReadGbxml({scene, options.strip_spaces}, materials, budget, writer, info);
   }

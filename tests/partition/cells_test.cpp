@@ -352,7 +352,7 @@ class FindOpenBordersTest : public ::testing::Test {
  protected:
   OpenBorders Find(MemoryBudget& budget, GrowingCharge& charge) {
     return FindOpenBorders(
-        *built_.store, tree_, survey_, kCrackM, shelf_, budget, charge);
+        {*built_.store, tree_, survey_, kCrackM}, shelf_, budget, charge);
   }
 
   const Built built_{TwoRoomsWithDoor()};

@@ -20,7 +20,7 @@
 namespace enfilade {
 namespace {
 
-constexpr double kExact = 1e-9;
+constexpr double kExactM = 1e-9;
 
 using Model = std::vector<std::vector<Point3>>;
 using Mapping = std::function<Point3(Point3)>;
@@ -120,8 +120,8 @@ TEST_P(RoundedWallsTest, WallsArePlaneAndSquareAgain) {
       // Half a step along each axis, and the error of the planes.
       EXPECT_LE(Length(restored.back() - exact[i][k]), 1.5 * step);
     }
-    EXPECT_LE(Height(restored), kExact);
-    EXPECT_LE(Gap(restored), kExact) << i;
+    EXPECT_LE(Height(restored), kExactM);
+    EXPECT_LE(Gap(restored), kExactM) << i;
   }
   EXPECT_GT(most_move, 0.2 * step) << "there was nothing to restore";
 }
@@ -146,8 +146,8 @@ TEST(RoundedWalls, RestoreAModelThatIsTurnedEveryWay) {
       restored.push_back(walls->Restored(rounded[i][k]));
       EXPECT_LE(Length(restored.back() - exact[i][k]), 2 * kStep);
     }
-    EXPECT_LE(Height(restored), kExact);
-    EXPECT_LE(Gap(restored), kExact) << i;
+    EXPECT_LE(Height(restored), kExactM);
+    EXPECT_LE(Gap(restored), kExactM) << i;
   }
 }
 
@@ -219,7 +219,7 @@ TEST(RoundedWalls, ImportRestoresThem) {
   ASSERT_EQ(coarse.faces.size(), fine.faces.size());
   for (size_t i = 0; i < fine.faces.size(); ++i) {
     EXPECT_EQ(coarse.faces[i].vertices.size(), fine.faces[i].vertices.size());
-    EXPECT_LE(Gap(coarse.faces[i].vertices), kExact);
+    EXPECT_LE(Gap(coarse.faces[i].vertices), kExactM);
   }
   const auto& notes = coarse.info.notes;
   EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const auto& note) {
@@ -250,7 +250,7 @@ TEST(RoundedWalls, LeaveInstancesAlone) {
       {0, 0, 0}, turn({0.0004, 1, 0}), turn({0.0004, 1, 1}), {0, 0, 1}};
   for (const Point3 p : as_written) {
     EXPECT_TRUE(std::any_of(piece.begin(), piece.end(), [&](Point3 q) {
-      return Length(q - p) < kExact;
+      return Length(q - p) < kExactM;
     }));
   }
 }
