@@ -26,8 +26,11 @@ constexpr size_t kMostCorners = 64;
 constexpr double kLeastWallM2 = 0.25;
 // Planes of walls this much along each other do not determine a line.
 constexpr double kLeastAcross = 0.3;
-// A vertex moves at most this many steps.
-constexpr double kMostSteps = 3;
+// Planes of walls with a greater cosine between them are parallel.
+constexpr double kParallel = 0.999;
+// A vertex moves at most this many steps, and at least this far.
+constexpr double kMostSteps = 2;
+constexpr double kLeastMoveM = 1e-10;
 // The box around a wall is enlarged by this many steps.
 constexpr double kBesideSteps = 10;
 
@@ -40,17 +43,25 @@ double SumOfSizes(Vec3 v) {
 }
 
 // Rounding by half a step along each axis moves a point along a normal by up to
-// half a step times the sum of the normal's sizes. The planes of oblique walls
-// are themselves known only from rounded points.
-double ToleranceM(double step_m, Vec3 normal) {
+// half a step times the sum of the normal's sizes. Of oblique walls the planes
+// are known only from rounded points, too: `unsure` steps off, more or less, if
+// they are at 45 degrees.
+double ToleranceM(double step_m, Vec3 normal, double unsure) {
   const double sizes = SumOfSizes(normal);
-  return step_m * (0.5 * sizes + (sizes - 1));
+  return step_m * (0.5 * sizes + 2.4 * unsure * (sizes - 1));
 }
+
+// While each wall has its own direction, and when directions are known.
+constexpr double kUnsureAtFirst = 0.4;
+constexpr double kUnsure = 0.15;
+
+// Directions with a greater cosine between them are one.
+constexpr double kSameDirection = 1 - 1e-12;
 
 bool IsAlongAxis(Vec3 normal) {
   return std::max(
              {std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)}) >
-         1 - 1e-12;
+         kSameDirection;
 }
 
 // The scatter of the vertices of walls that face one way, each wall about its
@@ -206,6 +217,31 @@ void CenterOffsets(std::span<const std::vector<Point3>> walls,
   }
 }
 
+// Makes parallel planes of oblique walls one if they are nearer to each other
+// than rounding can tell. What really stands before a wall does so by a step or
+// more.
+void MergeParallel(double step_m, SnappedPlanes* snapped) {
+  constexpr double kMostApartSteps = 0.5;
+  std::vector<uint32_t> merged(snapped->planes.size());
+  for (uint32_t k = 0; k < merged.size(); ++k) {
+    const Plane& plane = snapped->planes[k];
+    merged[k] = k;
+    for (uint32_t i = 0; i < k && !IsAlongAxis(plane.normal); ++i) {
+      const Plane& other = snapped->planes[i];
+      const double along = Dot(other.normal, plane.normal);
+      const double offset = along > 0 ? plane.offset : -plane.offset;
+      if (merged[i] == i && std::abs(along) > kSameDirection &&
+          std::abs(offset - other.offset) <= kMostApartSteps * step_m) {
+        merged[k] = i;
+        break;
+      }
+    }
+  }
+  for (uint32_t& plane : snapped->plane_of) {
+    plane = merged[plane];
+  }
+}
+
 }  // namespace
 
 RoundedWalls::RoundedWalls(std::span<const std::vector<Point3>> walls,
@@ -214,10 +250,16 @@ RoundedWalls::RoundedWalls(std::span<const std::vector<Point3>> walls,
     : charge_(
           budget, walls.size() * kBytesPerWall, "the planes of oblique walls"),
       step_m_(step_m) {
-  const auto tolerance = [step_m](Vec3 n) { return ToleranceM(step_m, n); };
-  const PlaneTolerance both = {tolerance, tolerance};
+  const auto snap = [&](double unsure, std::span<const Vec3> directions) {
+    const auto tolerance = [=](Vec3 n) {
+      return ToleranceM(step_m, n, unsure);
+    };
+    return SnapPlanes(walls, {tolerance, tolerance}, directions);
+  };
   SnappedPlanes snapped =
-      SnapPlanes(walls, both, FitDirections(walls, SnapPlanes(walls, both)));
+      snap(kUnsure, FitDirections(walls, snap(kUnsureAtFirst, {})));
+  CenterOffsets(walls, &snapped);
+  MergeParallel(step_m, &snapped);
   CenterOffsets(walls, &snapped);
   planes_ = std::move(snapped.planes);
   plane_of_ = std::move(snapped.plane_of);
@@ -233,17 +275,30 @@ Point3 RoundedWalls::Restored(Point3 p) const {
   std::vector<uint32_t> near;
   boxes_->ForOverlaps({p, p}, [&](uint32_t wall) {
     const Plane& plane = planes_[plane_of_[wall]];
-    if (std::abs(plane.Distance(p)) <= ToleranceM(step_m_, plane.normal)) {
+    if (std::abs(plane.Distance(p)) <=
+        ToleranceM(step_m_, plane.normal, kUnsure)) {
       near.push_back(plane_of_[wall]);
     }
   });
   std::sort(near.begin(), near.end());
   near.erase(std::unique(near.begin(), near.end()), near.end());
+  // Of a wall and what lies before it, the nearer one.
+  const auto hides = [&](uint32_t other, uint32_t one) {
+    const Plane& a = planes_[other];
+    const Plane& b = planes_[one];
+    return std::abs(Dot(a.normal, b.normal)) > kParallel &&
+           std::abs(a.Distance(p)) < std::abs(b.Distance(p));
+  };
   // Each move is across the planes on which the point lies already.
   std::array<Vec3, 3> fixed;
   size_t count = 0;
   Point3 restored = p;
   for (const uint32_t i : near) {
+    if (std::any_of(near.begin(), near.end(), [&](uint32_t other) {
+          return hides(other, i);
+        })) {
+      continue;
+    }
     const Plane& plane = planes_[i];
     Vec3 across = plane.normal;
     for (size_t k = 0; k < count; ++k) {
@@ -264,7 +319,7 @@ Point3 RoundedWalls::Restored(Point3 p) const {
       break;
     }
   }
-  return restored;
+  return Length(restored - p) > kLeastMoveM ? restored : p;
 }
 
 RoundingSurvey::RoundingSurvey(double metres_per_unit, MemoryBudget& budget)

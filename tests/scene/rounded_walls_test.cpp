@@ -169,22 +169,30 @@ TEST(RoundedWalls, GoByTheUnitOfTheFile) {
   EXPECT_NEAR(walls->StepM(), 1e-3, 1e-12);
 }
 
-// What stands three steps before a wall, as a picture, is not rounding.
+// What stands before a wall, as a picture, is not rounding, and stays parallel
+// to the wall.
 TEST(RoundedWalls, LeaveWhatStandsBeforeAWall) {
-  constexpr double kStep = 1e-4;
-  Model model = Rooms(2);
-  const Mapping turn = Turned(30, 2);
-  const std::vector<Point3> picture = {{1, 3 * kStep, 1},
-                                       {1, 3 * kStep, 2},
-                                       {2, 3 * kStep, 2},
-                                       {2, 3 * kStep, 1}};
-  const Vec3 inwards = turn({0, 1, 0}) - Point3{};
-  const auto walls = Survey(Mapped(Mapped(model, turn), RoundedTo(kStep)));
-  ASSERT_TRUE(walls);
-  for (const Point3 p : picture) {
-    const Point3 there = Rounded(turn(p), kStep);
-    const Point3 restored = walls->Restored(there);
-    EXPECT_GT(Dot(restored - Point3{}, inwards), 1.5 * kStep);
+  constexpr double kStep = 1e-3;
+  for (const double steps : {1.5, 2.0, 3.0}) {
+    for (const double degrees : {20.0, 30.0, 44.0}) {
+      Model model = Rooms(2);
+      const double y = steps * kStep;
+      model.push_back({{1, y, 1}, {1, y, 2}, {2, y, 2}, {2, y, 1}});
+      const Mapping turn = Turned(degrees, 2);
+      const Vec3 inwards = turn({0, 1, 0}) - Point3{};
+      const Model rounded = Mapped(Mapped(model, turn), RoundedTo(kStep));
+      const auto walls = Survey(rounded);
+      ASSERT_TRUE(walls);
+      std::vector<Point3> picture;
+      for (const Point3 p : rounded.back()) {
+        picture.push_back(walls->Restored(p));
+        EXPECT_NEAR(
+            Dot(picture.back() - Point3{}, inwards), y, 0.71 * kStep + 1e-9);
+      }
+      EXPECT_LE(Height(picture), kExactM);
+      EXPECT_NEAR(
+          std::abs(Dot(Normalize(AreaVector(picture)), inwards)), 1, 1e-7);
+    }
   }
 }
 
