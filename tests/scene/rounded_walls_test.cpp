@@ -263,6 +263,32 @@ TEST(RoundedWalls, LeaveInstancesAlone) {
   }
 }
 
+// Once it shows that coordinates are fine, the first look at a file ends; what
+// comes later is still read, and its faults are told.
+TEST(RoundedWalls, AFileOfFineCoordinatesIsReadToItsEnd) {
+  constexpr int kQuads = 4000;  // more coordinates than the first look takes
+  std::string text = "mtllib m.mtl\nusemtl lamp\n";
+  for (int i = 0; i < kQuads; ++i) {
+    for (const Point3 p : {Point3{0, 0, 0},
+                           Point3{0.01, 0, 0},
+                           Point3{0.01, 0.01, 0},
+                           Point3{0, 0.01, 0}}) {
+      text += fmt::format("v {:.7f} {:.7f} {:.7f}\n",
+                          p.x + 0.0234567 * (i % 100),
+                          p.y + 0.0345678 * (i / 100),
+                          p.z + 0.1234567);
+    }
+    text += "f -4 -3 -2 -1\n";
+  }
+  const TempScene scene;
+  scene.Write("m.mtl", "newmtl lamp\nKd .5 .5 .5\nKe 1 1 1\n");
+  EXPECT_EQ(ImportFile(scene.Write("fine.obj", text)).faces.size(),
+            static_cast<size_t>(kQuads));
+  EXPECT_NE(ImportError(scene.Write("faulty.obj", text + "f 1 2 x\n"))
+                .find(fmt::format("faulty.obj:{}:", 2 + 5 * kQuads + 1)),
+            std::string::npos);
+}
+
 TEST(RoundedWalls, AFileWithoutPolygonsIsRefusedOnce) {
   const TempScene scene;
   EXPECT_NE(ImportError(scene.Write("empty.obj", "")).find("no polygon"),
