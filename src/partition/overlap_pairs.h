@@ -18,7 +18,7 @@ namespace enfilade {
 
 // Overlaps narrower than kNarrowM or smaller than kSmallM2 count as rounding
 // errors.
-inline constexpr double kNarrowM = 2 * kCrackM;
+inline constexpr double kNarrowM = 1e-4;
 inline constexpr double kSmallM2 = 1e-7;
 
 // The part of `polygon` over `other` (both face along `normal`), narrowed by

@@ -12,10 +12,8 @@ namespace {
 
 // A quadrilateral is a parallelogram up to this share of its size.
 constexpr double kParallelogramTolerance = 1e-6;
-// One whose corners rounding has moved is replaced by the parallelogram nearest
-// to it if that moves no corner by more than the width of a crack, nor by more
-// than a share of the shorter side.
-constexpr double kMostMoveM = kCrackM;
+// One that becomes a parallelogram (kMostCornerMoveM) may be changed by at most
+// this share of its shorter side.
 constexpr double kMostMoveShare = 0.005;
 // Larger polygons are cut without looking for parallelograms inside them.
 constexpr size_t kMostVerticesForQuads = 20;
@@ -36,7 +34,7 @@ bool IsExact(Point3 a, Point3 b, Point3 c, Point3 d) {
 bool IsParallelogram(Point3 a, Point3 b, Point3 c, Point3 d) {
   const double move = Length(GapOf(a, b, c, d)) / 4;
   const double shorter = std::min(Length(b - a), Length(d - a));
-  return move <= std::min(kMostMoveM, kMostMoveShare * shorter) ||
+  return move <= std::min(kMostCornerMoveM, kMostMoveShare * shorter) ||
          IsExact(a, b, c, d);
 }
 

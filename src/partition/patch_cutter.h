@@ -17,13 +17,17 @@ struct PatchPiece {
   PatchShape shape{};
 };
 
+// Neighbours whose corners have moved by this, m, overlap by no more than what
+// counts as rounding (kNarrowM in overlap_pairs.h).
+inline constexpr double kMostCornerMoveM = 5e-5;
+
 // The pieces cover the polygon without overlap, face the same way as the
 // polygon and have its vertices as corners. The cut has the fewest pieces
 // possible and, among such cuts, the best shaped ones; a polygon of more than
 // 20 vertices is cut into triangles only. A quadrilateral counts as a
 // parallelogram up to 1e-6 of its size. One that is a parallelogram but for
-// rounding becomes the nearest one, whose corners are up to kCrackM beside
-// those of the polygon. Empty for a polygon without area.
+// rounding becomes the nearest one, whose corners are up to kMostCornerMoveM
+// beside those of the polygon. Empty for a polygon without area.
 std::vector<PatchPiece> CutIntoPatches(const Polygon& polygon);
 
 // Cuts long parallelograms across into parts of at least a metre in length that

@@ -27,7 +27,7 @@ constexpr double kLeastWallM2 = 0.25;
 // Planes of walls this much along each other do not determine a line.
 constexpr double kLeastAcross = 0.3;
 // Planes of walls with a greater cosine between them are parallel.
-constexpr double kParallel = 0.999;
+constexpr double kAlike = 0.999;
 // A vertex moves at most this many steps, and at least this far.
 constexpr double kMostSteps = 2;
 constexpr double kLeastMoveM = 1e-10;
@@ -286,7 +286,7 @@ Point3 RoundedWalls::Restored(Point3 p) const {
   const auto hides = [&](uint32_t other, uint32_t one) {
     const Plane& a = planes_[other];
     const Plane& b = planes_[one];
-    return std::abs(Dot(a.normal, b.normal)) > kParallel &&
+    return std::abs(Dot(a.normal, b.normal)) > kAlike &&
            std::abs(a.Distance(p)) < std::abs(b.Distance(p));
   };
   // Each move is across the planes on which the point lies already.

@@ -53,7 +53,7 @@ Polygon OffBy(double move_m, double side = 2) {
 // Rounding takes a corner off by a step; a quarter of that moves each corner of
 // the nearest parallelogram.
 TEST(PatchCutter, WhatIsAParallelogramButForRoundingStaysOne) {
-  constexpr double kMove = 4 * kCrackM;
+  constexpr double kMove = 4 * kMostCornerMoveM;
   for (const double sign : {1.0, -1.0}) {
     const Polygon polygon = OffBy(sign * 0.99 * kMove);
     const auto pieces = CutIntoPatches(polygon);
@@ -65,18 +65,19 @@ TEST(PatchCutter, WhatIsAParallelogramButForRoundingStaysOne) {
                                            piece.origin + piece.u + piece.v,
                                            piece.origin + piece.v};
     for (size_t i = 0; i < corners.size(); ++i) {
-      EXPECT_NEAR(Length(corners[i] - polygon[i]), 0.99 * kCrackM, 1e-9);
+      EXPECT_NEAR(
+          Length(corners[i] - polygon[i]), 0.99 * kMostCornerMoveM, 1e-9);
     }
     EXPECT_EQ(CutIntoPatches(OffBy(sign * 1.01 * kMove)).size(), 2U);
   }
   // Thin slats are what they are.
-  EXPECT_EQ(CutIntoPatches(OffBy(0.99 * kMove, 0.01)).size(), 2U);
+  EXPECT_EQ(CutIntoPatches(OffBy(0.99 * kMove, 0.009)).size(), 2U);
 }
 
 // The edge between two such quadrilaterals swings to both sides of where it
 // was: they do not lie in one another for that.
 TEST(PatchCutter, NeighboursThatAreAlmostParallelogramsStayApart) {
-  for (const double move : {7.9e-4, -7.9e-4}) {
+  for (const double move : {1.9e-4, -1.9e-4}) {
     std::vector<Patch> patches;
     const std::vector<Polygon> polygons = {
         OffBy(move), {{2, 0, 0}, {4, 0, 0}, {4, 1, 0}, {2 + move, 1, 0}}};
