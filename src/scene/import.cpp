@@ -10,10 +10,8 @@
 #include "scene/input_file.h"
 #include "scene/material_table.h"
 #include "scene/obj_files.h"
-#include "scene/obj_reader.h"
+#include "scene/obj_import.h"
 #include "scene/overrides.h"
-#include "scene/polygon_sink.h"
-#include "scene/rounded_walls.h"
 
 #include <algorithm>
 #include <array>
@@ -118,129 +116,6 @@ void CheckHasFaces(const std::filesystem::path& scene,
       scene.string(),
       info.input_polygons,
       fmt::join(info.notes, ", ")));
-}
-
-// Says what became of the polygons of an OBJ. Throws if there were none.
-void AddCounts(const std::filesystem::path& scene,
-               const ObjCounts& counts,
-               const CleaningCounts& cleaning,
-               SceneInfo& info) {
-  info.input_polygons = counts.polygons;
-  if (counts.polygons == 0) {
-    throw InputError(fmt::format(
-        "{}: there is no polygon in it; is it a Wavefront OBJ file?",
-        scene.string()));
-  }
-  if (!counts.absent.empty()) {
-    info.notes.push_back(
-        fmt::format("material file {} does not exist", counts.absent));
-  }
-  if (counts.described > 0) {
-    info.notes.push_back(
-        fmt::format("{} materials are in no material file; the override file "
-                    "says what they are",
-                    counts.described));
-  }
-  if (counts.clear > 0) {
-    info.notes.push_back(fmt::format(
-        "{} polygons of clear materials were ignored", counts.clear));
-  }
-  if (counts.lines > 0) {
-    info.notes.push_back(fmt::format(
-        "{} faces of fewer than three vertices were dropped", counts.lines));
-  }
-  for (std::string& note : cleaning.Notes()) {
-    info.notes.push_back(std::move(note));
-  }
-}
-
-Overrides OverridesOf(const ImportOptions& options) {
-  return options.overrides ? Overrides::Load(*options.overrides) : Overrides();
-}
-
-// The share of the time of reading that the first look at an OBJ takes.
-constexpr double kSurveyShare = 0.4;
-
-// What progress says of the part of reading from one share to another.
-std::function<void(double)> PartOfProgress(
-    const std::function<void(double)>& whole, double from, double to) {
-  if (!whole) {
-    return {};
-  }
-  return [&whole, from, to](double fraction) {
-    whole(from + fraction * (to - from));
-  };
-}
-
-Point3 Scaled(Point3 p, double unit) {
-  return {unit * p.x, unit * p.y, unit * p.z};
-}
-
-// Looks at the walls of an OBJ before it is read.
-std::optional<RoundedWalls> SurveyRounding(const std::filesystem::path& scene,
-                                           const ImportOptions& options,
-                                           MemoryBudget& budget,
-                                           BlockStorage& store) {
-  const double unit = options.unit.value_or(1);
-  RoundingSurvey survey(unit, budget);
-  ObjInput input;
-  input.path = scene;
-  input.progress = PartOfProgress(options.progress, 0, kSurveyShare);
-  input.place = [&](Point3 p) {
-    survey.See(p);
-    return Scaled(p, unit);
-  };
-  input.without_instances = true;
-  input.is_enough = [&] { return survey.IsFine(); };
-  MaterialTable materials(OverridesOf(options), options.sides, budget);
-  ReadObj(input, materials, budget, store, survey);
-  return survey.Finish();
-}
-
-// Where the polygons and materials of a scene go.
-struct ImportTarget {
-  MaterialTable& materials;
-  MemoryBudget& budget;
-  BlockStorage& store;
-  SceneWriter& writer;
-};
-
-// Reads an OBJ, with what rounding did to oblique walls undone.
-void ImportObj(const std::filesystem::path& scene,
-               const ImportOptions& options,
-               const ImportTarget& to,
-               SceneInfo& info) {
-  const std::optional<RoundedWalls> walls =
-      SurveyRounding(scene, options, to.budget, to.store);
-  uint64_t moved = 0;
-  ObjInput input;
-  input.path = scene;
-  input.progress = PartOfProgress(options.progress, kSurveyShare, 1);
-  if (options.unit) {
-    input.place = [unit = *options.unit](Point3 p) { return Scaled(p, unit); };
-  }
-  if (walls) {
-    info.coordinate_step_m = walls->StepM();
-    input.mend = [&](Point3 p) {
-      const Point3 restored = walls->Restored(p);
-      moved += restored != p ? 1U : 0U;
-      info.greatest_move_m =
-          std::max(info.greatest_move_m, Length(restored - p));
-      return restored;
-    };
-  }
-  PolygonSink sink(to.budget, to.writer);
-  const ObjCounts counts =
-      ReadObj(input, to.materials, to.budget, to.store, sink);
-  AddCounts(scene, counts, sink.Counts(), info);
-  if (moved > 0) {
-    info.notes.push_back(fmt::format(
-        "coordinates are rounded to {:.3g} mm: {} vertices were moved, by at "
-        "most {:.3g} mm, so that oblique walls are plane again",
-        1e3 * walls->StepM(),
-        moved,
-        1e3 * info.greatest_move_m));
-  }
 }
 
 // Rejects sizes that no building has: the unit is then a wrong one, and the
@@ -400,10 +275,13 @@ SceneInfo ImportScene(const std::filesystem::path& scene,
   info.lacks_files = !hash.is_whole;
   info.photometric = options.photometric;
   const MemoryCharge overrides_charge = ChargeOverrides(options, budget);
-  MaterialTable materials(OverridesOf(options), options.sides, budget);
+  const Overrides overrides =
+      options.overrides ? Overrides::Load(*options.overrides) : Overrides();
+  MaterialTable materials(overrides, options.sides, budget);
   SceneWriter writer(store);
   if (format == SceneFormat::kObj) {
-    ImportObj(scene, options, {materials, budget, store, writer}, info);
+    ImportObj(
+        scene, options, {overrides, materials, budget, store, writer}, info);
   } else {
     ReadGbxml({scene, options.strip_spaces}, materials, budget, writer, info);
   }

@@ -1,7 +1,7 @@
 #include "scene/rounded_walls.h"
 
 #include "base/planar_polygon.h"
-#include "base/random.h"
+#include "scene/rounding_survey.h"
 
 #include <algorithm>
 #include <array>
