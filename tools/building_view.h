@@ -45,8 +45,4 @@ struct BuildingView {
 // numbers uniform in [0, 1).
 PatchPoint UniformPointOn(const Patch& patch, double s, double t);
 
-// How far rays start above the surface they leave: well above the rounding of
-// single-precision coordinates in a scene of this size, in metres.
-double RayOffset(const Box3& scene_bounds);
-
 }  // namespace enfilade

@@ -317,6 +317,13 @@ void RayTracer::Impl::TraceBatch(std::span<const TraceRay> rays,
   });
 }
 
+double RayOffset(const Box3& scene_bounds) {
+  const double size =
+      scene_bounds.IsEmpty() ? 0 : Length(scene_bounds.Extent());
+  // The second is two float steps of a chunk as wide as the scene.
+  return std::max(std::clamp(1e-6 * size, 1e-5, kRayOffsetMetres), 1e-7 * size);
+}
+
 RayTracer::RayTracer(const BlockStorage& store, MemoryBudget& budget)
     : impl_(std::make_unique<Impl>(store, budget)) {}
 

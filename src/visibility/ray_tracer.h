@@ -8,8 +8,8 @@
 //
 // Positions are exact to about 1e-5 m where a chunk is less than 64 m wide, and
 // to a float's step of its width elsewhere (trace_chunk.h). A ray that leaves a
-// surface should start kRayOffsetMetres off the surface, on the side that the
-// ray leaves from.
+// surface should start kRayOffsetMetres off the surface, or RayOffset(), on the
+// side that the ray leaves from.
 
 #pragma once
 
@@ -26,6 +26,13 @@
 namespace enfilade {
 
 constexpr double kRayOffsetMetres = 1e-4;
+
+// How far off the surface they leave rays should start that sample light, m:
+// well above the rounding of positions in a scene of these bounds, and, up to
+// 4 km, below the distance kApartM by which one of two surfaces in one place
+// stands before the other. From the hidden one rays must not start in front of
+// both.
+double RayOffset(const Box3& scene_bounds);
 
 struct TraceRay {
   Point3 origin;

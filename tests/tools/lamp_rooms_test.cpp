@@ -22,6 +22,7 @@ constexpr const char* kMaterials =
     "newmtl wall\nKd 0.7 0.7 0.7\n"
     "newmtl floor\nKd 0.3 0.3 0.3\n"
     "newmtl white\nKd 0.95 0.95 0.95\n"
+    "newmtl black\nKd 0 0 0\n"
     "newmtl lamp\nKd 0 0 0\nKe 30 30 30\n"
     "newmtl bulb\nKd 0 0 0\nKe 200 200 200\n";
 
@@ -84,6 +85,25 @@ TEST_F(SlowLampRooms, ReachTheirErrorAtAnyHeightOfTheLamp) {
       }
     }
   }
+}
+
+// Lamps in the plane of a ceiling hide a part of it. On a site of half a
+// kilometre rays began in front of both, and the part seemed to be lit.
+TEST_F(SlowLampRooms, HideTheCeilingThatTheyLieInOnALargeSite) {
+  WriteRoom(0,
+            "usemtl lamp\n" + LevelText(0.5, 0.5, 5.5, 2, 3, true) +
+                "usemtl black\n" +
+                LevelText(-300, -300, 300, 300, -0.1, false));
+  Solve({"--error", "0.1"});
+  const ProgramResult verified = RunProgram({"verify",
+                                             folder_ / "a.enf",
+                                             "--seconds",
+                                             "10",
+                                             "--report",
+                                             folder_ / "v.json"});
+  ASSERT_EQ(verified.exit_code, 0) << verified.err;
+  const json report = json::parse(ReadFile(folder_ / "v.json"));
+  EXPECT_LE(report.at("error").get<double>(), 0.1);
 }
 
 // A bright box on the floor: its own floor is put before that of the room, and

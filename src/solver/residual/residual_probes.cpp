@@ -3,6 +3,7 @@
 #include "base/check.h"
 #include "base/random.h"
 #include "base/stop.h"
+#include "visibility/ray_tracer.h"
 #include "visibility/visible_set.h"
 
 #include <algorithm>
@@ -42,9 +43,8 @@ ProbeChooser::ProbeChooser(const BlockStorage& store,
       mean_reflected_(mean_reflected),
       charge_(budget,
               BytesFor(PatchCount(cells), cells.size()),
-              "the weights of patches") {
-  const Box3& bounds = solution.Scene().bounds;
-  offset_ = std::max(1e-5, 1e-6 * Length(bounds.Extent()));
+              "the weights of patches"),
+      offset_(RayOffset(solution.Scene().bounds)) {
   Weigh(cells);
 }
 

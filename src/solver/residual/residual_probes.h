@@ -133,7 +133,7 @@ class ProbeChooser {
   std::vector<uint32_t> first_patch_;  // by cell; one more
   double area_ = 0;
   Light light_;
-  double offset_ = 0;
+  double offset_;  // m
 };
 
 // Term k of an additive recurrence, shifted. The terms are spread evenly over
