@@ -17,20 +17,21 @@ constexpr uint64_t kBytesPerGroup = 192;
 
 }  // namespace
 
-PlaneGroups::PlaneGroups(MemoryBudget& budget)
-    : charge_(budget, "the planes of the walls") {}
+PlaneGroups::PlaneGroups(Point3 center, MemoryBudget& budget)
+    : center_(center - Point3{}), charge_(budget, "the planes of the walls") {}
 
 // The key is the same for both sides of a plane.
-PlaneGroups::Key PlaneGroups::KeyOf(const Plane& plane) {
+PlaneGroups::Key PlaneGroups::KeyOf(const Plane& plane) const {
   Normal n{};
   for (size_t axis = 0; axis < 3; ++axis) {
     n[axis] = std::llround(plane.normal[axis] / kGroupNormalStep);
   }
+  const double offset = plane.offset - Dot(plane.normal, center_);
   const bool flip = n < Normal{-n[0], -n[1], -n[2]};
   if (flip) {
-    return {{-n[0], -n[1], -n[2]}, -plane.offset};
+    return {{-n[0], -n[1], -n[2]}, -offset};
   }
-  return {n, plane.offset};
+  return {n, offset};
 }
 
 void PlaneGroups::Add(const Plane& plane, double share) {

@@ -17,7 +17,10 @@ namespace enfilade {
 // number of groups, not of planes.
 class PlaneGroups {
  public:
-  explicit PlaneGroups(MemoryBudget& budget);
+  // Offsets are measured from `center`, which should be within the scene. From
+  // a far origin, as that of map coordinates, the rounding of a normal would
+  // move the planes of one wall apart.
+  PlaneGroups(Point3 center, MemoryBudget& budget);
 
   // `share` is the share of all planes that were added so far, this one
   // included. Throws DoesNotFitError.
@@ -34,7 +37,7 @@ class PlaneGroups {
   using Normal = std::array<int64_t, 3>;  // rounded
 
   struct Group {
-    double high = 0;  // the greatest offset
+    double high = 0;  // the greatest offset from the center
     uint32_t number = 0;
   };
 
@@ -45,8 +48,9 @@ class PlaneGroups {
     double offset = 0;
   };
 
-  static Key KeyOf(const Plane& plane);
+  [[nodiscard]] Key KeyOf(const Plane& plane) const;
 
+  Vec3 center_;
   std::map<Normal, ByLow> groups_;
   uint32_t count_ = 0;
   GrowingCharge charge_;

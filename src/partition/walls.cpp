@@ -104,7 +104,7 @@ Walls GatherWalls(const BlockStorage& store,
   WallReader reader(store, info);
   reader.FindLuminaires();
   walls.rules.up = info.y_is_up ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-  PlaneGroups groups(budget);
+  PlaneGroups groups(info.bounds.Center(), budget);
   reader.ForEach([&groups](const Polygon&, const Plane& plane, double share) {
     groups.Add(plane, share);
   });

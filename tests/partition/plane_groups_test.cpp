@@ -17,10 +17,27 @@ namespace {
 
 constexpr Vec3 kAcross{1, 0, 0};
 
+// The planes of the tiles, of a metre each, of an oblique wall whose corners
+// are rounded to doubles at map coordinates.
+std::vector<Plane> PlanesOfFarTiles(Point3 center) {
+  constexpr size_t kTiles = 12;
+  const Vec3 along = Normalize(Vec3{0.8660254037844387, 0.5, 0});
+  const auto corner = [&](size_t i, double z) {
+    return center + along * static_cast<double>(i) + Vec3{0, 0, z};
+  };
+  std::vector<Plane> planes;
+  for (size_t i = 0; i < kTiles; ++i) {
+    planes.push_back(PlaneOf(
+        {corner(i, 0), corner(i + 1, 0), corner(i + 1, 1), corner(i, 1)}));
+  }
+  return planes;
+}
+
 class PlaneGroupsTest : public ::testing::Test {
  protected:
-  std::unique_ptr<PlaneGroups> GroupsOf(const std::vector<Plane>& planes) {
-    auto groups = std::make_unique<PlaneGroups>(budget_);
+  std::unique_ptr<PlaneGroups> GroupsOf(const std::vector<Plane>& planes,
+                                        Point3 center = {}) {
+    auto groups = std::make_unique<PlaneGroups>(center, budget_);
     for (const Plane& plane : planes) {
       groups->Add(plane, 1);
     }
@@ -70,8 +87,17 @@ TEST_F(PlaneGroupsTest, TheOrderOfPlanesDoesNotCount) {
   EXPECT_LT(number, kPlanes / 2);
 }
 
+TEST_F(PlaneGroupsTest, AnObliqueWallInMapCoordinatesIsOneGroup) {
+  const Point3 center{430'000.3, 5'400'000.7, 120.1};
+  const std::vector<Plane> planes = PlanesOfFarTiles(center);
+  const auto groups = GroupsOf(planes, center);
+  for (const Plane& plane : planes) {
+    EXPECT_EQ(groups->Of(plane), 0U);
+  }
+}
+
 TEST_F(PlaneGroupsTest, GroupsAreChargedAndPlanesAreNot) {
-  PlaneGroups groups(budget_);
+  PlaneGroups groups({}, budget_);
   groups.Add({kAcross, 0}, 1);
   const uint64_t of_one = budget_.UsedBytes();
   EXPECT_GT(of_one, 0U);
@@ -82,7 +108,7 @@ TEST_F(PlaneGroupsTest, GroupsAreChargedAndPlanesAreNot) {
   groups.Add({kAcross, 1}, 1);
   EXPECT_GT(budget_.UsedBytes(), of_one);
   MemoryBudget none(of_one - 1);
-  PlaneGroups refused(none);
+  PlaneGroups refused({}, none);
   EXPECT_THROW(refused.Add({kAcross, 0}, 1), DoesNotFitError);
 }
 

@@ -18,19 +18,22 @@ constexpr double kOffsetStepM = 1e-3;
 
 using PlaneKey = std::tuple<uint32_t, bool, bool, std::array<int64_t, 4>>;
 
-std::array<double, 4> PlaneNumbers(const Patch& p) {
+// Offsets are measured from `near`, a point of the cell: far away, as in map
+// coordinates, the rounding of a normal would move the planes of one wall
+// apart.
+std::array<double, 4> PlaneNumbers(const Patch& p, Point3 near) {
   const Vec3 n = PatchNormal(p);
   return {n.x / kNormalStep,
           n.y / kNormalStep,
           n.z / kNormalStep,
-          Dot(n, p.origin - Point3{}) / kOffsetStepM};
+          Dot(n, p.origin - near) / kOffsetStepM};
 }
 
 // The key of the patch's plane or, for `mask` > 0, an adjacent key: bit i of
 // `mask` moves number i to its nearer neighbour. Two patches of one plane are
 // so found even if rounding puts them on two sides of a border between keys.
-PlaneKey KeyOf(const Patch& p, unsigned mask) {
-  const std::array<double, 4> numbers = PlaneNumbers(p);
+PlaneKey KeyOf(const Patch& p, Point3 near, unsigned mask) {
+  const std::array<double, 4> numbers = PlaneNumbers(p, near);
   std::array<int64_t, 4> key{};
   for (size_t i = 0; i < key.size(); ++i) {
     const double floor = std::floor(numbers[i]);
@@ -100,6 +103,7 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
     : patches(cell_patches) {
   std::map<PlaneKey, std::vector<size_t>> known;
   constexpr unsigned kMasks = 16;
+  const Point3 near = patches.empty() ? Point3{} : patches.front().origin;
   // Finds a group under `key` whose plane the patch lies in; returns
   // groups.size() if there is none.
   const auto find = [&](const Patch& patch, const PlaneKey& key) {
@@ -119,11 +123,11 @@ CoplanarPatches::CoplanarPatches(std::span<const Patch> cell_patches)
     boxes.push_back(BoundsOf(corners.View()));
     size_t group = groups.size();
     for (unsigned mask = 0; mask < kMasks && group == groups.size(); ++mask) {
-      group = find(patches[i], KeyOf(patches[i], mask));
+      group = find(patches[i], KeyOf(patches[i], near, mask));
     }
     if (group == groups.size()) {
       groups.emplace_back();
-      known[KeyOf(patches[i], 0)].push_back(group);
+      known[KeyOf(patches[i], near, 0)].push_back(group);
     }
     groups[group].emplace_back(i);
   }

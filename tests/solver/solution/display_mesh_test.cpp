@@ -523,5 +523,23 @@ TEST(CoplanarPatchesTest, RoundingNeverParts) {
   }
 }
 
+// Of an oblique wall in map coordinates, too, where doubles are a nanometre
+// apart.
+TEST(CoplanarPatchesTest, TilesOfAFarWallAreTogether) {
+  const Vec3 along = Normalize(Vec3{0.8660254037844387, 0.5, 0});
+  const Vec3 up{0, 0, 1};
+  std::vector<Patch> patches(12);
+  for (size_t i = 0; i < patches.size(); ++i) {
+    const Point3 origin{430'000.3, 5'400'000.7, 120.1};
+    const auto corner = [&](size_t k) {
+      return origin + along * static_cast<double>(k);
+    };
+    patches[i].origin = corner(i);
+    patches[i].u = corner(i + 1) - corner(i);
+    patches[i].v = up;
+  }
+  EXPECT_EQ(CoplanarPatches(patches).groups.size(), 1U);
+}
+
 }  // namespace
 }  // namespace enfilade
