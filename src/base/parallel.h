@@ -61,13 +61,17 @@ void ParallelForInBlocks(size_t count, size_t block, const Body& body) {
   });
 }
 
+// How many threads may work at a time.
+inline size_t MostThreads() {
+  return static_cast<size_t>(tbb::this_task_arena::max_concurrency());
+}
+
 // Calls body() once for each thread that may work. The calls share the items of
 // work among themselves: for many small items, a task per item would cost as
 // much as the work.
 template <typename Body>
 void OnAllThreads(const Body& body) {
-  const int threads = tbb::this_task_arena::max_concurrency();
-  ParallelFor(static_cast<size_t>(threads), [&](size_t /*any*/) { body(); });
+  ParallelFor(MostThreads(), [&](size_t /*any*/) { body(); });
 }
 
 // One call that runs beside what its owner does next. An idle thread makes the

@@ -1,5 +1,6 @@
 #include "solver/residual/lamps.h"
 
+#include "base/parallel.h"
 #include "base/stop.h"
 #include "partition/patch_points.h"
 
@@ -61,7 +62,11 @@ Lamps::Lamps(const BlockStorage& store,
   }
   lamps_.shrink_to_fit();
   growing.ShrinkTo(0);
-  charge_ = MemoryCharge(budget, lamps_.size() * sizeof(Lamp), kWhat);
+  charge_ =
+      MemoryCharge(budget,
+                   lamps_.size() * (sizeof(Lamp) +
+                                    MostThreads() * LampChoice::kBytesPerLamp),
+                   kWhat);
 }
 
 std::span<const Lamp> Lamps::Of(CellId cell) const {
@@ -86,6 +91,11 @@ LampChoice::LampChoice(const Lamps& lamps,
                        std::span<const CellId> cells,
                        Point3 x,
                        Vec3 normal) {
+  size_t most = 0;
+  for (const CellId cell : cells) {
+    most += lamps.Of(cell).size();
+  }
+  entries_.reserve(most);
   double sum = 0;
   for (const CellId cell : cells) {
     for (const Lamp& lamp : lamps.Of(cell)) {

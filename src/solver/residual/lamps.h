@@ -41,7 +41,8 @@ class Lamps {
     return kGrowth * lamps * sizeof(Lamp);
   }
 
-  // Reads each cell's patches once.
+  // Reads each cell's patches once. Charges the lamps, and a LampChoice among
+  // all of them for each thread.
   Lamps(const BlockStorage& store,
         const SceneInfo& scene,
         size_t cells,
@@ -61,6 +62,9 @@ class Lamps {
 // The choice among the lamps of some cells by their importance for a point.
 class LampChoice {
  public:
+  // The bytes that a choice takes for each lamp of its cells.
+  static constexpr uint64_t kBytesPerLamp = 16;
+
   // `cells` are in ascending order; they are borrowed.
   LampChoice(const Lamps& lamps,
              std::span<const CellId> cells,
@@ -81,6 +85,8 @@ class LampChoice {
     const Lamp* lamp = nullptr;  // ascending
     double sum = 0;              // of the importances up to this one's
   };
+
+  static_assert(sizeof(Entry) == kBytesPerLamp);
 
   std::vector<Entry> entries_;
 };
