@@ -98,6 +98,8 @@ uint64_t SeenEmitters::Learn(const BuildingView& view,
   const MemoryCharge search_charge(
       budget, search_bytes, "looking for the light sources that cells see");
   shapes_charge_ = MemoryCharge(budget, shape_bytes, "the shapes of lamps");
+  middle_ =
+      view.scene->bounds.IsEmpty() ? Point3{} : view.scene->bounds.Center();
   shapes_.reserve(tree_->Lamps().size());
   for (const EmitterTree::Lamp& lamp : tree_->Lamps()) {
     shapes_.push_back(ShapeOf(lamp));
@@ -199,7 +201,7 @@ bool SeenEmitters::HasEmitterIn(CellId cell,
 
 SeenEmitters::LampShape SeenEmitters::ShapeOf(
     const EmitterTree::Lamp& lamp) const {
-  const Point3 center = tree_->Center(lamp);
+  const Vec3 center = tree_->Center(lamp) - middle_;
   const auto floats = [](double x, double y, double z) {
     return std::array{
         static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
@@ -258,9 +260,10 @@ struct SeenEmitters::Weights {
 SeenEmitters::Weights SeenEmitters::WeightsAt(std::span<const Seen> list,
                                               Point3 x,
                                               Vec3 normal) const {
-  const auto px = static_cast<float>(x.x);
-  const auto py = static_cast<float>(x.y);
-  const auto pz = static_cast<float>(x.z);
+  const Vec3 place = x - middle_;
+  const auto px = static_cast<float>(place.x);
+  const auto py = static_cast<float>(place.y);
+  const auto pz = static_cast<float>(place.z);
   const auto nx = static_cast<float>(normal.x);
   const auto ny = static_cast<float>(normal.y);
   const auto nz = static_cast<float>(normal.z);

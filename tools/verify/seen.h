@@ -72,7 +72,7 @@ class SeenEmitters {
     float power = 0;
     float radius = 0;
     float roundness = 0;  // 1: emits in all directions, normal is zero
-    std::array<float, 3> center{};
+    std::array<float, 3> center{};  // from middle_
     std::array<float, 3> normal{};
   };
 
@@ -99,6 +99,9 @@ class SeenEmitters {
                                   Vec3 normal) const;
 
   const EmitterTree* tree_;
+  // Of the scene: single precision suffices for positions relative to it, also
+  // in map coordinates.
+  Point3 middle_;
   MemoryCharge shapes_charge_;
   std::vector<LampShape> shapes_;  // in the order of the tree's lamps
   CellLists<Seen> lists_;
