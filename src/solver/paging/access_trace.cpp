@@ -21,6 +21,8 @@ constexpr uint64_t kStepBytes =
 constexpr uint64_t kNodeBytes =
     sizeof(std::pair<CachedThing, uint32_t>) + 5 * sizeof(void*);
 constexpr uint64_t kStepParts = 3;
+// Steps that may be added where uses end, before there is room again.
+constexpr size_t kStepsOfEnds = 256;
 // Sizes are noted again when they have changed by one part in kStepsOfSize.
 constexpr uint64_t kStepsOfSize = 32;
 
@@ -47,8 +49,8 @@ AccessTrace::AccessTrace(uint64_t own_bytes)
   static_assert(sizeof(Thing) <= kThingBytes);
   index_.reserve(most_things_);
   things_.reserve(most_things_);
-  steps_.reserve(most_steps_);
-  sizes_.reserve(most_steps_ / kStepsPerSize);
+  steps_.reserve(most_steps_ + kStepsOfEnds);
+  sizes_.reserve(most_steps_ / kStepsPerSize + kStepsOfEnds);
 }
 
 uint64_t AccessTrace::OwnBytesUnder(uint64_t budget_bytes) {
@@ -59,12 +61,13 @@ void AccessTrace::SetCapacity(uint64_t bytes) {
   if (!DiffersMuch(bytes, capacity_bytes_)) {
     return;
   }
+  MakeRoom();
   // Things that stay in memory under the larger capacity may not stay under the
   // smaller one.
   used_bytes_ += capacity_bytes_ > bytes ? capacity_bytes_ - bytes : 0;
   capacity_bytes_ = bytes;
   sizes_.push_back({bytes, 0});
-  Add(CacheAction::kCapacity, 0);
+  Append(CacheAction::kCapacity, 0);
 }
 
 // The index of a thing, which has these sizes from now on.
@@ -85,6 +88,7 @@ uint32_t AccessTrace::IndexOf(const CachedThing& thing, CachedBytes bytes) {
 }
 
 void AccessTrace::Resize(const CachedThing& thing, uint64_t held_bytes) {
+  MakeRoom();
   const auto it = index_.find(thing);
   if (it == index_.end() || !things_[it->second].in_use) {
     return;  // the trace has begun anew meanwhile
@@ -105,7 +109,7 @@ void AccessTrace::NoteSizes(uint32_t index) {
   }
   t.noted = t.now;
   sizes_.push_back(t.now);
-  Add(CacheAction::kResize, index);
+  Append(CacheAction::kResize, index);
 }
 
 // Returns whether the use is a new step; otherwise the use continues the one
@@ -134,23 +138,26 @@ void AccessTrace::EndUse(uint32_t index, CacheAction action) {
   t.kept_until =
       capacity_bytes_ > needed ? used_bytes_ + (capacity_bytes_ - needed) : 0;
   t.last_step = static_cast<uint32_t>(steps_.size());
-  Add(action, index);
+  Append(action, index);
 }
 
 void AccessTrace::Begin(const CachedThing& thing, CachedBytes bytes) {
+  MakeRoom();
   const uint32_t index = IndexOf(thing, bytes);
   begin_is_new_ = BeginUse(index);
   if (begin_is_new_) {
     NoteSizes(index);
-    Add(CacheAction::kBegin, index);
+    Append(CacheAction::kBegin, index);
   }
 }
 
 void AccessTrace::BeginAlong(const CachedThing& thing, CachedBytes bytes) {
+  MakeRoom();
   const uint32_t index = IndexOf(thing, bytes);
   if (BeginUse(index)) {
     NoteSizes(index);
-    Add(begin_is_new_ ? CacheAction::kBeginAlong : CacheAction::kBegin, index);
+    Append(begin_is_new_ ? CacheAction::kBeginAlong : CacheAction::kBegin,
+           index);
   }
 }
 
@@ -162,6 +169,7 @@ void AccessTrace::End(const CachedThing& thing) {
 }
 
 void AccessTrace::Touch(const CachedThing& thing, CachedBytes bytes) {
+  MakeRoom();
   const uint32_t index = IndexOf(thing, bytes);
   NoteSizes(index);
   const bool is_new = BeginUse(index);
@@ -169,11 +177,12 @@ void AccessTrace::Touch(const CachedThing& thing, CachedBytes bytes) {
 }
 
 void AccessTrace::Make(const CachedThing& thing, CachedBytes bytes) {
+  MakeRoom();
   const uint32_t index = IndexOf(thing, bytes);
   used_bytes_ += things_[index].now.held;
   NoteSizes(index);
   things_[index].last_step = kNoStep;
-  Add(CacheAction::kMade, index);
+  Append(CacheAction::kMade, index);
 }
 
 void AccessTrace::AddReadOnce(uint64_t bytes) {
@@ -182,8 +191,13 @@ void AccessTrace::AddReadOnce(uint64_t bytes) {
   reads_.compulsory += bytes;
 }
 
-void AccessTrace::Add(CacheAction action, uint32_t thing) {
+void AccessTrace::Append(CacheAction action, uint32_t thing) {
   steps_.emplace_back(action, thing);
+}
+
+// Plays the older half of the steps if there is no room for more. Not where a
+// use ends, since that must not fail.
+void AccessTrace::MakeRoom() {
   const size_t most_sizes = most_steps_ / kStepsPerSize;
   if (steps_.size() < most_steps_ && sizes_.size() < most_sizes) {
     return;
@@ -251,7 +265,9 @@ void AccessTrace::Restart() {
 }
 
 uint64_t AccessTrace::SizeBytes() const {
-  return most_steps_ * kStepBytes + index_.size() * kNodeBytes +
+  return most_steps_ * kStepBytes +
+         kStepsOfEnds * (sizeof(CacheStep) + sizeof(CachedBytes)) +
+         index_.size() * kNodeBytes +
          most_things_ * (sizeof(Thing) + BeladyCache::kBytesPerThing);
 }
 

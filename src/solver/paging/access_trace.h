@@ -61,6 +61,9 @@ class AccessTrace {
   // Like Begin, for a second thing that comes from the same block as the one
   // just begun; its read is counted once.
   void BeginAlong(const CachedThing& thing, CachedBytes bytes);
+
+  // Allocates nothing unless hundreds of uses end in a row; may be called where
+  // exceptions are not allowed.
   void End(const CachedThing& thing);
 
   // A thing is used for a moment only and need not stay in memory afterwards.
@@ -105,7 +108,8 @@ class AccessTrace {
   bool BeginUse(uint32_t index);
   void EndUse(uint32_t index, CacheAction action);
   void NoteSizes(uint32_t index);
-  void Add(CacheAction action, uint32_t thing);
+  void Append(CacheAction action, uint32_t thing);
+  void MakeRoom();
   void Compact();
   void Play(size_t count);
 
