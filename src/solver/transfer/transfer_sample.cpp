@@ -204,6 +204,10 @@ size_t IndexAtShare(std::span<const float> weights, float share) {
   while (i + 1 < weights.size() && rest >= weights[i]) {
     rest -= weights[i++];
   }
+  // A share of 1, or rounding, may lead past the last weight.
+  while (i > 0 && !(weights[i] > 0)) {
+    --i;
+  }
   return i;
 }
 

@@ -13,7 +13,8 @@
 namespace enfilade {
 
 // The index at which the running sum of the weights reaches the fraction
-// `share`, in [0, 1), of their total.
+// `share`, in [0, 1], of their total, which is not zero. Its weight is not zero
+// either. (A double below 1 may become a float of 1.)
 size_t IndexAtShare(std::span<const float> weights, float share);
 
 // A pair of random points: one in the part of the receiver that its node g
