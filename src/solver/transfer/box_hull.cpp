@@ -45,14 +45,8 @@ bool BoxHull::Overlaps(const Box& box) const {
 }
 
 uint32_t BoxHull::Overlapping(const BoxOctet& boxes) const {
-  uint32_t bits = boxes.Overlapping(bounds_);
-  for (const HalfSpace& beyond : Outside()) {
-    if (bits == 0) {
-      break;
-    }
-    bits &= ~boxes.Within(beyond);
-  }
-  return bits;
+  const uint32_t bits = boxes.Overlapping(bounds_);
+  return bits == 0 ? 0 : bits & ~boxes.WithinAny(Outside());
 }
 
 }  // namespace enfilade

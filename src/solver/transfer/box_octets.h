@@ -9,6 +9,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -54,19 +55,44 @@ struct BoxOctet {
     return bits;
   }
 
-  // Bit i of the result: box i lies wholly in `beyond`.
-  [[nodiscard]] uint32_t Within(const HalfSpace& beyond) const {
-    const Vec3f n = beyond.normal;
-    // Of the corner that lies least far beyond.
-    const Lanes& x = n.x > 0 ? low[0] : high[0];
-    const Lanes& y = n.y > 0 ? low[1] : high[1];
-    const Lanes& z = n.z > 0 ? low[2] : high[2];
-    uint32_t bits = 0;
-    for (size_t i = 0; i < kCount; ++i) {  // becomes vector code
-      bits |= kBits[i] &
-              (n.x * x[i] + n.y * y[i] + n.z * z[i] > beyond.offset ? ~0U : 0U);
+  // Bit i of the result: box i lies wholly in one of the half-spaces.
+  [[nodiscard]] uint32_t WithinAny(std::span<const HalfSpace> spaces) const {
+    // How far boxes lie beyond a border, at most.
+    Four first_half{};
+    Four second_half{};
+    for (const HalfSpace& beyond : spaces) {
+      const Vec3f n = beyond.normal;
+      // Of the corner that lies least far beyond.
+      const Lanes& x = n.x > 0 ? low[0] : high[0];
+      const Lanes& y = n.y > 0 ? low[1] : high[1];
+      const Lanes& z = n.z > 0 ? low[2] : high[2];
+      const auto deepen = [&](size_t first, Four* farthest) {
+        const Four reach = n.x * FourOf(x, first) + n.y * FourOf(y, first) +
+                           n.z * FourOf(z, first) - beyond.offset;
+        *farthest = reach > *farthest ? reach : *farthest;
+      };
+      deepen(0, &first_half);
+      deepen(kCount / 2, &second_half);
     }
-    return bits;
+    return BitsOf(first_half > 0) | BitsOf(second_half > 0) << kCount / 2;
+  }
+
+ private:
+  // Four lanes as one vector. The compiler unrolls a plain loop over lanes
+  // within a loop over half-spaces, and then makes no vector code of it.
+  using Four [[gnu::vector_size(kCount / 2 * sizeof(float))]] = float;
+  using FourBits [[gnu::vector_size(kCount / 2 * sizeof(float))]] = int32_t;
+
+  static Four FourOf(const Lanes& lanes, size_t first) {
+    Four four;
+    std::memcpy(&four, &lanes[first], sizeof(four));
+    return four;
+  }
+
+  // Bit i of the result: lane i is set.
+  static uint32_t BitsOf(FourBits lanes) {
+    lanes &= FourBits{1, 2, 4, 8};
+    return static_cast<uint32_t>(lanes[0] | lanes[1] | lanes[2] | lanes[3]);
   }
 };
 

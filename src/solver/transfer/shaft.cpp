@@ -169,14 +169,10 @@ ShaftEnds AcrossPortals(const ShaftEnds& ends) {
 Shaft::Shaft(const ShaftEnds& between)
     : ends(between),
       hull(ends.receiver.box, ends.source.box),
-      behind_receiver(BehindOf(ends.receiver, hull.Bounds())),
-      behind_source(ends.source.patch == nullptr
-                        ? behind_receiver
-                        : BehindOf(ends.source, hull.Bounds())) {}
-
-uint32_t Shaft::Behind(const BoxOctet& boxes) const {
-  return boxes.Within(behind_receiver) | boxes.Within(behind_source);
-}
+      behind{BehindOf(ends.receiver, hull.Bounds()),
+             ends.source.patch == nullptr
+                 ? BehindOf(ends.receiver, hull.Bounds())
+                 : BehindOf(ends.source, hull.Bounds())} {}
 
 ShaftBlockers::ShaftBlockers(std::span<const PatchGeometry> patches,
                              BlockerKind kind)
@@ -233,7 +229,8 @@ bool ShaftBlockers::LeaveEmpty(const Shaft& shaft) const {
   const auto reaches = [&](const BoxOctet& boxes) {
     const uint32_t bits = shaft.hull.Overlapping(boxes);
     // An end may stick out of a portal that lies behind it (MayHold).
-    return of_surfaces ? bits & ~shaft.Behind(boxes) : bits;
+    return of_surfaces && bits != 0 ? bits & ~boxes.WithinAny(shaft.behind)
+                                    : bits;
   };
   return boxes_.VisitAll(reaches, [&](size_t i) {
     return !MayCut(i, shaft.ends) && (of_surfaces || !MayHold(i, shaft.ends));

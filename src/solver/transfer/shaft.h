@@ -55,13 +55,11 @@ ShaftEnds AcrossPortals(const ShaftEnds& ends);
 struct Shaft {
   explicit Shaft(const ShaftEnds& between);
 
-  // Bit i of the result: box i lies wholly behind one of the ends.
-  [[nodiscard]] uint32_t Behind(const BoxOctet& boxes) const;
-
   ShaftEnds ends;
   BoxHull hull;  // of the boxes of both ends
-  HalfSpace behind_receiver;
-  HalfSpace behind_source;  // that of the receiver, if the source is a box
+  // Behind the receiver and the source; if the source is a box, behind the
+  // receiver twice.
+  std::array<HalfSpace, 2> behind;
 };
 
 // The kind of blockers that are tested against shafts.
