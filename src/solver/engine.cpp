@@ -17,6 +17,9 @@ namespace {
 constexpr uint32_t kMostSweeps = 60;
 // The first guess of the light assumes at most this mean reflectance.
 constexpr double kMostGuessedReflectance = 0.8;
+// It also assumes that at least one part in so many of the light meets what
+// reflects, however large black surfaces are, such as the ground of a site.
+constexpr double kMostBlackParts = 2;
 
 }  // namespace
 
@@ -61,11 +64,13 @@ void Engine::Start() {
   const MeasuredSurface& surface = context_.surface;
   // The mean reflected radiosity is a guess until the first round has measured
   // it. The guess assumes that no light is lost.
+  const double met_area =
+      std::min(totals.receiving_area, kMostBlackParts * surface.area);
   const double reflectance =
-      surface.is_black ? double{kLeastWeightReflectance}
-                       : std::min(totals.reflectance_area /
-                                      std::max(totals.receiving_area, 1e-12),
-                                  kMostGuessedReflectance);
+      surface.is_black
+          ? double{kLeastWeightReflectance}
+          : std::min(totals.reflectance_area / std::max(met_area, 1e-12),
+                     kMostGuessedReflectance);
   state.mean_reflected =
       totals.emitted / surface.area * reflectance / (1 - reflectance);
   StartRound(FirstTau(state, surface.area, totals.count));
