@@ -70,6 +70,21 @@ TEST_F(ObjLines, MaterialFilesThatAreMissingAreNotKept) {
   EXPECT_EQ(files[0].filename(), "m.mtl");
 }
 
+TEST_F(ObjLines, MaterialFilesMayBeNamedAsOnWindows) {
+  temp_.Write("my paints/a b.mtl", "newmtl red\nKd 0.5 0 0\n");
+  temp_.Write("paints/c.mtl", "newmtl blue\nKd 0 0 0.5\n");
+  const auto obj =
+      Write("mtllib my paints\\a b.mtl\nusemtl red\nf 1 2 3\n"
+            "mtllib none.mtl paints\\c.mtl\nusemtl blue\nf 1 3 4\n");
+  const Imported scene = ImportFile(obj);
+  ASSERT_EQ(scene.info.materials.size(), 3U);
+  EXPECT_EQ(scene.info.materials[1].reflectance, (Rgb{0.5, 0, 0}));
+  EXPECT_EQ(scene.info.materials[2].reflectance, (Rgb{0, 0, 0.5}));
+  const auto files = FilesBehindObj(obj, [](std::span<const char>) {}).existing;
+  ASSERT_EQ(files.size(), 3U);
+  EXPECT_EQ(files[2].filename(), "c.mtl");
+}
+
 TEST_F(ObjLines, ALineLongerThanAnyFaceIsRefused) {
   const std::string long_line = "f" + std::string(3 << 20, ' ') + "1 2 3\n";
   const std::string error = ImportError(Write("\n" + long_line));
