@@ -14,6 +14,7 @@
 #include <istream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tiny_obj_loader.h>
 
 namespace enfilade {
@@ -29,6 +30,11 @@ constexpr double kFarthestM = 1e8;
 
 double LargestCoordinate(Point3 p) {
   return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+std::string WithoutBlanksBefore(std::string name) {
+  name.erase(0, name.find_first_not_of(" \t"));
+  return name;
 }
 
 // What an OBJ and its pieces share.
@@ -96,10 +102,14 @@ class ObjReading {
       Self(self).UseMaterial(name);
     };
     callbacks.object_cb = [](void* self, const char* name) {
-      Self(self).StartObject(name);
+      Self(self).StartObject(WithoutBlanksBefore(name));
     };
+    // A group may have several names, which are often one with blanks.
     callbacks.group_cb = [](void* self, const char** names, int count) {
-      Self(self).StartObject(count > 0 ? names[0] : "");
+      Self(self).StartObject(fmt::format(
+          "{}",
+          fmt::join(std::span(names, static_cast<size_t>(std::max(count, 0))),
+                    " ")));
     };
     std::istream stream(&lines_);
     stream.exceptions(std::ios::badbit);  // lets CheckLine's errors through
@@ -266,8 +276,8 @@ class ObjReading {
     material_chosen_ = false;
   }
 
-  void UseMaterial(std::string name) {
-    name.erase(0, name.find_first_not_of(" \t"));
+  void UseMaterial(const std::string& as_written) {
+    const std::string name = WithoutBlanksBefore(as_written);
     input_material_ = materials_.Find(name);
     if (!input_material_) {
       Fail(materials_.WhyUnknown(name));

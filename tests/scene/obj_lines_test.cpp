@@ -59,6 +59,21 @@ TEST_F(ObjLines, BlanksBeforeABackslashAreNoPartOfAName) {
   EXPECT_EQ(scene.info.input_polygons, 2U);
 }
 
+// Of `g` the format takes each word for a name, which exporters ignore.
+TEST_F(ObjLines, AnObjectHasAllWordsOfItsName) {
+  for (const char* line :
+       {"g Main Hall floor", "g  Main \tHall floor ", "o \tMain Hall floor"}) {
+    ImportOptions options;
+    options.overrides = temp_.Write(
+        "o.json",
+        R"({"objects": {"Main Hall floor": {"reflectance": 0.25}}})");
+    const Imported scene = ImportFile(
+        Write(std::string(line) + "\nusemtl lamp\nf 1 2 3\n"), options);
+    ASSERT_EQ(scene.info.materials.size(), 2U) << line;
+    EXPECT_EQ(scene.info.materials[1].reflectance, (Rgb{0.25, 0.25, 0.25}));
+  }
+}
+
 TEST_F(ObjLines, MaterialFilesThatAreMissingAreNotKept) {
   std::string lines = "mtllib m.mtl\n";
   for (int i = 0; i < 1000; ++i) {
