@@ -117,6 +117,9 @@ void ImportObj(const std::filesystem::path& scene,
   const ObjCounts counts =
       ReadObj(input, to.materials, to.budget, to.store, sink);
   AddCounts(scene, counts, sink.Counts(), info);
+  if (std::string note = to.materials.NoteOnAssumed(); !note.empty()) {
+    info.notes.push_back(std::move(note));
+  }
   if (moved > 0) {
     info.notes.push_back(fmt::format(
         "coordinates are rounded to {:.3g} mm: {} vertices were moved, by at "

@@ -5,7 +5,8 @@
 // indices ignored), o, g, usemtl, mtllib, #instance (instance_line.h); of
 // materials Kd (reflectance), Ke (exitance), d and Tr (opacity below 0.5:
 // clear), sides (1: the back is black). Everything else is skipped.
-// Polygons before any usemtl are grey, with a reflectance of 0.5.
+// Polygons before any usemtl are grey, with a reflectance of 0.5, and so are
+// materials without Kd that do not emit.
 
 #pragma once
 
