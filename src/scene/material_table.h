@@ -34,8 +34,8 @@ class MaterialTable {
   void Charge(uint64_t bytes, double share);
 
   // A material of the input; `place` (file and line) goes into errors about
-  // it, and `is_assumed` says that its reflectance is a guess. Returns its index
-  // for Resolve.
+  // it, and `is_assumed` says that its reflectance is a guess. Returns its
+  // index for Resolve.
   size_t AddInput(Material material,
                   std::string place,
                   bool is_assumed = false);

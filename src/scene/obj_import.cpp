@@ -46,6 +46,12 @@ void AddCounts(const std::filesystem::path& scene,
     info.notes.push_back(fmt::format(
         "{} faces of fewer than three vertices were dropped", counts.lines));
   }
+  if (counts.unknown > 0) {
+    info.notes.push_back(
+        fmt::format("{} lines of unknown kinds were passed over (first: {})",
+                    counts.unknown,
+                    counts.first_unknown));
+  }
   for (std::string& note : cleaning.Notes()) {
     info.notes.push_back(std::move(note));
   }

@@ -80,9 +80,8 @@ TEST_F(MtlReading, ColoursThatAreAssumedAreToldOfWhereFacesHaveThem) {
       "f 1 2 3\nusemtl floor\nf 1 2 4\nusemtl told\nf 1 3 4\n"
       "usemtl wall\nf 2 3 4\no o2\nf 2 4 1\nusemtl pane\nf 3 4 2\n");
   ImportOptions options;
-  options.overrides = temp_.Write(
-      "o.json",
-      R"({"materials": {"told": {"reflectance": 0.2}}})");
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"told": {"reflectance": 0.2}}})");
   const Imported scene = ImportFile(obj, options);
   EXPECT_TRUE(std::find(scene.info.notes.begin(),
                         scene.info.notes.end(),
