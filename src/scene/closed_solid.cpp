@@ -22,6 +22,95 @@ constexpr double kFlatShare = 0.25;
 // A point near a corner is this share of the way to the middle.
 constexpr double kNearCorner = 0.02;
 
+double Side(Point3 from, Point3 to, Point3 p, Vec3 normal) {
+  return Dot(Cross(to - from, p - from), normal);
+}
+
+// A corner of a polygon and its neighbours.
+struct Corner {
+  Point3 before, at, after;
+  double area = 0;  // twice that of their triangle, negative if concave
+};
+
+Corner CornerAt(std::span<const Point3> polygon, size_t k, Vec3 normal) {
+  const size_t n = polygon.size();
+  const Point3 before = polygon[(k + n - 1) % n];
+  const Point3 after = polygon[(k + 1) % n];
+  return {before, polygon[k], after, Side(before, polygon[k], after, normal)};
+}
+
+// How much of a convex corner's triangle can be kept, as a factor of its sides
+// from the corner, such that no vertex of the polygon lies in it. The triangle
+// is then in the polygon, since an edge that crossed it would have to end in it
+// or to cross the corner's own edges.
+double FreeShare(std::span<const Point3> polygon, size_t k, Vec3 normal) {
+  const Corner corner = CornerAt(polygon, k, normal);
+  double share = 1;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Point3 p = polygon[i];
+    if (i != k && Side(corner.before, corner.at, p, normal) >= 0 &&
+        Side(corner.at, corner.after, p, normal) >= 0) {
+      const double towards_corner =
+          Side(corner.after, corner.before, p, normal) / corner.area;
+      share = std::min(share, 1 - towards_corner);
+    }
+  }
+  return share;
+}
+
+// A point strictly inside a simple polygon: the middle of the largest triangle
+// that FreeShare leaves at a corner.
+Point3 PointInside(std::span<const Point3> polygon, Vec3 normal) {
+  std::vector<std::pair<double, size_t>> corners;  // by area, negated
+  for (size_t k = 0; k < polygon.size(); ++k) {
+    const double area = CornerAt(polygon, k, normal).area;
+    if (area > 0) {
+      corners.emplace_back(-area, k);
+    }
+  }
+  std::sort(corners.begin(), corners.end());
+  double largest = 0;
+  Point3 inside = polygon[0];
+  for (const auto& [negated, k] : corners) {
+    if (-negated <= largest) {
+      break;
+    }
+    ThrowIfStopRequested();
+    const double share = FreeShare(polygon, k, normal);
+    if (-negated * share * share > largest) {
+      largest = -negated * share * share;
+      const Corner c = CornerAt(polygon, k, normal);
+      inside = c.at + ((c.before - c.at) + (c.after - c.at)) * (share / 3);
+    }
+  }
+  return inside;
+}
+
+// A point beside a corner of the polygon: on the way to `middle`, a point
+// inside, or on the line that halves the corner's angle, if that way begins
+// outside or along an edge.
+Point3 PointNearCorner(std::span<const Point3> polygon,
+                       size_t k,
+                       Point3 middle,
+                       Vec3 normal) {
+  constexpr double kAlongEdge = 1e-3;  // the sine of an angle
+  const Corner c = CornerAt(polygon, k, normal);
+  const Vec3 in = Normalize(c.at - c.before);
+  const Vec3 out = Normalize(c.after - c.at);
+  const Vec3 way = Normalize(middle - c.at);
+  const double left_of_in = Dot(Cross(in, way), normal);
+  const double left_of_out = Dot(Cross(out, way), normal);
+  const double least = c.area > 0 ? std::min(left_of_in, left_of_out)
+                                  : std::max(left_of_in, left_of_out);
+  if (least > kAlongEdge) {
+    return Lerp(c.at, middle, kNearCorner);
+  }
+  const double shorter =
+      std::min(Length(c.at - c.before), Length(c.after - c.at));
+  return c.at +
+         (Cross(normal, in) + Cross(normal, out)) * (kNearCorner * shorter);
+}
+
 // A polygon that passes an edge, `up` if from the lower vertex number to the
 // higher one.
 struct EdgeUse {
@@ -257,8 +346,9 @@ class SolidFinder {
     }
     const int sign = inside > 0 ? 1 : -1;
     const Vec3 inwards = normal * (is_front ? beside_ : -beside_);
-    for (const uint32_t v : polygons_[i]) {
-      const Point3 near_corner = Lerp(vertices_[v], middle, kNearCorner);
+    const std::vector<Point3> corners = PointsOf(vertices_, polygons_[i]);
+    for (size_t k = 0; k < corners.size(); ++k) {
+      const Point3 near_corner = PointNearCorner(corners, k, middle, normal);
       const double there = WindingNumberAt(members, near_corner + inwards);
       // Where the solid is thinner than `beside`, that point is outside.
       if (!Is(there, sign) && !Is(there, 0)) {
@@ -268,24 +358,11 @@ class SolidFinder {
     return Inside{is_front, sign};
   }
 
-  // A point in the polygon, the centroid of its largest corner triangle, and
-  // the polygon's normal.
+  // A point in the polygon, and the polygon's normal.
   [[nodiscard]] std::pair<Point3, Vec3> MiddleOf(const VertexLoop& loop) const {
     const std::vector<Point3> points = PointsOf(vertices_, loop);
     const Vec3 normal = Normalize(AreaVector(points));
-    double largest = 0;
-    Point3 middle = points[0];
-    for (size_t k = 0; k < points.size(); ++k) {
-      const Point3 a = points[k];
-      const Point3 b = points[(k + 1) % points.size()];
-      const Point3 c = points[(k + 2) % points.size()];
-      const double area = Dot(Cross(b - a, c - a), normal);
-      if (area > largest) {
-        largest = area;
-        middle = a + ((b - a) + (c - a)) * (1.0 / 3);
-      }
-    }
-    return {middle, normal};
+    return {PointInside(points, normal), normal};
   }
 
   std::span<const Point3> vertices_;

@@ -37,47 +37,102 @@ struct Lamp {
   std::optional<SpaceId> space;
 };
 
-// A rectangle in plan; empty if `low` is not below `high`.
+// A rectangle in plan; empty if `low` is not at most `high`.
 struct Extent {
   static constexpr double kFar = std::numeric_limits<double>::infinity();
 
   Point2 low{kFar, kFar};
   Point2 high{-kFar, -kFar};
-};
 
-Extent Union(const Extent& a, const Extent& b) {
-  return {{std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y)},
-          {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y)}};
-}
+  [[nodiscard]] bool IsEmpty() const {
+    return !(low.x <= high.x && low.y <= high.y);
+  }
+
+  [[nodiscard]] std::array<Point2, 4> Corners() const {
+    return {{low, {high.x, low.y}, high, {low.x, high.y}}};
+  }
+};
 
 Extent Common(const Extent& a, const Extent& b) {
   return {{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y)},
           {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y)}};
 }
 
+// A little wider than the face is.
 Extent ExtentOf(const LevelFace& face) {
+  constexpr double kRoundingMetres = 1e-3;
   Extent extent;
   for (const Point2 p : face.outline) {
-    extent = Union(extent, {p, p});
+    extent.low = {std::min(extent.low.x, p.x - kRoundingMetres),
+                  std::min(extent.low.y, p.y - kRoundingMetres)};
+    extent.high = {std::max(extent.high.x, p.x + kRoundingMetres),
+                   std::max(extent.high.y, p.y + kRoundingMetres)};
   }
   return extent;
 }
 
-// For each face, the extent of all others together.
-std::vector<Extent> ExtentsOfOthers(const std::vector<LevelFace>& faces) {
-  std::vector<Extent> others(faces.size());
-  Extent before;
-  for (size_t i = 0; i < faces.size(); ++i) {
-    others[i] = before;
-    before = Union(before, ExtentOf(faces[i]));
+// Whether the floor is anywhere in the extent as far below the ceiling as a
+// room is high. A lamp hangs from the lowest point that the ceiling has over
+// it.
+bool MayBeRoom(const LevelFace& ceiling,
+               const LevelFace& floor,
+               const Extent& extent) {
+  constexpr double kSlackMetres = 0.1;
+  const double over_lamp =
+      0.5 * kPanelMetres *
+      (std::abs(ceiling.slope.x) + std::abs(ceiling.slope.y));
+  double least = Extent::kFar;
+  double most = -Extent::kFar;
+  for (const Point2 p : extent.Corners()) {
+    const double height = ceiling.HeightAt(p) - floor.HeightAt(p);
+    least = std::min(least, height);
+    most = std::max(most, height);
   }
-  Extent behind;
-  for (size_t i = faces.size(); i-- > 0;) {
-    others[i] = Union(others[i], behind);
-    behind = Union(behind, ExtentOf(faces[i]));
-  }
-  return others;
+  return most >= kLeastRoomMetres - kSlackMetres &&
+         least - over_lamp <= kMostRoomMetres + kSlackMetres;
 }
+
+// The stretches of a column of the plan that some extents cover, as the column
+// moves on: each extent is looked at only while the column is over it.
+class ColumnStretches {
+ public:
+  explicit ColumnStretches(std::vector<Extent> extents)
+      : extents_(std::move(extents)) {
+    std::sort(
+        extents_.begin(), extents_.end(), [](const Extent& a, const Extent& b) {
+          return a.low.x < b.low.x;
+        });
+  }
+
+  // In order, and apart from each other. Requires an x not below those before.
+  [[nodiscard]] const std::vector<std::pair<double, double>>& At(double x) {
+    for (; next_ < extents_.size() && extents_[next_].low.x <= x; ++next_) {
+      open_.push_back(extents_[next_]);
+    }
+    open_.erase(std::remove_if(open_.begin(),
+                               open_.end(),
+                               [x](const Extent& e) { return e.high.x < x; }),
+                open_.end());
+    std::sort(open_.begin(), open_.end(), [](const Extent& a, const Extent& b) {
+      return a.low.y < b.low.y;
+    });
+    stretches_.clear();
+    for (const Extent& e : open_) {
+      if (stretches_.empty() || stretches_.back().second < e.low.y) {
+        stretches_.emplace_back(e.low.y, e.high.y);
+      } else {
+        stretches_.back().second = std::max(stretches_.back().second, e.high.y);
+      }
+    }
+    return stretches_;
+  }
+
+ private:
+  std::vector<Extent> extents_;
+  size_t next_ = 0;
+  std::vector<Extent> open_;
+  std::vector<std::pair<double, double>> stretches_;
+};
 
 class LampLayer {
  public:
@@ -87,24 +142,38 @@ class LampLayer {
       : plan_(plan), input_(input), charge_(budget, "the default luminaires") {}
 
   const std::vector<Lamp>& Run() {
-    const std::vector<Extent> others = ExtentsOfOthers(plan_.Levels());
     for (const double step :
          {kCoarseSteps * kFineStepMetres, kFineStepMetres}) {
-      for (size_t i = 0; i < others.size(); ++i) {
-        TryGrid(plan_.Levels()[i], others[i], step);
+      for (size_t i = 0; i < plan_.Levels().size(); ++i) {
+        if (!input_.has_spaces || plan_.Levels()[i].below) {
+          TryGrid(i, step);
+        }
       }
     }
     return lamps_;
   }
 
  private:
-  // `others`: of all other level faces, one of which must be the floor.
-  void TryGrid(const LevelFace& ceiling, const Extent& others, double step) {
-    if (input_.has_spaces && !ceiling.below) {
-      return;
+  // Where floors may be under a ceiling.
+  [[nodiscard]] std::vector<Extent> FloorsUnder(size_t ceiling) const {
+    const LevelFace& above = plan_.Levels()[ceiling];
+    const Extent whole = ExtentOf(above);
+    std::vector<Extent> floors;
+    for (const uint32_t i : plan_.LevelsIn(whole.low, whole.high)) {
+      const LevelFace& below = plan_.Levels()[i];
+      const Extent common = Common(whole, ExtentOf(below));
+      if (i != ceiling && !common.IsEmpty() &&
+          MayBeRoom(above, below, common)) {
+        floors.push_back(common);
+      }
     }
-    const auto [low, high] = Common(ExtentOf(ceiling), others);
-    if (!(low.x <= high.x && low.y <= high.y)) {
+    return floors;
+  }
+
+  void TryGrid(size_t index, double step) {
+    const LevelFace& ceiling = plan_.Levels()[index];
+    std::vector<Extent> floors = FloorsUnder(index);
+    if (floors.empty()) {
       return;
     }
     const auto first = [&](double value) {
@@ -113,18 +182,27 @@ class LampLayer {
     const auto at = [&](int64_t i) {
       return (static_cast<double>(i) + 0.5) * step;
     };
-    for (int64_t i = first(low.x); at(i) <= high.x; ++i) {
+    double low = Extent::kFar;
+    double high = -Extent::kFar;
+    for (const Extent& floor : floors) {
+      low = std::min(low, floor.low.x);
+      high = std::max(high, floor.high.x);
+    }
+    ColumnStretches columns(std::move(floors));
+    for (int64_t i = first(low); at(i) <= high; ++i) {
       ThrowIfStopRequested();
-      for (int64_t j = first(low.y); at(j) <= high.y; ++j) {
-        const Point2 center{at(i), at(j)};
-        if (ceiling.Covers(center)) {
-          TryPlace(ceiling, center);
+      for (const auto& [from, to] : columns.At(at(i))) {
+        for (int64_t j = first(from); at(j) <= to; ++j) {
+          TryPlace(ceiling, {at(i), at(j)});
         }
       }
     }
   }
 
   void TryPlace(const LevelFace& ceiling, Point2 center) {
+    if (!ceiling.Covers(center)) {
+      return;
+    }
     const double reach = 0.5 * kPanelMetres;
     const std::array<Point2, 4> corners{{{center.x - reach, center.y - reach},
                                          {center.x + reach, center.y - reach},
@@ -135,7 +213,8 @@ class LampLayer {
       lowest = std::min(lowest, ceiling.HeightAt(p));
     }
     const Lamp lamp{center, lowest - kHangMetres, ceiling.below};
-    if (IsServed(lamp) || !IsRoomBelow(lamp, center) ||
+    // Where there is no room is known much sooner than where there is a lamp.
+    if (!IsRoomBelow(lamp, center) || IsServed(lamp) ||
         !std::all_of(corners.begin(), corners.end(), [&](Point2 p) {
           return IsUnderCeiling(lamp, p) && IsRoomBelow(lamp, p);
         })) {

@@ -1,11 +1,12 @@
 #include "scene/gbxml_shells.h"
 
 #include "base/planar_polygon.h"
-#include "base/stop.h"
 #include "scene/figure_cut.h"
+#include "scene/shell_trial.h"
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace enfilade {
@@ -13,6 +14,27 @@ namespace {
 
 constexpr double kShellToleranceMetres = 0.01;
 constexpr double kOffsetsMetres[] = {0.01, 0.05};
+
+// The first of the polygons without which least is open, and how much is.
+std::pair<std::vector<uint32_t>::const_iterator, double>
+WithoutWhichLeastIsOpen(const std::vector<uint32_t>& polygons,
+                        double open,
+                        ShellTrial& trial) {
+  const double rounding = 1e-6 * (1 + open);
+  double least = std::numeric_limits<double>::infinity();
+  auto best = polygons.end();
+  for (auto it = polygons.begin(); it != polygons.end(); ++it) {
+    if (open + trial.ChangeWithout(*it) > least + rounding) {
+      continue;  // without the whole sum
+    }
+    const double left = trial.OpenLengthWithout(*it);
+    if (left < least) {
+      least = left;
+      best = it;
+    }
+  }
+  return {best, least};
+}
 
 }  // namespace
 
@@ -89,37 +111,29 @@ void GbxmlShells::CompleteByBest(SpaceShell& shell,
 void GbxmlShells::CompleteByLeavingOut(const SpaceShell& bare,
                                        std::vector<size_t> doubtful,
                                        SpaceShell* shell) {
-  const auto with = [&](const std::vector<size_t>& surfaces) {
-    SpaceShell candidate = bare;
-    for (const size_t i : surfaces) {
-      candidate.Add(model_->surfaces[i].polygon);
-    }
-    return candidate;
-  };
-  double open = with(doubtful).OpenLength(kShellToleranceMetres);
-  while (open > 0 && !doubtful.empty()) {
-    ThrowIfStopRequested();
-    double least = std::numeric_limits<double>::infinity();
-    std::vector<size_t> best;
-    for (size_t i = 0; i < doubtful.size(); ++i) {
-      std::vector<size_t> others = doubtful;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      const double left = with(others).OpenLength(kShellToleranceMetres);
-      if (left < least) {
-        least = left;
-        best = std::move(others);
-      }
-    }
+  ShellTrial trial(kShellToleranceMetres);
+  trial.AddEdges(bare.Edges());
+  for (const size_t i : doubtful) {
+    trial.AddPolygon(model_->surfaces[i].polygon);
+  }
+  trial.Begin();
+  std::vector<uint32_t> kept(doubtful.size());
+  std::iota(kept.begin(), kept.end(), 0U);
+  double open = trial.OpenLength();
+  while (open > 0 && !kept.empty()) {
+    const auto [without, least] = WithoutWhichLeastIsOpen(kept, open, trial);
     if (least >= open) {
       break;
     }
     open = least;
-    doubtful = std::move(best);
+    trial.LeaveOut(*without);
+    kept.erase(without);
   }
   if (open < bare.OpenLength(kShellToleranceMetres) - kShellToleranceMetres) {
-    *shell = with(doubtful);
-    for (const size_t i : doubtful) {
-      in_shell_[i] = true;
+    *shell = bare;
+    for (const uint32_t k : kept) {
+      shell->Add(model_->surfaces[doubtful[k]].polygon);
+      in_shell_[doubtful[k]] = true;
     }
   }
 }

@@ -103,8 +103,10 @@ void MaterialTable::Charge(uint64_t bytes, double share) {
   charge_.GrowTo(bytes_, share);
 }
 
-size_t MaterialTable::AddInput(Material material, std::string place) {
-  inputs_.push_back({std::move(material), std::move(place)});
+size_t MaterialTable::AddInput(Material material,
+                               std::string place,
+                               bool is_assumed) {
+  inputs_.push_back({std::move(material), std::move(place), is_assumed});
   return inputs_.size() - 1;
 }
 
@@ -144,7 +146,7 @@ std::optional<MaterialId> MaterialTable::Make(
     return std::nullopt;
   }
   if (!IsPhysical(material)) {
-    refused_.push_back({material, place});
+    refused_.push_back({material, place, false});
   }
   if (!objects.empty()) {
     material.name = fmt::format("{} of {}", material.name, objects);
@@ -168,6 +170,28 @@ std::vector<std::string> MaterialTable::NotesOnUnusedRules() const {
     }
   }
   return notes;
+}
+
+std::string MaterialTable::NoteOnAssumed() const {
+  std::vector<size_t> assumed;  // in the order of the input
+  for (const auto& [key, material] : resolved_) {
+    const auto& [input, rules] = key;
+    const bool is_told =
+        std::any_of(rules.begin(), rules.end(), [this](size_t rule) {
+          return overrides_.SetsReflectance(rule);
+        });
+    if (inputs_[input].is_assumed && material && !is_told &&
+        (assumed.empty() || assumed.back() != input)) {
+      assumed.push_back(input);
+    }
+  }
+  return assumed.empty()
+             ? std::string()
+             : fmt::format(
+                   "{} materials give no Kd (first: {}): taken as 0.5; set "
+                   "them with --overrides",
+                   assumed.size(),
+                   inputs_[assumed.front()].material.name);
 }
 
 void MaterialTable::ThrowIfRefused() const {

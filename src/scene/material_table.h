@@ -34,8 +34,11 @@ class MaterialTable {
   void Charge(uint64_t bytes, double share);
 
   // A material of the input; `place` (file and line) goes into errors about
-  // it. Returns its index for Resolve.
-  size_t AddInput(Material material, std::string place);
+  // it, and `is_assumed` says that its reflectance is a guess. Returns its
+  // index for Resolve.
+  size_t AddInput(Material material,
+                  std::string place,
+                  bool is_assumed = false);
 
   // Whether the override file says what a material of this name is, so that the
   // input need not.
@@ -57,6 +60,10 @@ class MaterialTable {
   // A sentence for each rule of the override file that matches no face.
   [[nodiscard]] std::vector<std::string> NotesOnUnusedRules() const;
 
+  // A sentence on the materials of faces whose reflectance is a guess; empty if
+  // there are none.
+  [[nodiscard]] std::string NoteOnAssumed() const;
+
   [[nodiscard]] const std::vector<Material>& Materials() const {
     return materials_;
   }
@@ -68,6 +75,7 @@ class MaterialTable {
   struct InputMaterial {
     Material material;
     std::string place;
+    bool is_assumed = false;
   };
 
   std::optional<MaterialId> Make(size_t input,

@@ -19,6 +19,9 @@ namespace {
 
 constexpr double kMostWeldMetres = 1e-4;
 constexpr double kRelativeWeld = 1e-5;
+// Of the largest coordinate: a few steps of double precision, so that what
+// differs by rounding alone is one point, and cells of the welder have numbers.
+constexpr double kLeastRelativeWeld = 1e-15;
 constexpr double kPlaneWelds = 2;
 // A solid must be thicker than this many weld distances.
 constexpr double kBesideWelds = 4;
@@ -26,6 +29,18 @@ constexpr double kBesideWelds = 4;
 // measured; the rest is for the search for solids.
 constexpr uint64_t kBytesPerPolygon = 600;
 constexpr uint64_t kBytesPerCorner = 220;
+
+// The distance within which points of these corners are one.
+double WeldOf(const Box3& bounds) {
+  double farthest = 0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    farthest = std::max(
+        {farthest, std::abs(bounds.low[axis]), std::abs(bounds.high[axis])});
+  }
+  return std::max(
+      std::min(kMostWeldMetres, kRelativeWeld * Length(bounds.Extent())),
+      kLeastRelativeWeld * farthest);
+}
 
 bool IsPlanar(std::span<const Point3> points, double tolerance) {
   const Vec3 normal = Normalize(AreaVector(points));
@@ -334,10 +349,9 @@ void MeshCleaner::Flush(const CleaningOptions& options) {
       *budget_,
       ends_.size() * kBytesPerPolygon + corners_.size() * kBytesPerCorner,
       "cleaning the scene's polygons");
-  const double extent = Length(BoundsOf(corners_).Extent());
-  if (extent > 0) {
-    Batch batch(
-        counts_, options, std::min(kMostWeldMetres, kRelativeWeld * extent));
+  const Box3 bounds = BoundsOf(corners_);
+  if (Length(bounds.Extent()) > 0) {
+    Batch batch(counts_, options, WeldOf(bounds));
     size_t begin = 0;
     for (const size_t end : ends_) {
       batch.Take(std::span(corners_).subspan(begin, end - begin));

@@ -67,6 +67,11 @@ class MtlReading {
         halo_opacity_.value_or(read.dissolve) < kLeastOpacity;
     material.material.sides = sides_;
     material.place = fmt::format("{}:{}", Name(), place_);
+    material.is_assumed =
+        kept_.find("Kd") == kept_.end() && !Emits(material.material);
+    if (material.is_assumed) {
+      material.material.reflectance.fill(kAssumedReflectance);
+    }
     (*take_)(std::move(material), file_->Fraction());
   }
 

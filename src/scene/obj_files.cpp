@@ -4,9 +4,11 @@
 #include "scene/instance_line.h"
 #include "scene/number_text.h"
 
+#include <algorithm>
 #include <istream>
 #include <limits>
 #include <set>
+#include <string>
 #include <utility>
 
 namespace enfilade {
@@ -56,17 +58,30 @@ void AddMaterialFiles(const std::filesystem::path& obj,
   }
 }
 
+// The path of a name in a folder; of one written with the separators of
+// Windows, if there is no file of that very name but one with those of here.
+std::filesystem::path PathIn(const std::filesystem::path& folder,
+                             std::string_view name) {
+  std::filesystem::path as_named = folder / name;
+  if (name.find('\\') == std::string_view::npos || Exists(as_named)) {
+    return as_named;
+  }
+  std::string with_slashes(name);
+  std::replace(with_slashes.begin(), with_slashes.end(), '\\', '/');
+  return Exists(folder / with_slashes) ? folder / with_slashes : as_named;
+}
+
 }  // namespace
 
 std::vector<std::filesystem::path> MaterialPaths(
     const std::filesystem::path& obj, std::string_view names) {
   const std::filesystem::path folder = obj.parent_path();
-  if (Exists(folder / names)) {
-    return {folder / names};
+  if (const auto whole = PathIn(folder, names); Exists(whole)) {
+    return {whole};
   }
   std::vector<std::filesystem::path> paths;
   for (const std::string_view name : Words(names)) {
-    paths.push_back(folder / name);
+    paths.push_back(PathIn(folder, name));
   }
   return paths;
 }

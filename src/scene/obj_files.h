@@ -15,7 +15,8 @@ namespace enfilade {
 std::optional<std::string_view> NamesAfterMtllib(std::string_view line);
 
 // The names after a mtllib as paths. If a file is named by the whole rest of
-// the line, blanks included, then that one; otherwise one path per word.
+// the line, blanks included, then that one; otherwise one path per word. A name
+// that no file has may be one with backslashes for slashes.
 std::vector<std::filesystem::path> MaterialPaths(
     const std::filesystem::path& obj, std::string_view names);
 

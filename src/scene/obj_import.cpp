@@ -46,6 +46,12 @@ void AddCounts(const std::filesystem::path& scene,
     info.notes.push_back(fmt::format(
         "{} faces of fewer than three vertices were dropped", counts.lines));
   }
+  if (counts.unknown > 0) {
+    info.notes.push_back(
+        fmt::format("{} lines of unknown kinds were passed over (first: {})",
+                    counts.unknown,
+                    counts.first_unknown));
+  }
   for (std::string& note : cleaning.Notes()) {
     info.notes.push_back(std::move(note));
   }
@@ -117,6 +123,9 @@ void ImportObj(const std::filesystem::path& scene,
   const ObjCounts counts =
       ReadObj(input, to.materials, to.budget, to.store, sink);
   AddCounts(scene, counts, sink.Counts(), info);
+  if (std::string note = to.materials.NoteOnAssumed(); !note.empty()) {
+    info.notes.push_back(std::move(note));
+  }
   if (moved > 0) {
     info.notes.push_back(fmt::format(
         "coordinates are rounded to {:.3g} mm: {} vertices were moved, by at "

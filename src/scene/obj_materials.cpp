@@ -9,11 +9,6 @@
 #include <fmt/format.h>
 
 namespace enfilade {
-namespace {
-
-constexpr double kDefaultReflectance = 0.5;
-
-}  // namespace
 
 const MaterialNames* ObjMaterialFiles::Read(const std::filesystem::path& path) {
   const auto known = files_.find(path);
@@ -29,8 +24,8 @@ const MaterialNames* ObjMaterialFiles::Read(const std::filesystem::path& path) {
   ReadMtl(path, [&](MtlMaterial&& m, double share) {
     const std::string name = m.material.name;
     Charge(m, share);
-    names[name] =
-        materials_.AddInput(std::move(m.material), std::move(m.place));
+    names[name] = materials_.AddInput(
+        std::move(m.material), std::move(m.place), m.is_assumed);
   });
   return &(files_[path] = std::move(names));
 }
@@ -64,7 +59,7 @@ size_t ObjMaterialFiles::AddGrey(const std::string& name,
                                  const std::string& place) {
   Material grey;
   grey.name = name;
-  grey.reflectance.fill(kDefaultReflectance);
+  grey.reflectance.fill(kAssumedReflectance);
   return Add(std::move(grey), place);
 }
 

@@ -14,6 +14,7 @@
 #include <istream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tiny_obj_loader.h>
 
 namespace enfilade {
@@ -29,6 +30,39 @@ constexpr double kFarthestM = 1e8;
 
 double LargestCoordinate(Point3 p) {
   return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+// Statements that are read, by the library or here, or that hold no surface of
+// polygons by themselves: texture, normals, lines, points, smoothing, display,
+// and the parameters of curves.
+constexpr std::string_view kStatements[] = {
+    "vt",         "vn",        "g",     "o",        "usemtl", "s",
+    "l",          "p",         "v",     "f",        "mtllib", "vp",
+    "mg",         "cstype",    "deg",   "bmat",     "step",   "curv",
+    "curv2",      "parm",      "trim",  "hole",     "scrv",   "sp",
+    "end",        "con",       "bevel", "c_interp", "lod",    "d_interp",
+    "shadow_obj", "trace_obj", "ctech", "stech",    "maplib", "usemap"};
+
+bool IsStatement(std::string_view word) {
+  return std::find(std::begin(kStatements), std::end(kStatements), word) !=
+         std::end(kStatements);
+}
+
+// The beginning of a word as a message can show it.
+std::string Shown(std::string_view word) {
+  constexpr size_t kMost = 20;
+  std::string shown(word.substr(0, kMost));
+  std::replace_if(
+      shown.begin(),
+      shown.end(),
+      [](char c) { return c < ' ' || c > '~'; },
+      '?');
+  return shown;
+}
+
+std::string WithoutBlanksBefore(std::string name) {
+  name.erase(0, name.find_first_not_of(" \t"));
+  return name;
 }
 
 // What an OBJ and its pieces share.
@@ -96,10 +130,14 @@ class ObjReading {
       Self(self).UseMaterial(name);
     };
     callbacks.object_cb = [](void* self, const char* name) {
-      Self(self).StartObject(name);
+      Self(self).StartObject(WithoutBlanksBefore(name));
     };
+    // A group may have several names, which are often one with blanks.
     callbacks.group_cb = [](void* self, const char** names, int count) {
-      Self(self).StartObject(count > 0 ? names[0] : "");
+      Self(self).StartObject(fmt::format(
+          "{}",
+          fmt::join(std::span(names, static_cast<size_t>(std::max(count, 0))),
+                    " ")));
     };
     std::istream stream(&lines_);
     stream.exceptions(std::ios::badbit);  // lets CheckLine's errors through
@@ -147,6 +185,16 @@ class ObjReading {
       materials_.Load(*NamesAfterMtllib(line));
     } else if (line == "f" || line == "v" || line == "usemtl") {
       Fail(fmt::format("'{}' without anything after it", line));
+    } else if (const auto word = line.substr(0, line.find_first_of(" \t"));
+               line[0] != '#' && !IsStatement(word)) {
+      PassOver(word);
+    }
+  }
+
+  void PassOver(std::string_view word) {
+    if (counts_.unknown++ == 0) {
+      counts_.first_unknown = fmt::format(
+          "{}:{}: '{}'", input_.path.string(), lines_.Line(), Shown(word));
     }
   }
 
@@ -195,6 +243,10 @@ class ObjReading {
     counts_.polygons += piece.counts_.polygons;
     counts_.clear += piece.counts_.clear;
     counts_.lines += piece.counts_.lines;
+    if (counts_.unknown == 0) {
+      counts_.first_unknown = piece.counts_.first_unknown;
+    }
+    counts_.unknown += piece.counts_.unknown;
     material_chosen_ = false;  // the receiver now has the piece's material
     if (input_.progress) {
       input_.progress(file_.Fraction());
@@ -266,8 +318,8 @@ class ObjReading {
     material_chosen_ = false;
   }
 
-  void UseMaterial(std::string name) {
-    name.erase(0, name.find_first_not_of(" \t"));
+  void UseMaterial(const std::string& as_written) {
+    const std::string name = WithoutBlanksBefore(as_written);
     input_material_ = materials_.Find(name);
     if (!input_material_) {
       Fail(materials_.WhyUnknown(name));

@@ -4,8 +4,10 @@
 // Read: v, f (any number of vertices, negative indices, texture and normal
 // indices ignored), o, g, usemtl, mtllib, #instance (instance_line.h); of
 // materials Kd (reflectance), Ke (exitance), d and Tr (opacity below 0.5:
-// clear), sides (1: the back is black). Everything else is skipped.
-// Polygons before any usemtl are grey, with a reflectance of 0.5.
+// clear), sides (1: the back is black). Everything else is skipped; statements
+// that the format does not have, or that call for other files, are counted.
+// Polygons before any usemtl are grey, with a reflectance of 0.5, and so are
+// materials without Kd that do not emit.
 
 #pragma once
 
@@ -41,9 +43,11 @@ struct ObjInput {
 
 struct ObjCounts {
   uint64_t polygons = 0;
-  uint64_t clear = 0;  // of the polygons: ignored, for a clear material
-  uint64_t lines = 0;  // faces of fewer than three vertices: dropped
-  std::string absent;  // the first material file that does not exist
+  uint64_t clear = 0;         // of the polygons: ignored, for a clear material
+  uint64_t lines = 0;         // faces of fewer than three vertices: dropped
+  uint64_t unknown = 0;       // statements of unknown kinds
+  std::string first_unknown;  // with file and line
+  std::string absent;         // the first material file that does not exist
   // Materials that no file has, and the override file describes.
   uint64_t described = 0;
 };

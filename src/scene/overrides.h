@@ -48,6 +48,10 @@ class Overrides {
   // File and line, for messages.
   [[nodiscard]] std::string Place(size_t rule) const;
 
+  [[nodiscard]] bool SetsReflectance(size_t rule) const {
+    return rules_[rule].reflectance.has_value();
+  }
+
   [[nodiscard]] bool IsByObject(size_t rule) const {
     return rules_[rule].section == Section::kObjects;
   }

@@ -92,6 +92,36 @@ void PlanIndex::Add(std::span<const Point3> polygon,
   }
 }
 
+void PlanIndex::LevelsOfSize::AppendIn(Point2 low,
+                                       Point2 high,
+                                       double size,
+                                       std::vector<uint32_t>& found) const {
+  for (int64_t x = Cell(low.x, size); x <= Cell(high.x, size); ++x) {
+    for (int64_t y = Cell(low.y, size); y <= Cell(high.y, size); ++y) {
+      const auto it = at.find(Key(x, y));
+      if (it != at.end()) {
+        found.insert(found.end(), it->second.begin(), it->second.end());
+      }
+    }
+  }
+}
+
+std::vector<uint32_t> PlanIndex::LevelsIn(Point2 low, Point2 high) const {
+  std::vector<uint32_t> found;
+  for (const auto& [size, of_size] : levels_by_size_) {
+    const double cells =
+        ((high.x - low.x) / size + 2) * ((high.y - low.y) / size + 2);
+    if (cells > static_cast<double>(of_size.all.size())) {
+      found.insert(found.end(), of_size.all.begin(), of_size.all.end());
+    } else {
+      of_size.AppendIn(low, high, size, found);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
 void PlanIndex::AddLevel(std::span<const Point3> polygon,
                          Vec3 normal,
                          std::optional<SpaceId> below) {
@@ -119,10 +149,11 @@ void PlanIndex::AddLevel(std::span<const Point3> polygon,
          kMostPlaces) {
     size *= 2;
   }
-  Grid& grid = levels_at_[size];
+  LevelsOfSize& of_size = levels_by_size_[size];
+  of_size.all.push_back(index);
   for (int64_t x = Cell(low.x, size); x <= Cell(high.x, size); ++x) {
     for (int64_t y = Cell(low.y, size); y <= Cell(high.y, size); ++y) {
-      grid[Key(x, y)].push_back(index);
+      of_size.at[Key(x, y)].push_back(index);
     }
   }
   levels_.push_back(std::move(face));

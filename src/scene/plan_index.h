@@ -59,9 +59,9 @@ class PlanIndex {
   // Calls visit(face) for every level face over or under p.
   template <typename Visit>
   void ForLevelsAt(Point2 p, const Visit& visit) const {
-    for (const auto& [size, levels_at] : levels_at_) {
-      const auto it = levels_at.find(Key(Cell(p.x, size), Cell(p.y, size)));
-      if (it == levels_at.end()) {
+    for (const auto& [size, of_size] : levels_by_size_) {
+      const auto it = of_size.at.find(Key(Cell(p.x, size), Cell(p.y, size)));
+      if (it == of_size.at.end()) {
         continue;
       }
       for (const uint32_t i : it->second) {
@@ -71,6 +71,11 @@ class PlanIndex {
       }
     }
   }
+
+  // The level faces that may meet the box from `low` to `high`, in order. Takes
+  // time as there are cells of the index in the box, and no more than as there
+  // are faces.
+  [[nodiscard]] std::vector<uint32_t> LevelsIn(Point2 low, Point2 high) const;
 
   // Whether a wall at these heights meets the box from `low` to `high`.
   [[nodiscard]] bool WallInBox(Point2 low,
@@ -86,6 +91,17 @@ class PlanIndex {
  private:
   // The faces in each cell of a square grid.
   using Grid = std::unordered_map<uint64_t, std::vector<uint32_t>>;
+
+  struct LevelsOfSize {
+    Grid at;
+    std::vector<uint32_t> all;
+
+    // Adds those in the cells of this size that the box meets.
+    void AppendIn(Point2 low,
+                  Point2 high,
+                  double size,
+                  std::vector<uint32_t>& found) const;
+  };
 
   static int64_t Cell(double value, double size);
   static uint64_t Key(int64_t x, int64_t y);
@@ -107,7 +123,7 @@ class PlanIndex {
   std::vector<LevelFace> levels_;
   std::vector<WallLine> walls_;
   // By the size of the cells: each face is in few cells, however large it is.
-  std::map<double, Grid> levels_at_;
+  std::map<double, LevelsOfSize> levels_by_size_;
   Grid walls_at_;
 };
 

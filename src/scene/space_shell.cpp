@@ -4,6 +4,7 @@
 #include "base/planar_polygon.h"
 #include "base/random.h"
 #include "base/stop.h"
+#include "scene/edge_cover.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,12 +26,6 @@ bool Encloses(const Polygon2& outline, Point2 p) {
     }
   }
   return inside;
-}
-
-// The projection of p onto the line a b, as a fraction of the way from a to b.
-double FractionOnLine(Point3 p, Point3 a, Point3 b) {
-  const Vec3 d = b - a;
-  return Dot(p - a, d) / Dot(d, d);
 }
 
 }  // namespace
@@ -76,60 +71,19 @@ bool SpaceShell::Contains(Point3 p) const {
   return 2 * odd > kRays;
 }
 
-double SpaceShell::OpenLengthOf(const Edge& edge, double tolerance) const {
-  constexpr double kParallel = 0.98;
-  const double length = Length(edge.to - edge.from);
-  const Vec3 along = (edge.to - edge.from) / length;
-  std::vector<double> breaks{0, 1};
-  std::vector<std::pair<double, double>> covers;
-  for (const Edge& other : edges_) {
-    const double other_length = Length(other.to - other.from);
-    if (other_length <= tolerance ||
-        std::abs(Dot(other.to - other.from, along)) <
-            kParallel * other_length) {
-      continue;
-    }
-    const double a = FractionOnLine(other.from, edge.from, edge.to);
-    const double b = FractionOnLine(other.to, edge.from, edge.to);
-    const auto [low, high] = std::minmax(a, b);
-    if (high <= 0 || low >= 1) {
-      continue;
-    }
-    // The distance from the edge to the other edge at a fraction of the edge.
-    const auto off_at = [&](double at) {
-      const double t = b == a ? 0 : (at - a) / (b - a);
-      const Point3 p = Lerp(other.from, other.to, t);
-      return Length(p - Lerp(edge.from, edge.to, at));
-    };
-    if (std::max(off_at(std::max(low, 0.0)), off_at(std::min(high, 1.0))) >
-        tolerance) {
-      continue;
-    }
-    covers.emplace_back(low, high);
-    breaks.push_back(std::clamp(low, 0.0, 1.0));
-    breaks.push_back(std::clamp(high, 0.0, 1.0));
-  }
-  std::sort(breaks.begin(), breaks.end());
-  double open = 0;
-  for (size_t i = 0; i + 1 < breaks.size(); ++i) {
-    if ((breaks[i + 1] - breaks[i]) * length <= 2 * tolerance) {
-      continue;
-    }
-    const double middle = 0.5 * (breaks[i] + breaks[i + 1]);
-    const auto count =
-        std::count_if(covers.begin(), covers.end(), [&](const auto& c) {
-          return c.first < middle && middle < c.second;
-        });
-    if (count % 2 != 0) {
-      open += (breaks[i + 1] - breaks[i]) * length;
+double SpaceShell::OpenLengthOf(const Edge3& edge, double tolerance) const {
+  std::vector<EdgeStretch> stretches;
+  for (const Edge3& other : edges_) {
+    if (const auto stretch = StretchBeside(edge, other, tolerance)) {
+      stretches.push_back(*stretch);
     }
   }
-  return open;
+  return LengthOfOdd(Length(edge.to - edge.from), stretches, tolerance);
 }
 
 double SpaceShell::OpenLength(double tolerance) const {
   double open = 0;
-  for (const Edge& edge : edges_) {
+  for (const Edge3& edge : edges_) {
     ThrowIfStopRequested();
     if (Length(edge.to - edge.from) > 2 * tolerance) {
       open += OpenLengthOf(edge, tolerance);

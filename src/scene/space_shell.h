@@ -8,6 +8,7 @@
 #pragma once
 
 #include "base/vec.h"
+#include "scene/figure_cut.h"
 #include "scene/polygon_cut.h"
 
 #include <cstdint>
@@ -34,6 +35,9 @@ class SpaceShell {
   // odd number of edges coincide.
   [[nodiscard]] double OpenLength(double tolerance) const;
 
+  // Those of all polygons in the order in which these were added.
+  [[nodiscard]] std::span<const Edge3> Edges() const { return edges_; }
+
   [[nodiscard]] const Box3& Bounds() const { return bounds_; }
 
  private:
@@ -42,15 +46,11 @@ class SpaceShell {
     Polygon2 outline;
   };
 
-  struct Edge {
-    Point3 from, to;
-  };
-
   [[nodiscard]] size_t Crossings(Point3 origin, Vec3 direction) const;
-  [[nodiscard]] double OpenLengthOf(const Edge& edge, double tolerance) const;
+  [[nodiscard]] double OpenLengthOf(const Edge3& edge, double tolerance) const;
 
   std::vector<Side> sides_;
-  std::vector<Edge> edges_;
+  std::vector<Edge3> edges_;
   Box3 bounds_;
 };
 

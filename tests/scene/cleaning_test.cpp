@@ -140,6 +140,16 @@ TEST(Cleaning, NearlyEqualVerticesAreWelded) {
   EXPECT_EQ(Clean({{kA, kB, kC}, {kA, kNearC, kD}}).faces.size(), 1U);
 }
 
+// A hundred-thousandth of so small a polygon is no distance between numbers as
+// large as these.
+TEST(Cleaning, WhatDiffersByRoundingAloneHasNoArea) {
+  constexpr double kTiny = 6.1e-17;
+  const Cleaned cleaned =
+      Clean({{{0, 1000, 0}, {kTiny, 1000, 0}, {0, 1000, kTiny}}});
+  EXPECT_EQ(cleaned.faces.size(), 0U);
+  EXPECT_EQ(cleaned.counts.zero_area, 1U);
+}
+
 TEST(Cleaning, CornersAreNotFlattened) {
   const Cleaned cleaned =
       Clean({{kA, kB, kC, kD}, {kA, kB, {1, 0, 1}, {0, 0, 1}}});

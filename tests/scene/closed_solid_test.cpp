@@ -2,7 +2,11 @@
 
 #include "scene/closed_solid.h"
 
+#include "base/photometry.h"
+#include "scene/polygon_cut.h"
+
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -46,6 +50,25 @@ struct Mesh {
     Add({at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), at(1, 1, 0)});
     Add({at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), at(0, 1, 0)});
     Add({at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1)});
+  }
+
+  // Adds a prism of two polygons and the quadrilaterals between them, which
+  // look outwards if the outline runs counter-clockwise.
+  void AddPrism(const std::vector<Point2>& outline) {
+    const auto at = [&](size_t i, double z) {
+      const Point2 p = outline[i % outline.size()];
+      return Point3{p.x, p.y, z};
+    };
+    std::vector<Point3> bottom;
+    std::vector<Point3> top;
+    for (size_t i = 0; i < outline.size(); ++i) {
+      bottom.push_back(at(i, 0));
+      top.push_back(at(i, 0.5));
+      Add({at(i, 0), at(i + 1, 0), at(i + 1, 0.5), at(i, 0.5)});
+    }
+    std::reverse(bottom.begin(), bottom.end());
+    Add(bottom);
+    Add(top);
   }
 
   void TurnAll() {
@@ -132,6 +155,65 @@ TEST(ClosedSolid, SolidBesideAnOpenSheetIsFoundAlone) {
   mesh.Add({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}});
   EXPECT_EQ(mesh.CountInSolids(), 6U);
   EXPECT_FALSE(mesh.Solids().back());
+}
+
+std::vector<Point2> Star(size_t tips) {
+  std::vector<Point2> outline;
+  for (size_t i = 0; i < 2 * tips; ++i) {
+    const double angle =
+        kPi * static_cast<double>(i) / static_cast<double>(tips);
+    const double radius = i % 2 == 0 ? 2 : 0.4;
+    outline.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+  }
+  return outline;
+}
+
+// A path 0.2 wide that winds inwards, of right angles.
+std::vector<Point2> Spiral() {
+  std::vector<Point2> outer = {{0, 0}, {5, 0}, {5, 5}, {0, 5}, {0, 1}};
+  for (const Point2 p : {Point2{4, 1}, {4, 4}, {1, 4}, {1, 2}, {3, 2}}) {
+    outer.push_back(p);
+  }
+  const std::vector<Point2> back = {{3, 2.2},
+                                    {1.2, 2.2},
+                                    {1.2, 3.8},
+                                    {3.8, 3.8},
+                                    {3.8, 1.2},
+                                    {0.2, 1.2},
+                                    {0.2, 4.8},
+                                    {4.8, 4.8},
+                                    {4.8, 0.2},
+                                    {0, 0.2}};
+  outer.insert(outer.end(), back.begin(), back.end());
+  return outer;
+}
+
+// The middle of a triangle of three successive corners may lie in a notch.
+TEST(ClosedSolid, PrismsOverConcavePolygonsAreSolids) {
+  const std::vector<std::vector<Point2>> outlines = {
+      {{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 4}, {0, 4}},
+      {{0, 0}, {3, 0}, {3, 4}, {2, 4}, {2, 1}, {1, 1}, {1, 4}, {0, 4}},
+      {{0, 0}, {9, 0}, {9, 9}, {8.9, 9}, {8.9, 0.1}, {0, 0.1}},
+      Star(5),
+      Star(8),
+      Spiral()};
+  for (size_t k = 0; k < outlines.size(); ++k) {
+    for (const bool turned : {false, true}) {
+      std::vector<Point2> outline = outlines[k];
+      if (turned) {
+        std::reverse(outline.begin(), outline.end());
+      }
+      for (size_t first = 0; first < outline.size(); ++first) {
+        Mesh mesh;
+        mesh.AddPrism(outline);
+        for (const auto& solid : mesh.Solids()) {
+          ASSERT_TRUE(solid) << k << " from corner " << first;
+          EXPECT_EQ(solid->front_is_inside, turned);
+        }
+        std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+      }
+    }
+  }
 }
 
 // A prism over a bow tie: by the winding of its faces, one half is inside and

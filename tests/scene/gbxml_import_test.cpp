@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "tests/scene/temp_scene.h"
 #include <zlib.h>
@@ -324,6 +326,49 @@ TEST_F(GbxmlImport, ManyWallsThatNameTheirSpaceTwiceCloseIt) {
               !is_wall && middle.z > 0 && middle.z < kHeight)
         << middle.x << " " << middle.y << " " << middle.z;
   }
+}
+
+// For each wall that was left out, each other one was once tried against all
+// edges of the room: minutes for 300.
+TEST_F(GbxmlImport, HundredsOfWallsThatNameTheirSpaceTwiceTakeNoTime) {
+  constexpr double kHeight = 3;
+  constexpr double kSide = 40;
+  std::string text =
+      "<gbXML lengthUnit=\"Meters\"><Campus><Building><Space id=\"a\"/>"
+      "</Building>" +
+      Surface("SlabOnGrade",
+              {"a"},
+              {{0, 0, 0}, {kSide, 0, 0}, {kSide, kSide, 0}, {0, kSide, 0}}) +
+      Surface("Roof",
+              {"a"},
+              {{0, 0, kHeight},
+               {kSide, 0, kHeight},
+               {kSide, kSide, kHeight},
+               {0, kSide, kHeight}});
+  const auto wall = [&](Point3 from, Point3 to) {
+    const Vec3 up = {0, 0, kHeight};
+    return Surface("InteriorWall", {"a", "a"}, {from, to, to + up, from + up});
+  };
+  for (const auto& [from, to] :
+       {std::pair{Point3{0, 0, 0}, Point3{kSide, 0, 0}},
+        {{kSide, 0, 0}, {kSide, kSide, 0}},
+        {{kSide, kSide, 0}, {0, kSide, 0}},
+        {{0, kSide, 0}, {0, 0, 0}}}) {
+    text += wall(from, to);
+  }
+  for (int i = 0; i < 300; ++i) {
+    const double x = 2 + 2 * (i % 18);
+    const double y = 2 + 2 * (i / 18);
+    text += wall({x, y, 0},
+                 i % 2 == 0 ? Point3{x + 2, y, 0} : Point3{x, y + 1.5, 0});
+  }
+  const auto path = temp_.Write("many.xml", text + "</Campus></gbXML>");
+  ImportOptions options;
+  options.default_luminaires = true;
+  const auto start = std::chrono::steady_clock::now();
+  const Imported scene = ImportFile(path, options);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_EQ(scene.info.gbxml->closed_spaces, 1U);
 }
 
 TEST_F(GbxmlImport, MissingWallLeavesBothSpacesOpen) {

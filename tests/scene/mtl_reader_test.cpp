@@ -1,5 +1,7 @@
 #include "scene/mtl_reader.h"
 
+#include <algorithm>
+
 #include "tests/memory_peak.h"
 #include "tests/scene/temp_scene.h"
 
@@ -53,6 +55,38 @@ TEST_F(MtlReading, ANameThatComesAgainBeginsAnew) {
   ASSERT_EQ(read.size(), 2U);
   EXPECT_FALSE(read[1].material.clear);
   EXPECT_EQ(read[1].material.reflectance, (Rgb{}));
+}
+
+TEST_F(MtlReading, WhatHasNoColourAndDoesNotEmitIsGrey) {
+  const std::vector<MtlMaterial> read = Read(
+      "newmtl wall\nmap_Kd plaster.jpg\n"
+      "newmtl unlit\nKe 0 0 0\n"
+      "newmtl lamp\nKe 9 9 9\n"
+      "newmtl black\nKd 0 0 0\n");
+  ASSERT_EQ(read.size(), 4U);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(read[i].is_assumed, i < 2) << i;
+    EXPECT_EQ(read[i].material.reflectance[1], i < 2 ? 0.5 : 0) << i;
+  }
+}
+
+TEST_F(MtlReading, ColoursThatAreAssumedAreToldOfWhereFacesHaveThem) {
+  temp_.Write("m.mtl",
+              "newmtl lamp\nKe 9\nnewmtl unused\nnewmtl wall\nNs 3\n"
+              "newmtl pane\nd 0.1\nnewmtl told\nillum 1\nnewmtl floor\n");
+  const auto obj = temp_.Write(
+      "s.obj",
+      "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 1\nusemtl lamp\n"
+      "f 1 2 3\nusemtl floor\nf 1 2 4\nusemtl told\nf 1 3 4\n"
+      "usemtl wall\nf 2 3 4\no o2\nf 2 4 1\nusemtl pane\nf 3 4 2\n");
+  ImportOptions options;
+  options.overrides =
+      temp_.Write("o.json", R"({"materials": {"told": {"reflectance": 0.2}}})");
+  const Imported scene = ImportFile(obj, options);
+  EXPECT_TRUE(std::find(scene.info.notes.begin(),
+                        scene.info.notes.end(),
+                        "2 materials give no Kd (first: wall): taken as 0.5; "
+                        "set them with --overrides") != scene.info.notes.end());
 }
 
 TEST_F(MtlReading, OpacityWinsOverTransparency) {

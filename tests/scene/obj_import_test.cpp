@@ -212,6 +212,41 @@ TEST_F(ObjImport, ASiteTakesNoMoreMemoryThanTheHouseOnIt) {
   }
 }
 
+// Over the whole ground, which rises by 3 m, there are 10^10 places where a
+// lamp might hang.
+TEST_F(ObjImport, PlacesForLampsAreSoughtWhereRoomsAre) {
+  const auto quad = [](double low, double high, double z, double rise) {
+    return fmt::format(
+        "v {0} {0} {2}\nv {1} {0} {3}\nv {1} {1} {3}\nv {0} {1} {2}\n"
+        "f -4 -3 -2 -1\n",
+        low,
+        high,
+        z + rise * low,
+        z + rise * high);
+  };
+  const auto ground = [&](double low, double high) {
+    return quad(low, high, 1.5, 5e-5);
+  };
+  std::string houses;
+  std::string gardens;
+  for (const double at : {-20'000.0, 0.0, 20'000.0}) {
+    for (const double z : {3.0, 3.2, -3.0, -3.2}) {
+      houses += quad(at, at + 4, z, 0);
+    }
+    gardens += ground(at - 10, at + 10);
+  }
+  ImportOptions options;
+  options.default_luminaires = true;
+  options.unit = 1;
+  const auto start = std::chrono::steady_clock::now();
+  const auto scene = temp_.Write("site.obj", houses + ground(-30'000, 30'000));
+  const size_t lamps = ImportFile(scene, options).faces.size() - 13;
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_GE(lamps, 8U);
+  const auto cut = temp_.Write("gardens.obj", houses + gardens);
+  EXPECT_EQ(ImportFile(cut, options).faces.size() - 15, lamps);
+}
+
 // A fence across the site hides no lamps beside it, and those under it not.
 TEST_F(ObjImport, LongWallsKeepLampsOffWhereverTheyRun) {
   const auto lamps = [&](const std::string& wall) {

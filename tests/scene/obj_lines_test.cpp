@@ -1,5 +1,6 @@
 #include "scene/obj_files.h"
 
+#include <algorithm>
 #include <span>
 #include <string>
 
@@ -59,6 +60,20 @@ TEST_F(ObjLines, BlanksBeforeABackslashAreNoPartOfAName) {
   EXPECT_EQ(scene.info.input_polygons, 2U);
 }
 
+// Of `g` the format takes each word for a name, which exporters ignore.
+TEST_F(ObjLines, AnObjectHasAllWordsOfItsName) {
+  for (const char* line :
+       {"g Main Hall floor", "g  Main \tHall floor ", "o \tMain Hall floor"}) {
+    ImportOptions options;
+    options.overrides = temp_.Write(
+        "o.json", R"({"objects": {"Main Hall floor": {"reflectance": 0.25}}})");
+    const Imported scene = ImportFile(
+        Write(std::string(line) + "\nusemtl lamp\nf 1 2 3\n"), options);
+    ASSERT_EQ(scene.info.materials.size(), 2U) << line;
+    EXPECT_EQ(scene.info.materials[1].reflectance, (Rgb{0.25, 0.25, 0.25}));
+  }
+}
+
 TEST_F(ObjLines, MaterialFilesThatAreMissingAreNotKept) {
   std::string lines = "mtllib m.mtl\n";
   for (int i = 0; i < 1000; ++i) {
@@ -68,6 +83,54 @@ TEST_F(ObjLines, MaterialFilesThatAreMissingAreNotKept) {
   const auto files = FilesBehindObj(obj, [](std::span<const char>) {}).existing;
   ASSERT_EQ(files.size(), 1U);
   EXPECT_EQ(files[0].filename(), "m.mtl");
+}
+
+TEST_F(ObjLines, MaterialFilesMayBeNamedAsOnWindows) {
+  temp_.Write("my paints/a b.mtl", "newmtl red\nKd 0.5 0 0\n");
+  temp_.Write("paints/c.mtl", "newmtl blue\nKd 0 0 0.5\n");
+  const auto obj = Write(
+      "mtllib my paints\\a b.mtl\nusemtl red\nf 1 2 3\n"
+      "mtllib none.mtl paints\\c.mtl\nusemtl blue\nf 1 3 4\n");
+  const Imported scene = ImportFile(obj);
+  ASSERT_EQ(scene.info.materials.size(), 3U);
+  EXPECT_EQ(scene.info.materials[1].reflectance, (Rgb{0.5, 0, 0}));
+  EXPECT_EQ(scene.info.materials[2].reflectance, (Rgb{0, 0, 0.5}));
+  const auto files = FilesBehindObj(obj, [](std::span<const char>) {}).existing;
+  ASSERT_EQ(files.size(), 3U);
+  EXPECT_EQ(files[2].filename(), "c.mtl");
+}
+
+TEST_F(ObjLines, StatementsOfUnknownKindsAreToldOf) {
+  const auto told = [](const Imported& scene) {
+    for (const std::string& note : scene.info.notes) {
+      if (note.find("unknown kinds") != std::string::npos) {
+        return note;
+      }
+    }
+    return std::string();
+  };
+  EXPECT_EQ(told(ImportFile(
+                Write("# call\nvt 0 0\nvn 0 0 1\nvp 0\ns off\nl 1 2\np 1\n"
+                      "g\nmg 0\ncstype bezier\ndeg 3\nend\n#fo 1 2 3\n"))),
+            "");
+  const std::string note = told(
+      ImportFile(Write("fo 1 2 3\nvv 0 0 0\n call other.obj\n\xfe\x01\n")));
+  EXPECT_TRUE(note.starts_with("4 lines of unknown kinds were passed over"))
+      << note;
+  EXPECT_NE(note.find("s.obj:8: 'fo')"), std::string::npos) << note;
+}
+
+// A piece that stands twice is read twice.
+TEST_F(ObjLines, StatementsOfUnknownKindsInPiecesAreToldOf) {
+  temp_.Write("piece.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nsurf\n");
+  const Imported scene =
+      ImportFile(Write("#instance piece.obj 0 0 0 0\nvv\n"
+                       "#instance piece.obj 5 0 0 0\n"));
+  EXPECT_TRUE(std::any_of(
+      scene.info.notes.begin(), scene.info.notes.end(), [](const auto& note) {
+        return note.starts_with("3 lines of unknown kinds") &&
+               note.find("piece.obj:5: 'surf'") != std::string::npos;
+      }));
 }
 
 TEST_F(ObjLines, ALineLongerThanAnyFaceIsRefused) {

@@ -54,11 +54,13 @@ std::string Quoted(const std::string& text) {
   return quoted + '"';
 }
 
+// The shortest digits that read back as the same number: nine are millimetres
+// off in map coordinates.
 std::string CornerColumns(const Patch& patch) {
   const CornerList<Point3> corners = CornersOf(patch);
   std::string text;
   for (const Point3 p : corners.View()) {
-    text += fmt::format("{:.9g},{:.9g},{:.9g},", p.x, p.y, p.z);
+    text += fmt::format("{},{},{},", p.x, p.y, p.z);
   }
   return text + (corners.count == 3 ? ",,," : "");
 }

@@ -1,5 +1,9 @@
 #include "base/error.h"
 
+#include <sstream>
+#include <string>
+#include <vector>
+
 #include "tests/store/file_size_limit.h"
 #include "tests/tools/export_fixture.h"
 #include "tests/tools/verify_fake_building.h"
@@ -225,6 +229,30 @@ TEST_F(ExportMeshTest, CsvHasTheMeansOfEveryPatch) {
   EXPECT_NE(csv.find("\n1,0,m1,1,3,0,0,5,2,0,5,0,3,5,,,,7,0,0,1,1,1\n"),
             std::string::npos)
       << csv;
+}
+
+TEST_F(ExportMeshTest, PlacesInACsvAreExactFarFromTheOrigin) {
+  const Point3 corner = {430123.0625 + 1.0 / 3, 5400000.123456789, 120.1};
+  FakeBuilding building;
+  const MaterialId wall = building.AddMaterial({.5, .5, .5}, {});
+  building.Add(corner, {1, 0, 0}, {0, 1, 0}, wall);
+  BuildingView view = building.View();
+  view.for_each_mean = [](CellId,
+                          std::span<const PatchId>,
+                          const std::function<void(const LeafMean&)>&) {};
+  MemoryBudget budget(1 << 20);
+  uint64_t bytes = 0;
+  WriteCsv(view, {}, budget, Path("a.csv"), &bytes);
+  const std::string csv = Content("a.csv");
+  std::istringstream row(csv.substr(csv.find('\n') + 1));
+  std::vector<std::string> columns;
+  for (std::string column; std::getline(row, column, ',');) {
+    columns.push_back(column);
+  }
+  ASSERT_GT(columns.size(), 8U);
+  EXPECT_EQ(std::stod(columns[5]), corner.x);
+  EXPECT_EQ(std::stod(columns[6]), corner.y);
+  EXPECT_EQ(std::stod(columns[7]), corner.z);
 }
 
 TEST_F(ExportMeshTest, AFailedExportLeavesWhatWasThere) {
