@@ -74,8 +74,18 @@ struct ResumeCommand {
            : "remove it, or give another name with -o"));
 }
 
-// Runs the stages. If they are interrupted, or run out of memory, the error
-// says how to resume.
+// Whether the store holds nothing worth keeping, as before the scene is
+// imported. False if that cannot be read.
+bool IsWorthless(const BlockStorage& store) {
+  try {
+    return LoadStage(store) < Stage::kImported;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+// Runs the stages. If they are interrupted, or run out of memory after work
+// that is worth keeping, the error says how to resume.
 SolveSummary RunStages(BlockStorage& store,
                        const fs::path& path,
                        const SolveSettings& settings,
@@ -93,8 +103,8 @@ SolveSummary RunStages(BlockStorage& store,
                         : "the work so far is kept: go on with",
                     path.string()));
   } catch (const NoRoomError& error) {
-    if (settings.method.name == "hierarchical") {
-      throw;
+    if (settings.method.name == "hierarchical" || IsWorthless(store)) {
+      throw;  // nothing is kept
     }
     throw NoRoomError(
         fmt::format("{}; the work so far is kept: 'enfilade resume {}' goes on",
@@ -165,16 +175,6 @@ void SolveCommand::ChooseByMethod() {
   }
   if (!linear_solver_given && !FormFactorOptionsOf(method).AreSymmetric()) {
     method.linear_solver = "gs";
-  }
-}
-
-// Whether the store holds nothing worth keeping, as before the scene is
-// imported. False if that cannot be read.
-bool IsWorthless(const BlockStorage& store) {
-  try {
-    return LoadStage(store) < Stage::kImported;
-  } catch (const Error&) {
-    return false;
   }
 }
 
