@@ -165,7 +165,7 @@ Json SolveReport(const BlockStorage& store,
                  const RunRecord& record,
                  MemoryBudget& budget) {
   const Stage stage = LoadStage(store);
-  const SolveSummary summary = LoadSolveSummary(store);
+  const SolveSummary summary = LoadSummaryOf(store, settings);
   Json report;
   report["stage"] = summary.converged ? "solved" : StageName(stage);
   AddSceneKeys(store, stage, report);

@@ -169,6 +169,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
   if (!LoadSolveState(store, &state)) {
     return summary;
   }
+  summary.asked_error = state.error;
   summary.converged = state.converged;
   summary.exhausted = state.phase == SolvePhase::kDone && !state.converged;
   summary.ran_out_of_rounds =

@@ -258,7 +258,7 @@ void InfoCommand::RunOnStore() const {
   fmt::print("{}{}{}",
              SummaryText(report),
              NotesText(report),
-             OutlookText(LoadSolveSummary(*storage),
+             OutlookText(LoadSummaryOf(*storage, settings),
                          report.at("stage").get<std::string>(),
                          path));
   const bool is_solved = report.at("converged").get<bool>();

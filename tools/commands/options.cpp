@@ -243,7 +243,7 @@ std::unique_ptr<BlockStorage> OpenSolvedStore(
                     path.string(),
                     path.string()));
   }
-  if (!LoadSolveSummary(*store).converged) {
+  if (!LoadSummaryOf(*store, LoadSettings(*store)).converged) {
     spdlog::warn(
         "the solve in '{}' has not reached the error that was asked for: its "
         "light may be far from right; see 'enfilade info {}'",

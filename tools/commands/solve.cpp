@@ -53,7 +53,7 @@ struct ResumeCommand {
   try {
     store = OpenStore(path, StoreAccess::kRead);
     held = LoadSettings(*store);
-    converged = LoadSolveSummary(*store).converged;
+    converged = LoadSummaryOf(*store, *held).converged;
   } catch (const Error& error) {
     throw UsageError(
         fmt::format("'{}' exists and cannot be opened as a store ({}); give "

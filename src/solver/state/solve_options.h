@@ -80,6 +80,7 @@ struct SolveOptions {
 
 // The outcome of a solve over all its runs (resumes included).
 struct SolveSummary {
+  double asked_error = 0;  // that `converged` and `exhausted` are judged by
   bool converged = false;
   bool exhausted = false;          // done without convergence
   bool ran_out_of_rounds = false;  // exhausted because its rounds are used up
