@@ -81,10 +81,9 @@ void AddSolveKeys(const SolveSummary& summary,
   report["rays_per_second"] = PerSecond(summary.rays, summary.refine_seconds);
   report["sweeps"] = summary.sweeps;
   report["residual"] = summary.residual;
-  // The hierarchical method is asked for an epsilon and does not know its
-  // error.
+  const auto requested = RequestedError(settings);
+  report["requested_error"] = requested ? Json(*requested) : Json();
   const bool knows_error = settings.method.name != "hierarchical";
-  report["requested_error"] = knows_error ? Json(settings.error) : Json();
   report["estimated_error"] =
       knows_error ? Json(summary.estimated_error) : Json();
   report["converged"] = summary.converged;
@@ -132,8 +131,11 @@ std::string ErrorText(const Json& report) {
             ? fmt::format("{} after the last round, unknown in this one", text)
             : "unknown in the first round";
   }
-  return fmt::format(
-      "{}, {:.4f} requested", text, report.at("requested_error").get<double>());
+  const Json& requested = report.at("requested_error");
+  return requested.is_null()
+             ? text
+             : fmt::format(
+                   "{}, {:.4f} requested", text, requested.get<double>());
 }
 
 }  // namespace
@@ -158,6 +160,13 @@ std::string DarknessNote(double lit_share, double error) {
       100 * lit_share,
       error,
       error * std::sqrt(lit_share));
+}
+
+std::string NotSettledText(const SolveSummary& summary) {
+  return fmt::format(
+      "the method did not settle in {} passes: it still split links, or the "
+      "light still changed",
+      summary.sweeps);
 }
 
 Json SolveReport(const BlockStorage& store,

@@ -18,6 +18,10 @@ namespace enfilade {
 // it is not.
 std::string DarknessNote(double lit_share, double error);
 
+// Says that a method which is asked for no error (RequestedError) has ended
+// before it was done.
+std::string NotSettledText(const SolveSummary& summary);
+
 using Json = nlohmann::ordered_json;
 
 // The version of this program, such as "0.1.0".

@@ -87,10 +87,14 @@ class TemporaryStore {
 
 // One line: whether the solve is done, and otherwise how to go on.
 std::string OutlookText(const SolveSummary& summary,
+                        const SolveSettings& settings,
                         const std::string& stage,
                         const std::string& store) {
   if (summary.converged) {
     return "state     solved\n";
+  }
+  if (summary.exhausted && !RequestedError(settings)) {
+    return fmt::format("state     ended: {}\n", NotSettledText(summary));
   }
   if (summary.exhausted && !summary.ran_out_of_rounds) {
     return fmt::format(
@@ -259,6 +263,7 @@ void InfoCommand::RunOnStore() const {
              SummaryText(report),
              NotesText(report),
              OutlookText(LoadSummaryOf(*storage, settings),
+                         settings,
                          report.at("stage").get<std::string>(),
                          path));
   const bool is_solved = report.at("converged").get<bool>();

@@ -122,9 +122,27 @@ std::string WhyItEnded(const SolveSummary& summary, const fs::path& path) {
   return summary.exhausted ? ", and more links no longer lower it" : "";
 }
 
+// Throws Error (ExitCode::kNotDone): the solve ended short of what was asked.
+[[noreturn]] void ThrowNotDone(const fs::path& path,
+                               const SolveSettings& settings,
+                               const SolveSummary& summary) {
+  const auto requested = RequestedError(settings);
+  const std::string what =
+      requested
+          ? fmt::format(
+                "the requested error {} was not reached; {:.4f} is estimated{}",
+                *requested,
+                summary.estimated_error,
+                WhyItEnded(summary, path))
+          : NotSettledText(summary);
+  throw Error(
+      ExitCode::kNotDone,
+      fmt::format("{}. The solution is kept in '{}'", what, path.string()));
+}
+
 // Reports on a store that was closed and is complete on disk. Opens the store
 // anew, so that the reported size is the size of the file that the user sees.
-// Throws Error (ExitCode::kNotDone) if the requested error was not met.
+// Throws Error (ExitCode::kNotDone) if the solve ended short of what was asked.
 void ReportSolve(const fs::path& path,
                  const SolveSummary& summary,
                  const CommonOptions& common,
@@ -136,13 +154,7 @@ void ReportSolve(const fs::path& path,
   WriteReportIfAsked(common, report);
   fmt::print("{}{}", SummaryText(report), NotesText(report));
   if (!summary.converged) {
-    throw Error(ExitCode::kNotDone,
-                fmt::format("the requested error {} was not reached; {:.4f} "
-                            "is estimated{}. The solution is kept in '{}'",
-                            settings.error,
-                            summary.estimated_error,
-                            WhyItEnded(summary, path),
-                            path.string()));
+    ThrowNotDone(path, settings, summary);
   }
 }
 
@@ -213,6 +225,20 @@ void SolveCommand::Run() {
   }
 }
 
+// Throws UsageError if the store's method is asked for no error.
+void RequireErrorIsAsked(const fs::path& path, const SolveSettings& settings) {
+  if (RequestedError(settings)) {
+    return;
+  }
+  const bool hierarchical = settings.method.name == "hierarchical";
+  throw UsageError(fmt::format(
+      "--error: {} was solved with {}: solve the scene again with another {}",
+      path.string(),
+      hierarchical ? "--method hierarchical, which does not know its error"
+                   : "--elements, whatever the error",
+      hierarchical ? "--epsilon" : "--elements"));
+}
+
 void ResumeCommand::Run() {
   BeginRun(common, {store});
   auto storage = OpenExistingStore(store, StoreAccess::kWrite);
@@ -228,12 +254,7 @@ void ResumeCommand::Run() {
         settings.scene.string());
   }
   if (error) {
-    if (settings.method.name == "hierarchical") {
-      throw UsageError(fmt::format(
-          "--error: {} was solved with --method hierarchical, which does not "
-          "know its error: solve the scene again with another --epsilon",
-          store));
-    }
+    RequireErrorIsAsked(store, settings);
     settings.error = *error;
     SolveOptionsOf(settings).Validate();
     SaveSettings(*storage, settings);
