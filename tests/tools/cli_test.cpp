@@ -308,6 +308,19 @@ TEST(Cli, AGltfReplacesNoUnrelatedFile) {
   }
 }
 
+TEST(Cli, AGeneratedSceneReplacesNoUnrelatedFile) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "b.mtl", "precious");
+  const auto refused = RunProgram({"scene", "box", folder / "b.obj"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(Contains(refused.err, "b.mtl' exists")) << refused.err;
+  EXPECT_EQ(ReadFile(folder / "b.mtl"), "precious");
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.obj"));
+  for (const char* scene : {"box", "parallel"}) {  // it may replace its own
+    EXPECT_EQ(RunProgram({"scene", scene, folder / "c.obj"}).exit_code, 0);
+  }
+}
+
 TEST(Cli, StudyAndFlatlandReportToo) {
   const TemporaryFolder folder;
   const std::string report = folder / "r.json";

@@ -202,6 +202,18 @@ void CheckReport(const std::string& report,
   }
 }
 
+void RequireNothingUnnamedReplaced(const std::filesystem::path& second,
+                                   const std::filesystem::path& named) {
+  if (second != named && std::filesystem::exists(second) &&
+      !std::filesystem::exists(named)) {
+    throw UsageError(fmt::format(
+        "'{}' exists, and {} would be written in two files of which this is "
+        "one; give another name, or remove it",
+        second.string(),
+        named.string()));
+  }
+}
+
 void BeginRun(const CommonOptions& options,
               std::initializer_list<std::filesystem::path> others) {
   spdlog::set_level(options.verbose ? spdlog::level::info
