@@ -25,13 +25,20 @@ double PerSecond(uint64_t count, double seconds) {
   return seconds > 0 ? static_cast<double>(count) / seconds : 0;
 }
 
-Json Digest(const BlockStorage& store, MemoryBudget& budget) {
+Json Digest(const BlockStorage& store,
+            MemoryBudget& budget,
+            Progress& progress) {
   if (store.Count(BlockKind::kCellTree) == 0) {
     return nullptr;
   }
   const MemoryCharge scene_charge(
       budget, BytesOf(LoadSceneInfo(store)), kScenePurpose);
-  return Solution(store, budget).Digest();
+  progress.Begin("digest");
+  std::string digest = Solution(store, budget).Digest([&](double fraction) {
+    progress.Update(fraction);
+  });
+  progress.End();
+  return digest;
 }
 
 // The counts of a gbXML file; null for any other.
@@ -171,8 +178,9 @@ std::string NotSettledText(const SolveSummary& summary) {
 
 Json SolveReport(const BlockStorage& store,
                  const SolveSettings& settings,
-                 const RunRecord& record,
-                 MemoryBudget& budget) {
+                 MemoryBudget& budget,
+                 Progress& progress) {
+  const RunRecord record = LoadRunRecord(store);
   const Stage stage = LoadStage(store);
   const SolveSummary summary = LoadSummaryOf(store, settings);
   Json report;
@@ -198,7 +206,7 @@ Json SolveReport(const BlockStorage& store,
   report["method"] = settings.method.name;
   report["basis"] = settings.basis;
   report["version"] = record.version;
-  report["digest"] = Digest(store, budget);
+  report["digest"] = Digest(store, budget, progress);
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tools/pipeline_state.h"
+#include "tools/progress.h"
 #include <nlohmann/json.hpp>
 
 namespace enfilade {
@@ -28,12 +29,13 @@ using Json = nlohmann::ordered_json;
 std::string ProgramVersion();
 
 // The report of `solve`, `resume` and `info`, with every key, made from the
-// store and `record`. Values that the store has not reached yet are 0, and the
-// digest is null.
+// store. Values that the store has not reached yet are 0, and the digest is
+// null. Otherwise the whole solution is read for it, which `progress` shows.
+// Throws InterruptedError if a stop is requested meanwhile.
 Json SolveReport(const BlockStorage& store,
                  const SolveSettings& settings,
-                 const RunRecord& record,
-                 MemoryBudget& budget);
+                 MemoryBudget& budget,
+                 Progress& progress);
 
 // Writes the object to a file, replacing it in one step. Throws DiskError.
 void WriteReport(const std::filesystem::path& path, const Json& report);

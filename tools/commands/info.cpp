@@ -193,17 +193,13 @@ void InfoCommand::RunOnScene() const {
   BlockStorage& storage = temporary.Store();
   SaveSettings(storage, settings);
   SaveStage(storage, Stage::kCreated);
-  {
-    Progress progress(Progress::ChooseOutput(common.verbose));
-    PreparePipeline(
-        storage, settings, common.limits, limits.Budget(), progress);
-  }
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  PreparePipeline(storage, settings, common.limits, limits.Budget(), progress);
   const SolveOptions options = SolveOptionsOf(settings);
   const CostEstimate estimate =
       EstimateCost(storage, options, common.limits.threads, limits.Budget())
           .WithCap(MemoryBudget::CapForBudget(BytesToImport(path)));
-  Json report =
-      SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
+  Json report = SolveReport(storage, settings, limits.Budget(), progress);
   report["estimate"] = EstimateReport(estimate);
   fmt::print("{}{}{}",
              SummaryText(report),
@@ -253,8 +249,8 @@ void InfoCommand::RunOnStore() const {
   const auto blocks =
       checks ? std::optional(CheckBlocks(*storage, common)) : std::nullopt;
   SolveSettings settings = LoadSettings(*storage);
-  Json report =
-      SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  Json report = SolveReport(*storage, settings, limits.Budget(), progress);
   if (blocks) {
     report["blocks_checked"] = *blocks;
     fmt::print("check     {} blocks, all whole\n", *blocks);

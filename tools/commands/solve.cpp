@@ -149,7 +149,8 @@ void ReportSolve(const fs::path& path,
                  MemoryBudget& budget) {
   const auto store = OpenStore(path, StoreAccess::kRead);
   const SolveSettings settings = LoadSettings(*store);
-  Json report = SolveReport(*store, settings, LoadRunRecord(*store), budget);
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  Json report = SolveReport(*store, settings, budget, progress);
   report["peak_rss_bytes"] = PeakResidentBytes();
   WriteReportIfAsked(common, report);
   fmt::print("{}{}", SummaryText(report), NotesText(report));
