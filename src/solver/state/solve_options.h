@@ -52,7 +52,7 @@ struct RoundSummary {
 struct SolveProgress {
   std::string_view part;    // a sweep of a round, or its rays: "round 2 refine"
   double fraction = 0;      // of the part's estimated work, in [0, 1]
-  std::string_view detail;  // "error 0.31, asked 0.1"; may be empty
+  std::string_view detail;  // "error 0.310 so far, 0.1 asked", or empty
 };
 
 struct SolveOptions {
