@@ -47,6 +47,22 @@ double Growth(double error, double smaller_error) {
   return std::pow(error / smaller_error, kLinksPerError);
 }
 
+// The bytes of the blocks that a solve makes. One from its beginning makes them
+// anew.
+double BytesOfSolve(const BlockStorage& store) {
+  double bytes = 0;
+  for (const BlockKind kind : {BlockKind::kCellTree,
+                               BlockKind::kLinks,
+                               BlockKind::kSolveCells,
+                               BlockKind::kCellCare,
+                               BlockKind::kReceived,
+                               BlockKind::kCellDelta,
+                               BlockKind::kSourceWeights}) {
+    bytes += static_cast<double>(store.StoredBytes(kind));
+  }
+  return bytes;
+}
+
 // The wall time of all runs less that of the stages before the solve.
 double SecondsOfSolve(const RunRecord& record) {
   return record.wall_seconds - record.import_seconds -
@@ -92,7 +108,7 @@ CostEstimate EstimateCost(const BlockStorage& store,
                            static_cast<double>(cores);
   LearnFromItself(store, options, cores, &estimate);
   estimate.store_bytes =
-      static_cast<double>(store.FileBytes()) +
+      static_cast<double>(store.FileBytes()) - BytesOfSolve(store) +
       estimate.links * (haar ? kHaarBytesPerLink : kM2BytesPerLink);
   const LeastMemories least = FindLeastMemory(store, options, budget);
   estimate.cap_to_begin_bytes = least.first.cap_bytes;

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <initializer_list>
 #include <utility>
 
 #include "tools/report.h"
@@ -49,13 +48,11 @@ class PipelineRun {
   void Partition();
   void Visibility();
   void TraceChunks();
-  // Does nothing if the store has reached `stage`. Else erases the blocks of
-  // `kinds` that an interrupted attempt left, runs `work`, adds its time to
-  // `seconds` and commits.
+  // Does nothing if the store has reached `stage`. Else runs `work`, adds its
+  // time to `seconds` and commits.
   template <typename Work>
   void RunStage(Stage stage,
                 std::string_view name,
-                std::initializer_list<BlockKind> kinds,
                 double& seconds,
                 const Work& work);
   void UpdateRecord();
@@ -104,62 +101,48 @@ void PipelineRun::Prepare() {
 }
 
 void PipelineRun::Import() {
-  RunStage(Stage::kImported,
-           "import",
-           {BlockKind::kFaces, BlockKind::kScratch},
-           record_.import_seconds,
-           [&] {
-             ImportOptions options = ImportOptionsOf(settings_);
-             options.progress = ProgressOrStop();
-             const SceneInfo info =
-                 ImportScene(settings_.scene, options, budget_, store_);
-             for (const std::string& note : info.notes) {
-               spdlog::info("import: {}", note);
-             }
-           });
+  RunStage(Stage::kImported, "import", record_.import_seconds, [&] {
+    ImportOptions options = ImportOptionsOf(settings_);
+    options.progress = ProgressOrStop();
+    const SceneInfo info =
+        ImportScene(settings_.scene, options, budget_, store_);
+    for (const std::string& note : info.notes) {
+      spdlog::info("import: {}", note);
+    }
+  });
 }
 
 void PipelineRun::Partition() {
-  RunStage(Stage::kPartitioned,
-           "partition",
-           {BlockKind::kCellPatches, BlockKind::kPortals, BlockKind::kScratch},
-           record_.partition_seconds,
-           [&] {
-             PartitionOptions options;
-             options.progress = ProgressOrStop();
-             const enfilade::Partition partition =
-                 BuildPartition(store_, options, budget_);
-             for (const std::string& note : partition.notes) {
-               spdlog::info("partition: {}", note);
-             }
-           });
+  RunStage(Stage::kPartitioned, "partition", record_.partition_seconds, [&] {
+    PartitionOptions options;
+    options.progress = ProgressOrStop();
+    const enfilade::Partition partition =
+        BuildPartition(store_, options, budget_);
+    for (const std::string& note : partition.notes) {
+      spdlog::info("partition: {}", note);
+    }
+  });
 }
 
 void PipelineRun::Visibility() {
-  RunStage(Stage::kVisible,
-           "visibility",
-           {BlockKind::kVisibleSet, BlockKind::kScratch},
-           record_.visibility_seconds,
-           [&] {
-             VisibilityOptions options;
-             options.progress = ProgressOrStop();
-             BuildVisibleSets(
-                 LoadCells(store_),
-                 [this](const std::function<void(const Portal&)>& visit) {
-                   ForEachPortal(store_, visit);
-                 },
-                 options,
-                 budget_,
-                 store_);
-           });
+  RunStage(Stage::kVisible, "visibility", record_.visibility_seconds, [&] {
+    VisibilityOptions options;
+    options.progress = ProgressOrStop();
+    BuildVisibleSets(
+        LoadCells(store_),
+        [this](const std::function<void(const Portal&)>& visit) {
+          ForEachPortal(store_, visit);
+        },
+        options,
+        budget_,
+        store_);
+  });
 }
 
 void PipelineRun::TraceChunks() {
-  RunStage(Stage::kTraceable,
-           "trace chunks",
-           {BlockKind::kTrace, BlockKind::kScratch},
-           record_.visibility_seconds,
-           [&] { BuildTraceChunks(store_, budget_); });
+  RunStage(Stage::kTraceable, "trace chunks", record_.visibility_seconds, [&] {
+    BuildTraceChunks(store_, budget_);
+  });
 }
 
 SolveSummary PipelineRun::Solve() {
@@ -207,7 +190,6 @@ SolveSummary PipelineRun::Solve() {
 template <typename Work>
 void PipelineRun::RunStage(Stage stage,
                            std::string_view name,
-                           std::initializer_list<BlockKind> kinds,
                            double& seconds,
                            const Work& work) {
   if (LoadStage(store_) >= stage) {
@@ -216,9 +198,6 @@ void PipelineRun::RunStage(Stage stage,
   ThrowIfStopRequested();
   progress_.Begin(name);
   const auto begin = Clock::now();
-  for (const BlockKind kind : kinds) {
-    store_.EraseAll(kind);
-  }
   work();
   seconds += SecondsSince(begin);
   SaveStage(store_, stage);

@@ -3,9 +3,9 @@
 //   import -> partition -> visibility -> trace chunks -> solve
 //
 // Each stage is committed when it is complete, so that a killed run can be
-// resumed at the stage it was in. A stage before the solve then starts over,
-// after its half-written blocks are erased; the solve continues from its own
-// last commit.
+// resumed at the stage it was in. A stage before the solve then starts over, as
+// it commits nothing by itself: what it had written goes with its transaction.
+// The solve continues from its own last commit.
 
 #pragma once
 

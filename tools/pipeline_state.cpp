@@ -57,6 +57,13 @@ void RequireUtf8(const std::filesystem::path& path) {
 
 }  // namespace
 
+std::optional<double> RequestedError(const SolveSettings& settings) {
+  const MethodOptions& method = settings.method;
+  return method.name == "hierarchical" || method.elements != 0
+             ? std::nullopt
+             : std::optional(settings.error);
+}
+
 ImportOptions ImportOptionsOf(const SolveSettings& settings) {
   ImportOptions options;
   options.overrides = settings.overrides;
@@ -165,6 +172,18 @@ Stage LoadStage(const BlockStorage& store) {
                fmt::format("has the stage '{}', which is none: it was not made "
                            "by 'enfilade solve', or is damaged",
                            name.value_or("")));
+}
+
+SolveSummary LoadSummaryOf(const BlockStorage& store,
+                           const SolveSettings& settings) {
+  SolveSummary summary = LoadSolveSummary(store);
+  const auto requested = RequestedError(settings);
+  if (requested && *requested != summary.asked_error) {
+    summary.converged = false;
+    summary.exhausted = false;
+    summary.ran_out_of_rounds = false;
+  }
+  return summary;
 }
 
 void SaveRunRecord(BlockStorage& store, const RunRecord& record) {

@@ -34,6 +34,10 @@ struct SolveSettings {
   friend bool operator==(const SolveSettings&, const SolveSettings&) = default;
 };
 
+// The error that the solve is asked for; nullopt if its method is asked for
+// something else: an epsilon, or a number of elements.
+std::optional<double> RequestedError(const SolveSettings& settings);
+
 ImportOptions ImportOptionsOf(const SolveSettings& settings);
 SolveOptions SolveOptionsOf(const SolveSettings& settings);
 
@@ -47,6 +51,12 @@ enum class Stage { kCreated, kImported, kPartitioned, kVisible, kTraceable };
 std::string_view StageName(Stage stage);
 void SaveStage(BlockStorage& store, Stage stage);
 Stage LoadStage(const BlockStorage& store);
+
+// LoadSolveSummary(), judged by the settings: a solve that has not yet taken up
+// the error that they ask for is neither converged nor exhausted. A store has
+// the settings of a resume before the resume does anything.
+SolveSummary LoadSummaryOf(const BlockStorage& store,
+                           const SolveSettings& settings);
 
 // What all runs on a store took so far, added up.
 struct RunRecord {

@@ -25,13 +25,20 @@ double PerSecond(uint64_t count, double seconds) {
   return seconds > 0 ? static_cast<double>(count) / seconds : 0;
 }
 
-Json Digest(const BlockStorage& store, MemoryBudget& budget) {
+Json Digest(const BlockStorage& store,
+            MemoryBudget& budget,
+            Progress& progress) {
   if (store.Count(BlockKind::kCellTree) == 0) {
     return nullptr;
   }
   const MemoryCharge scene_charge(
       budget, BytesOf(LoadSceneInfo(store)), kScenePurpose);
-  return Solution(store, budget).Digest();
+  progress.Begin("digest");
+  std::string digest = Solution(store, budget).Digest([&](double fraction) {
+    progress.Update(fraction);
+  });
+  progress.End();
+  return digest;
 }
 
 // The counts of a gbXML file; null for any other.
@@ -81,10 +88,9 @@ void AddSolveKeys(const SolveSummary& summary,
   report["rays_per_second"] = PerSecond(summary.rays, summary.refine_seconds);
   report["sweeps"] = summary.sweeps;
   report["residual"] = summary.residual;
-  // The hierarchical method is asked for an epsilon and does not know its
-  // error.
+  const auto requested = RequestedError(settings);
+  report["requested_error"] = requested ? Json(*requested) : Json();
   const bool knows_error = settings.method.name != "hierarchical";
-  report["requested_error"] = knows_error ? Json(settings.error) : Json();
   report["estimated_error"] =
       knows_error ? Json(summary.estimated_error) : Json();
   report["converged"] = summary.converged;
@@ -132,8 +138,11 @@ std::string ErrorText(const Json& report) {
             ? fmt::format("{} after the last round, unknown in this one", text)
             : "unknown in the first round";
   }
-  return fmt::format(
-      "{}, {:.4f} requested", text, report.at("requested_error").get<double>());
+  const Json& requested = report.at("requested_error");
+  return requested.is_null()
+             ? text
+             : fmt::format(
+                   "{}, {:.4f} requested", text, requested.get<double>());
 }
 
 }  // namespace
@@ -160,12 +169,20 @@ std::string DarknessNote(double lit_share, double error) {
       error * std::sqrt(lit_share));
 }
 
+std::string NotSettledText(const SolveSummary& summary) {
+  return fmt::format(
+      "the method did not settle in {} passes: it still split links, or the "
+      "light still changed",
+      summary.sweeps);
+}
+
 Json SolveReport(const BlockStorage& store,
                  const SolveSettings& settings,
-                 const RunRecord& record,
-                 MemoryBudget& budget) {
+                 MemoryBudget& budget,
+                 Progress& progress) {
+  const RunRecord record = LoadRunRecord(store);
   const Stage stage = LoadStage(store);
-  const SolveSummary summary = LoadSolveSummary(store);
+  const SolveSummary summary = LoadSummaryOf(store, settings);
   Json report;
   report["stage"] = summary.converged ? "solved" : StageName(stage);
   AddSceneKeys(store, stage, report);
@@ -189,7 +206,7 @@ Json SolveReport(const BlockStorage& store,
   report["method"] = settings.method.name;
   report["basis"] = settings.basis;
   report["version"] = record.version;
-  report["digest"] = Digest(store, budget);
+  report["digest"] = Digest(store, budget, progress);
   return report;
 }
 

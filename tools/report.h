@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tools/pipeline_state.h"
+#include "tools/progress.h"
 #include <nlohmann/json.hpp>
 
 namespace enfilade {
@@ -18,18 +19,23 @@ namespace enfilade {
 // it is not.
 std::string DarknessNote(double lit_share, double error);
 
+// Says that a method which is asked for no error (RequestedError) has ended
+// before it was done.
+std::string NotSettledText(const SolveSummary& summary);
+
 using Json = nlohmann::ordered_json;
 
 // The version of this program, such as "0.1.0".
 std::string ProgramVersion();
 
 // The report of `solve`, `resume` and `info`, with every key, made from the
-// store and `record`. Values that the store has not reached yet are 0, and the
-// digest is null.
+// store. Values that the store has not reached yet are 0, and the digest is
+// null. Otherwise the whole solution is read for it, which `progress` shows.
+// Throws InterruptedError if a stop is requested meanwhile.
 Json SolveReport(const BlockStorage& store,
                  const SolveSettings& settings,
-                 const RunRecord& record,
-                 MemoryBudget& budget);
+                 MemoryBudget& budget,
+                 Progress& progress);
 
 // Writes the object to a file, replacing it in one step. Throws DiskError.
 void WriteReport(const std::filesystem::path& path, const Json& report);

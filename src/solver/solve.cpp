@@ -111,13 +111,8 @@ void ValidateMethod(const MethodOptions& method, const std::string& basis) {
   ValidateHierarchical(method, basis);
 }
 
-// Whether the stored solution meets the request or cannot be improved. If so,
-// saves the request in the store.
-bool HasNothingToDo(const SolveOptions& options, BlockStorage& store) {
-  SolveState state;
-  if (!LoadSolveState(store, &state)) {
-    return false;
-  }
+// Throws UsageError if the solve that has begun is of another basis or seed.
+void RequireSameSolve(const SolveState& state, const SolveOptions& options) {
   if (state.basis != options.basis || state.seed != options.seed) {
     throw UsageError(
         fmt::format("the store's solution is of basis {} and seed {}; those "
@@ -125,13 +120,32 @@ bool HasNothingToDo(const SolveOptions& options, BlockStorage& store) {
                     state.basis,
                     state.seed));
   }
-  if (state.phase != SolvePhase::kDone ||
-      TakeRequest(options.error, &state) != RequestStep::kGoOn) {
-    return false;
+}
+
+// Whether the solution meets a request for this error, or cannot be improved.
+bool HasNothingToDo(SolveState state, double error) {
+  return state.phase == SolvePhase::kDone &&
+         TakeRequest(error, &state) == RequestStep::kGoOn;
+}
+
+void SolveByWavelets(BlockStorage& store,
+                     const SolveOptions& options,
+                     MemoryBudget& budget) {
+  SolveState state;
+  const bool has_begun = LoadSolveState(store, &state);
+  if (has_begun) {
+    RequireSameSolve(state, options);
   }
-  SaveSolveState(state, store);
-  store.Commit();
-  return true;
+  if (has_begun && HasNothingToDo(state, options.error)) {
+    TakeRequest(options.error, &state);  // alone is kept
+    SaveSolveState(state, store);
+    store.Commit();
+    return;
+  }
+  if (budget.IsLimited()) {
+    RequireLeastMemory(store, options, budget);
+  }
+  Engine(store, options, budget).Run();
 }
 
 }  // namespace
@@ -154,11 +168,8 @@ SolveSummary Solve(BlockStorage& store,
     SolveHierarchically(store, options, budget);
   } else if (options.method.name != "wavelet") {
     SolveByReference(store, options, budget);
-  } else if (!HasNothingToDo(options, store)) {
-    if (budget.IsLimited()) {
-      RequireLeastMemory(store, options, budget);
-    }
-    Engine(store, options, budget).Run();
+  } else {
+    SolveByWavelets(store, options, budget);
   }
   return LoadSolveSummary(store);
 }
@@ -169,6 +180,7 @@ SolveSummary LoadSolveSummary(const BlockStorage& store) {
   if (!LoadSolveState(store, &state)) {
     return summary;
   }
+  summary.asked_error = state.error;
   summary.converged = state.converged;
   summary.exhausted = state.phase == SolvePhase::kDone && !state.converged;
   summary.ran_out_of_rounds =

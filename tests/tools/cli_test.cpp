@@ -188,6 +188,24 @@ TEST(Cli, RefusedSceneLeavesNoStoreInTheWay) {
   }
 }
 
+// What runs out of memory in its import keeps nothing, and promises nothing.
+TEST(Cli, ASceneThatCannotBeImportedLeavesNoStore) {
+  const TemporaryFolder folder;
+  std::string materials;
+  for (int i = 0; i < 40'000; ++i) {
+    materials += "newmtl m" + std::to_string(i) + "\nKd .5 .5 .5\n";
+  }
+  WriteFile(folder / "a.mtl", materials);
+  WriteFile(folder / "a.obj",
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m1\nf 1 2 3\n");
+  const auto result = RunProgram(
+      {"solve", folder / "a.obj", "-o", folder / "a.enf", "--memory", "32M"});
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_TRUE(Contains(result.err, "no room for the materials")) << result.err;
+  EXPECT_FALSE(Contains(result.err, "resume")) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.enf"));
+}
+
 TEST(Cli, FileThatIsNoStoreIsNamed) {
   const TemporaryFolder folder;
   const std::string text = "This is no store, but a file of some length.\n";
@@ -287,6 +305,19 @@ TEST(Cli, AGltfReplacesNoUnrelatedFile) {
   EXPECT_EQ(ReadFile(folder / "b.bin"), "precious");
   for (int run = 0; run < 2; ++run) {  // it may replace its own
     EXPECT_EQ(RunProgram({"export", store, folder / "c.gltf"}).exit_code, 0);
+  }
+}
+
+TEST(Cli, AGeneratedSceneReplacesNoUnrelatedFile) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "b.mtl", "precious");
+  const auto refused = RunProgram({"scene", "box", folder / "b.obj"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(Contains(refused.err, "b.mtl' exists")) << refused.err;
+  EXPECT_EQ(ReadFile(folder / "b.mtl"), "precious");
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.obj"));
+  for (const char* scene : {"box", "parallel"}) {  // it may replace its own
+    EXPECT_EQ(RunProgram({"scene", scene, folder / "c.obj"}).exit_code, 0);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/planar_polygon.h"
 #include "solver/solution/solution.h"
+#include "solver/state/solve_state.h"
 #include "solver/transfer/form_factor.h"
 #include "store/sqlite_store.h"
 
@@ -336,6 +337,28 @@ TEST_F(HierarchicalMethod, AnErrorIsRefusedByResumeToo) {
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("--epsilon"), std::string::npos) << refused.err;
   EXPECT_EQ(RunProgram({"resume", folder_ / "a.enf"}).exit_code, 0);
+}
+
+// The state is made what a solve leaves that used up its passes.
+TEST_F(HierarchicalMethod, AnEndWithoutSettlingIsToldAsThat) {
+  WriteScene("blocker");
+  SolveTo("0.01", {});
+  {
+    const auto store = OpenStore(folder_ / "a.enf", StoreAccess::kWrite);
+    SolveState state;
+    ASSERT_TRUE(LoadSolveState(*store, &state));
+    state.converged = false;
+    SaveSolveState(state, *store);
+    store->Commit();
+  }
+  const ProgramResult resumed = RunProgram({"resume", folder_ / "a.enf"});
+  EXPECT_EQ(resumed.exit_code, 1);
+  const ProgramResult info = RunProgram({"info", folder_ / "a.enf"});
+  for (const std::string& text : {resumed.err, info.out}) {
+    EXPECT_TRUE(Contains(text, "did not settle in ")) << text;
+    EXPECT_FALSE(Contains(text, "requested")) << text;
+    EXPECT_FALSE(Contains(text, "--error")) << text;
+  }
 }
 
 // Other choices make another solution, and the store knows which it holds.

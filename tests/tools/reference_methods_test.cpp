@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
+#include "tools/pipeline_state.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -325,6 +326,52 @@ TEST_F(ReferenceMethods, AResumeConvergesNoSolveThatEndedForWantOfPanels) {
       EXPECT_TRUE(Report("matrix").at("exhausted").get<bool>());
     }
   }
+}
+
+// As a resume to that error leaves it that was killed before its first commit.
+TEST_F(ReferenceMethods, ASolutionOfAnotherErrorIsNotCalledSolved) {
+  WriteScene({"parallel"});
+  SolveBy("matrix", "0.3");
+  {
+    const auto store = OpenStore(folder_ / "matrix.enf", StoreAccess::kWrite);
+    SolveSettings settings = LoadSettings(*store);
+    settings.error = 0.1;
+    SaveSettings(*store, settings);
+    store->Commit();
+  }
+  const std::vector<std::string> more = {
+      folder_ / "matrix.enf", "--report", folder_ / "matrix.json"};
+  const ProgramResult info = RunProgram({"info", more[0], more[1], more[2]});
+  EXPECT_TRUE(Contains(info.out, "state     unfinished")) << info.out;
+  EXPECT_FALSE(Report("matrix").at("converged").get<bool>());
+  EXPECT_EQ(RunProgram({"resume", more[0], more[1], more[2]}).exit_code, 0);
+  EXPECT_TRUE(Report("matrix").at("converged").get<bool>());
+  EXPECT_LE(Report("matrix").at("estimated_error"), 0.1);
+}
+
+TEST_F(ReferenceMethods, ANumberOfElementsIsNoRequestForAnError) {
+  WriteScene({"parallel"});
+  const ProgramResult solved =
+      Solve("a", {"--method", "matrix", "--elements", "20"});
+  ASSERT_EQ(solved.exit_code, 0) << solved.err;
+  EXPECT_FALSE(Contains(solved.out, "requested")) << solved.out;
+  EXPECT_TRUE(Report("a").at("requested_error").is_null());
+  EXPECT_TRUE(Report("a").at("estimated_error").is_number());
+  EXPECT_EQ(Report("a").at("converged"), true);
+  const ProgramResult verified = RunProgram({"verify",
+                                             folder_ / "a.enf",
+                                             "--seconds",
+                                             "0.5",
+                                             "--report",
+                                             folder_ / "v.json"});
+  ASSERT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_FALSE(Contains(verified.out, "requested")) << verified.out;
+  EXPECT_TRUE(Report("v").at("requested_error").is_null());
+  EXPECT_TRUE(Report("v").at("meets_request").is_null());
+  const ProgramResult refused =
+      RunProgram({"resume", folder_ / "a.enf", "--error", "0.01"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(Contains(refused.err, "--elements")) << refused.err;
 }
 
 TEST_F(ReferenceMethods, ThreadsDoNotChangeTheBits) {

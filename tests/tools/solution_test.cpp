@@ -12,6 +12,7 @@
 #include <atomic>
 #include <memory>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "tests/budgets.h"
@@ -46,6 +47,19 @@ std::vector<PatchPoint> ScatteredPoints(size_t count) {
     }
   }
   return points;
+}
+
+TEST(Solution, TheDigestTellsHowFarItIs) {
+  MemoryBudget budget(kRoomy);
+  const Solution solution(SolvedRooms(), budget);
+  std::vector<double> told;
+  const std::string digest =
+      solution.Digest([&](double fraction) { told.push_back(fraction); });
+  EXPECT_EQ(digest, solution.Digest());
+  ASSERT_EQ(told.size(), solution.CellCount());
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.front(), 0);
+  EXPECT_LT(told.back(), 1);
 }
 
 TEST(Solution, IsTheSameForEveryBudgetAndNumberOfThreads) {

@@ -1,6 +1,8 @@
 // A stop is heeded by the verbs that may take long, and within the stages
 // before the solve.
 
+#include "store/sqlite_store.h"
+
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -11,6 +13,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
+#include "tools/pipeline_state.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -38,11 +41,9 @@ void WriteStar(const std::filesystem::path& path, int corners, double rise_m) {
   WriteFile(path, text + face + "\n");
 }
 
-// Runs the program for `delay` and asks it to stop: it must end soon.
-void ExpectStopAfter(milliseconds delay,
-                     const std::vector<std::string>& words) {
+// Asks the program to stop after `delay`: it must end soon.
+void ExpectStopAfter(milliseconds delay, RunningProgram& program) {
   constexpr auto kSoon = milliseconds(3000);  // of a machine that is busy
-  RunningProgram program(words);
   std::this_thread::sleep_for(delay);
   const auto asked = steady_clock::now();
   program.Signal(SIGINT);
@@ -51,11 +52,27 @@ void ExpectStopAfter(milliseconds delay,
   EXPECT_EQ(result.exit_code, 130) << result.out << result.err;
 }
 
-// Also: the store must be one to go on with.
-void ExpectSolveStopsAfter(milliseconds delay, const TemporaryFolder& folder) {
-  ExpectStopAfter(delay,
-                  {"solve", folder / "star.obj", "-o", folder / "a.enf"});
-  const ProgramResult info = RunProgram({"info", folder / "a.enf"});
+// Returns when the store of a solve has this stage, or else after a minute.
+void AwaitStage(Stage stage, const std::filesystem::path& store) {
+  const auto limit = steady_clock::now() + std::chrono::minutes(1);
+  const auto has_stage = [&] {
+    return std::filesystem::exists(store) &&
+           LoadStage(*OpenStore(store, StoreAccess::kRead)) >= stage;
+  };
+  while (!has_stage() && steady_clock::now() < limit) {
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+}
+
+// Stops a solve in the midst of the stage after `done`. The store must be one
+// to go on with.
+void ExpectSolveStopsAfter(Stage done, const TemporaryFolder& folder) {
+  const std::string store = folder / "a.enf";
+  RunningProgram program({"solve", folder / "star.obj", "-o", store});
+  AwaitStage(done, store);
+  ExpectStopAfter(milliseconds(1000), program);
+  EXPECT_EQ(LoadStage(*OpenStore(store, StoreAccess::kRead)), done);
+  const ProgramResult info = RunProgram({"info", store});
   EXPECT_EQ(info.exit_code, 0) << info.err;
   EXPECT_TRUE(Contains(info.out, "enfilade resume")) << info.out;
 }
@@ -63,13 +80,13 @@ void ExpectSolveStopsAfter(milliseconds delay, const TemporaryFolder& folder) {
 TEST(Stop, IsHeededWhileAFaceIsCut) {
   const TemporaryFolder folder;
   WriteStar(folder / "star.obj", 35'000, 0.2);
-  ExpectSolveStopsAfter(milliseconds(1000), folder);
+  ExpectSolveStopsAfter(Stage::kCreated, folder);
 }
 
 TEST(Stop, IsHeededWhileCellsAreFound) {
   const TemporaryFolder folder;
   WriteStar(folder / "star.obj", 20'000, 0);
-  ExpectSolveStopsAfter(milliseconds(5000), folder);
+  ExpectSolveStopsAfter(Stage::kImported, folder);
 }
 
 // The words of a job that takes minutes; "IN" stands for a solved store, "OUT"
@@ -96,7 +113,8 @@ TEST_P(StopOfVerb, IsHeeded) {
                     : is_output        ? folder / word
                                        : word);
   }
-  ExpectStopAfter(milliseconds(700), words);
+  RunningProgram program(words);
+  ExpectStopAfter(milliseconds(700), program);
   for (const auto& file : std::filesystem::directory_iterator(
            std::filesystem::path(folder / "a.enf").parent_path())) {
     EXPECT_FALSE(file.path().filename().string().starts_with("OUT"))

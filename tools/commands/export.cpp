@@ -67,15 +67,7 @@ void ExportCommand::Run() {
     RequireApart(file, {store});
     RequireWritable(file);
     CheckReport(common.report, {file});
-    // A second file, which the user has not named.
-    if (file != output && std::filesystem::exists(file) &&
-        !std::filesystem::exists(output)) {
-      throw UsageError(fmt::format(
-          "'{}' exists, and {} would be written in two files of which this is "
-          "one; give another name, or remove it",
-          file.string(),
-          output));
-    }
+    RequireNothingUnnamedReplaced(file, output);
   }
   RequireFitting();
   if (!eye.empty()) {

@@ -87,10 +87,14 @@ class TemporaryStore {
 
 // One line: whether the solve is done, and otherwise how to go on.
 std::string OutlookText(const SolveSummary& summary,
+                        const SolveSettings& settings,
                         const std::string& stage,
                         const std::string& store) {
   if (summary.converged) {
     return "state     solved\n";
+  }
+  if (summary.exhausted && !RequestedError(settings)) {
+    return fmt::format("state     ended: {}\n", NotSettledText(summary));
   }
   if (summary.exhausted && !summary.ran_out_of_rounds) {
     return fmt::format(
@@ -189,17 +193,13 @@ void InfoCommand::RunOnScene() const {
   BlockStorage& storage = temporary.Store();
   SaveSettings(storage, settings);
   SaveStage(storage, Stage::kCreated);
-  {
-    Progress progress(Progress::ChooseOutput(common.verbose));
-    PreparePipeline(
-        storage, settings, common.limits, limits.Budget(), progress);
-  }
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  PreparePipeline(storage, settings, common.limits, limits.Budget(), progress);
   const SolveOptions options = SolveOptionsOf(settings);
   const CostEstimate estimate =
       EstimateCost(storage, options, common.limits.threads, limits.Budget())
           .WithCap(MemoryBudget::CapForBudget(BytesToImport(path)));
-  Json report =
-      SolveReport(storage, settings, LoadRunRecord(storage), limits.Budget());
+  Json report = SolveReport(storage, settings, limits.Budget(), progress);
   report["estimate"] = EstimateReport(estimate);
   fmt::print("{}{}{}",
              SummaryText(report),
@@ -249,8 +249,8 @@ void InfoCommand::RunOnStore() const {
   const auto blocks =
       checks ? std::optional(CheckBlocks(*storage, common)) : std::nullopt;
   SolveSettings settings = LoadSettings(*storage);
-  Json report =
-      SolveReport(*storage, settings, LoadRunRecord(*storage), limits.Budget());
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  Json report = SolveReport(*storage, settings, limits.Budget(), progress);
   if (blocks) {
     report["blocks_checked"] = *blocks;
     fmt::print("check     {} blocks, all whole\n", *blocks);
@@ -258,7 +258,8 @@ void InfoCommand::RunOnStore() const {
   fmt::print("{}{}{}",
              SummaryText(report),
              NotesText(report),
-             OutlookText(LoadSolveSummary(*storage),
+             OutlookText(LoadSummaryOf(*storage, settings),
+                         settings,
                          report.at("stage").get<std::string>(),
                          path));
   const bool is_solved = report.at("converged").get<bool>();

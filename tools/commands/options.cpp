@@ -202,6 +202,18 @@ void CheckReport(const std::string& report,
   }
 }
 
+void RequireNothingUnnamedReplaced(const std::filesystem::path& second,
+                                   const std::filesystem::path& named) {
+  if (second != named && std::filesystem::exists(second) &&
+      !std::filesystem::exists(named)) {
+    throw UsageError(fmt::format(
+        "'{}' exists, and {} would be written in two files of which this is "
+        "one; give another name, or remove it",
+        second.string(),
+        named.string()));
+  }
+}
+
 void BeginRun(const CommonOptions& options,
               std::initializer_list<std::filesystem::path> others) {
   spdlog::set_level(options.verbose ? spdlog::level::info
@@ -243,7 +255,7 @@ std::unique_ptr<BlockStorage> OpenSolvedStore(
                     path.string(),
                     path.string()));
   }
-  if (!LoadSolveSummary(*store).converged) {
+  if (!LoadSummaryOf(*store, LoadSettings(*store)).converged) {
     spdlog::warn(
         "the solve in '{}' has not reached the error that was asked for: its "
         "light may be far from right; see 'enfilade info {}'",

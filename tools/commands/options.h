@@ -82,6 +82,12 @@ std::string CheckSeed(const std::string& text);
 void RequireApart(const std::filesystem::path& output,
                   std::initializer_list<std::filesystem::path> others);
 
+// Throws UsageError if `second`, which a run writes besides the file `named` by
+// the user, would replace a file that is not of an earlier such run: it exists,
+// and `named` does not.
+void RequireNothingUnnamedReplaced(const std::filesystem::path& second,
+                                   const std::filesystem::path& named);
+
 // Throws DiskError if the report could not be written at the end of the run,
 // UsageError if the report is one of `others`, files that the run reads or
 // writes, or would replace a file that is not a report, such as a material file

@@ -35,6 +35,7 @@ void Generate(void (*write)(const Options&, ObjWriter&),
   const auto start = std::chrono::steady_clock::now();
   ObjWriter writer(output.scene);
   CheckReport(output.report, {writer.Path(), writer.MaterialPath()});
+  RequireNothingUnnamedReplaced(writer.MaterialPath(), writer.Path());
   write(options, writer);
   writer.Finish();
   const std::chrono::duration<double> seconds =

@@ -53,7 +53,7 @@ struct ResumeCommand {
   try {
     store = OpenStore(path, StoreAccess::kRead);
     held = LoadSettings(*store);
-    converged = LoadSolveSummary(*store).converged;
+    converged = LoadSummaryOf(*store, *held).converged;
   } catch (const Error& error) {
     throw UsageError(
         fmt::format("'{}' exists and cannot be opened as a store ({}); give "
@@ -74,8 +74,18 @@ struct ResumeCommand {
            : "remove it, or give another name with -o"));
 }
 
-// Runs the stages. If they are interrupted, or run out of memory, the error
-// says how to resume.
+// Whether the store holds nothing worth keeping, as before the scene is
+// imported. False if that cannot be read.
+bool IsWorthless(const BlockStorage& store) {
+  try {
+    return LoadStage(store) < Stage::kImported;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+// Runs the stages. If they are interrupted, or run out of memory after work
+// that is worth keeping, the error says how to resume.
 SolveSummary RunStages(BlockStorage& store,
                        const fs::path& path,
                        const SolveSettings& settings,
@@ -93,8 +103,8 @@ SolveSummary RunStages(BlockStorage& store,
                         : "the work so far is kept: go on with",
                     path.string()));
   } catch (const NoRoomError& error) {
-    if (settings.method.name == "hierarchical") {
-      throw;
+    if (settings.method.name == "hierarchical" || IsWorthless(store)) {
+      throw;  // nothing is kept
     }
     throw NoRoomError(
         fmt::format("{}; the work so far is kept: 'enfilade resume {}' goes on",
@@ -112,27 +122,40 @@ std::string WhyItEnded(const SolveSummary& summary, const fs::path& path) {
   return summary.exhausted ? ", and more links no longer lower it" : "";
 }
 
+// Throws Error (ExitCode::kNotDone): the solve ended short of what was asked.
+[[noreturn]] void ThrowNotDone(const fs::path& path,
+                               const SolveSettings& settings,
+                               const SolveSummary& summary) {
+  const auto requested = RequestedError(settings);
+  const std::string what =
+      requested
+          ? fmt::format(
+                "the requested error {} was not reached; {:.4f} is estimated{}",
+                *requested,
+                summary.estimated_error,
+                WhyItEnded(summary, path))
+          : NotSettledText(summary);
+  throw Error(
+      ExitCode::kNotDone,
+      fmt::format("{}. The solution is kept in '{}'", what, path.string()));
+}
+
 // Reports on a store that was closed and is complete on disk. Opens the store
 // anew, so that the reported size is the size of the file that the user sees.
-// Throws Error (ExitCode::kNotDone) if the requested error was not met.
+// Throws Error (ExitCode::kNotDone) if the solve ended short of what was asked.
 void ReportSolve(const fs::path& path,
                  const SolveSummary& summary,
                  const CommonOptions& common,
                  MemoryBudget& budget) {
   const auto store = OpenStore(path, StoreAccess::kRead);
   const SolveSettings settings = LoadSettings(*store);
-  Json report = SolveReport(*store, settings, LoadRunRecord(*store), budget);
+  Progress progress(Progress::ChooseOutput(common.verbose));
+  Json report = SolveReport(*store, settings, budget, progress);
   report["peak_rss_bytes"] = PeakResidentBytes();
   WriteReportIfAsked(common, report);
   fmt::print("{}{}", SummaryText(report), NotesText(report));
   if (!summary.converged) {
-    throw Error(ExitCode::kNotDone,
-                fmt::format("the requested error {} was not reached; {:.4f} "
-                            "is estimated{}. The solution is kept in '{}'",
-                            settings.error,
-                            summary.estimated_error,
-                            WhyItEnded(summary, path),
-                            path.string()));
+    ThrowNotDone(path, settings, summary);
   }
 }
 
@@ -165,16 +188,6 @@ void SolveCommand::ChooseByMethod() {
   }
   if (!linear_solver_given && !FormFactorOptionsOf(method).AreSymmetric()) {
     method.linear_solver = "gs";
-  }
-}
-
-// Whether the store holds nothing worth keeping, as before the scene is
-// imported. False if that cannot be read.
-bool IsWorthless(const BlockStorage& store) {
-  try {
-    return LoadStage(store) < Stage::kImported;
-  } catch (const Error&) {
-    return false;
   }
 }
 
@@ -213,6 +226,20 @@ void SolveCommand::Run() {
   }
 }
 
+// Throws UsageError if the store's method is asked for no error.
+void RequireErrorIsAsked(const fs::path& path, const SolveSettings& settings) {
+  if (RequestedError(settings)) {
+    return;
+  }
+  const bool hierarchical = settings.method.name == "hierarchical";
+  throw UsageError(fmt::format(
+      "--error: {} was solved with {}: solve the scene again with another {}",
+      path.string(),
+      hierarchical ? "--method hierarchical, which does not know its error"
+                   : "--elements, whatever the error",
+      hierarchical ? "--epsilon" : "--elements"));
+}
+
 void ResumeCommand::Run() {
   BeginRun(common, {store});
   auto storage = OpenExistingStore(store, StoreAccess::kWrite);
@@ -228,12 +255,7 @@ void ResumeCommand::Run() {
         settings.scene.string());
   }
   if (error) {
-    if (settings.method.name == "hierarchical") {
-      throw UsageError(fmt::format(
-          "--error: {} was solved with --method hierarchical, which does not "
-          "know its error: solve the scene again with another --epsilon",
-          store));
-    }
+    RequireErrorIsAsked(store, settings);
     settings.error = *error;
     SolveOptionsOf(settings).Validate();
     SaveSettings(*storage, settings);

@@ -56,25 +56,31 @@ std::optional<bool> MeetsRequest(const VerifySummary& summary,
   return std::nullopt;
 }
 
-std::string VerdictText(const VerifySummary& summary, double requested_error) {
-  const auto meets = MeetsRequest(summary, requested_error);
+std::string VerdictText(const VerifySummary& summary,
+                        std::optional<double> requested_error) {
+  if (!requested_error) {
+    return {};
+  }
+  const auto meets = MeetsRequest(summary, *requested_error);
   if (!meets) {
     return fmt::format(
         "requested {}: the interval leaves open whether it was met{}\n",
-        requested_error,
+        *requested_error,
         summary.tight ? "" : "; --seconds makes it narrower");
   }
   return fmt::format(
-      "requested {}: {}\n", requested_error, *meets ? "met" : "not met");
+      "requested {}: {}\n", *requested_error, *meets ? "met" : "not met");
 }
 
-Json VerifyReport(const VerifySummary& summary, double requested_error) {
+Json VerifyReport(const VerifySummary& summary,
+                  std::optional<double> requested_error) {
   Json report;
   report["error"] = summary.error;
   report["error_low"] = summary.error_low;
   report["error_high"] = summary.error_high;
-  report["requested_error"] = requested_error;
-  const auto meets = MeetsRequest(summary, requested_error);
+  report["requested_error"] = requested_error ? Json(*requested_error) : Json();
+  const auto meets =
+      requested_error ? MeetsRequest(summary, *requested_error) : std::nullopt;
   report["meets_request"] = meets ? Json(*meets) : Json(nullptr);
   report["points"] = summary.points;
   report["seconds"] = summary.seconds;
@@ -97,7 +103,8 @@ void VerifyCommand::Run() {
   options.Validate();
   LimitsInForce limits(common.limits);
   const auto storage = OpenSolvedStore(store);
-  options.requested_error = LoadSettings(*storage).error;
+  const auto requested_error = RequestedError(LoadSettings(*storage));
+  options.requested_error = requested_error.value_or(0);
   Progress progress(Progress::ChooseOutput(common.verbose));
   progress.Begin("verify");
   options.progress = [&](double fraction) {
@@ -115,11 +122,11 @@ void VerifyCommand::Run() {
       summary.points,
       summary.paths,
       FormatDuration(summary.seconds),
-      VerdictText(summary, options.requested_error),
+      VerdictText(summary, requested_error),
       summary.mean_deviation,
       summary.mean_deviation_low,
       summary.mean_deviation_high);
-  WriteReportIfAsked(common, VerifyReport(summary, options.requested_error));
+  WriteReportIfAsked(common, VerifyReport(summary, requested_error));
 }
 
 }  // namespace

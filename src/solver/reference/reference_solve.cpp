@@ -102,10 +102,12 @@ void ReferenceSolve::Run() {
     TreeSolution made = MakeTrees(scene_, haar_, solution);
     Record(solution, made.trees, coarser ? &coarser->trees : nullptr);
     state_.converged = asked != 0 ? fineness == last : IsMet();
-    state_.phase = SolvePhase::kDone;
+    state_.phase = state_.converged || fineness == last ? SolvePhase::kDone
+                                                        : SolvePhase::kRefine;
     Write(made);
     coarser = {std::move(charge), std::move(made.trees)};
   }
+  state_.phase = SolvePhase::kDone;  // also if there was nothing to do
   SaveSolveState(state_, store_);
   store_.Commit();
 }

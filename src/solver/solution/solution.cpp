@@ -148,10 +148,14 @@ Rgb Solution::RadiosityOf(const Patch& patch, const Rgb& irradiance) const {
       patch, scene_.materials.at(patch.material.Index()), irradiance);
 }
 
-std::string Solution::Digest() const {
+std::string Solution::Digest(
+    const std::function<void(double fraction)>& progress) const {
   uint64_t digest = 0;
   for (size_t i = 0; i < CellCount(); ++i) {
     ThrowIfStopRequested();
+    if (progress) {
+      progress(static_cast<double>(i) / static_cast<double>(CellCount()));
+    }
     const LoadedCell cell = Load(CellId(i));
     const uint64_t tree = cell.tree->Digest(cell.gathered);
     digest = HashBytes(std::as_bytes(std::span(&tree, 1)), digest);

@@ -77,8 +77,11 @@ class Solution {
   [[nodiscard]] Rgb RadiosityOf(const Patch& patch,
                                 const Rgb& irradiance) const;
 
-  // Hash over the coefficients of all cells: equal for equal bits.
-  [[nodiscard]] std::string Digest() const;
+  // Hash over the coefficients of all cells: equal for equal bits. `progress`
+  // is told the fraction of the cells that are read, and may be empty. Throws
+  // InterruptedError if a stop is requested.
+  [[nodiscard]] std::string Digest(
+      const std::function<void(double fraction)>& progress = {}) const;
 
  private:
   Solution(const BlockStorage& store, MemoryBudget& budget, BasisKind basis);

@@ -52,7 +52,7 @@ struct RoundSummary {
 struct SolveProgress {
   std::string_view part;    // a sweep of a round, or its rays: "round 2 refine"
   double fraction = 0;      // of the part's estimated work, in [0, 1]
-  std::string_view detail;  // "error 0.31, asked 0.1"; may be empty
+  std::string_view detail;  // "error 0.310 so far, 0.1 asked", or empty
 };
 
 struct SolveOptions {
@@ -80,6 +80,7 @@ struct SolveOptions {
 
 // The outcome of a solve over all its runs (resumes included).
 struct SolveSummary {
+  double asked_error = 0;  // that `converged` and `exhausted` are judged by
   bool converged = false;
   bool exhausted = false;          // done without convergence
   bool ran_out_of_rounds = false;  // exhausted because its rounds are used up

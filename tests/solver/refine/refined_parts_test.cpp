@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
 #include <vector>
 
@@ -25,10 +26,14 @@ using test::Scenery;
 struct HandedOut {
   std::vector<WorkPart> parts;
   std::vector<RawLink> links;
+  std::vector<double> squared_errors;  // of each part
+  std::vector<uint64_t> rays;          // likewise
 };
 
 void Append(const RawLinks& from, WorkPart part, HandedOut* to) {
   to->parts.push_back(part);
+  to->squared_errors.push_back(from.squared_error);
+  to->rays.push_back(from.rays);
   std::copy(
       from.links.begin(), from.links.end(), std::back_inserter(to->links));
 }
@@ -104,6 +109,8 @@ TEST_F(VeryFinelyLinkedRoom, HandsOutTheLinksOfAllPartsInTheirOrder) {
     const ThreadLimit limit(threads);
     const HandedOut seen = Together(refiner_, {});
     EXPECT_EQ(seen.parts.size(), expected.parts.size());
+    EXPECT_EQ(seen.squared_errors, expected.squared_errors);
+    EXPECT_EQ(seen.rays, expected.rays);
     ExpectEnd(expected, expected.links.size(), seen);
   }
 }

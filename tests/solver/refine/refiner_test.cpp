@@ -1,8 +1,7 @@
-// Refinement: fine links add up to a hemisphere, and threads change nothing.
+// Refinement: fine links add up to a hemisphere.
 
 #include "solver/refine/refiner.h"
 
-#include "base/parallel.h"
 #include "base/random.h"
 #include "solver/links/gather.h"
 
@@ -587,36 +586,6 @@ TEST(Links, KeepRaysThatDidNotDecideOnThem) {
     EXPECT_NEAR(mean, 0.199825 / 2, 3 * error + 0.01 * 0.1) << "tau " << tau;
     EXPECT_LT(3 * error, 0.01 * 0.1) << "tau " << tau;
   }
-}
-
-TEST(Links, AreTheSameForAnyNumberOfThreads) {
-  const Basis basis(2);
-  const std::vector<Patch> room = FurnishedRoom();
-  const BrightCell cell(0, basis, room);
-  const Scenery scenery(room);
-  RefineOptions options;
-  options.tau = 0.1;
-  options.tau_weak = 0.05;
-  options.seed = 3;
-  const auto with = [&](size_t threads) {
-    const ThreadLimit limit(threads);
-    return RefineAll(options, cell.Receiver(), cell.Source(), scenery.All());
-  };
-  const auto one = with(1);
-  const auto two = with(2);
-  ASSERT_EQ(one.size(), two.size());
-  size_t links = 0;
-  for (size_t i = 0; i < one.size(); ++i) {
-    EXPECT_EQ(one[i].squared_error, two[i].squared_error);
-    EXPECT_EQ(one[i].rays, two[i].rays);
-    EXPECT_EQ(one[i].shapes, two[i].shapes);
-    ASSERT_EQ(one[i].links.size(), two[i].links.size());
-    for (size_t k = 0; k < one[i].links.size(); ++k) {
-      ExpectSame(one[i].links[k], two[i].links[k]);
-    }
-    links += one[i].links.size();
-  }
-  EXPECT_GT(links, 100U);
 }
 
 }  // namespace

@@ -104,6 +104,13 @@ TEST_F(InfoOfScene, StoresSayWhatAResumeWouldTake) {
   EXPECT_GT(finer.at("estimate").at("links").get<double>(),
             finer.at("links").get<double>());
   EXPECT_EQ(finer.at("requested_error"), 0.3) << "nothing was requested";
+  // The links and elements that are there are counted only as those to come.
+  const auto estimate = finer.at("estimate");
+  const auto is = finer.at("store_bytes").get<double>();
+  const double of_links = finer.at("links").get<double>() *
+                          finer.at("link_bytes_per_link").get<double>();
+  EXPECT_LT(estimate.at("store_bytes").get<double>(),
+            is - of_links + 28 * estimate.at("links").get<double>() + 1);
   // The rays that look at the error took most of the time, not the links.
   const auto& stages = finer.at("stage_seconds");
   const double solved_in = finer.at("wall_seconds").get<double>() -
