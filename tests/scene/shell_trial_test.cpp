@@ -14,7 +14,7 @@
 namespace enfilade {
 namespace {
 
-constexpr double kTolerance = 0.01;
+constexpr double kTrialTolerance = 0.01;
 
 using Polygon = std::vector<Point3>;
 
@@ -57,7 +57,7 @@ double Whole(const std::vector<Polygon>& stays,
       shell.Add(walls[i]);
     }
   }
-  return shell.OpenLength(kTolerance);
+  return shell.OpenLength(kTrialTolerance);
 }
 
 void ExpectSameAsWhole(const std::vector<Polygon>& walls) {
@@ -65,7 +65,7 @@ void ExpectSameAsWhole(const std::vector<Polygon>& walls) {
   for (const Polygon& p : Slabs()) {
     bare.Add(p);
   }
-  ShellTrial trial(kTolerance);
+  ShellTrial trial(kTrialTolerance);
   trial.AddEdges(bare.Edges());
   for (const Polygon& p : walls) {
     trial.AddPolygon(p);
@@ -93,7 +93,7 @@ void ExpectSameAsWhole(const std::vector<Polygon>& walls) {
     trial.LeaveOut(next);
     out[next] = true;
   }
-  EXPECT_EQ(trial.OpenLength(), bare.OpenLength(kTolerance));
+  EXPECT_EQ(trial.OpenLength(), bare.OpenLength(kTrialTolerance));
 }
 
 TEST(ShellTrial, WhatIsOpenHasTheBitsOfAWholeSum) {
