@@ -17,13 +17,13 @@ namespace {
 
 constexpr Vec3 kAcross{1, 0, 0};
 
-// The planes of the tiles, of a metre each, of an oblique wall whose corners
-// are rounded to doubles at map coordinates.
+// The planes of the tiles, of ten centimetres each, of an oblique wall whose
+// corners are rounded to doubles at map coordinates.
 std::vector<Plane> PlanesOfFarTiles(Point3 center) {
   constexpr size_t kTiles = 12;
   const Vec3 along = Normalize(Vec3{0.8660254037844387, 0.5, 0});
   const auto corner = [&](size_t i, double z) {
-    return center + along * static_cast<double>(i) + Vec3{0, 0, z};
+    return center + along * (0.1 * static_cast<double>(i)) + Vec3{0, 0, z};
   };
   std::vector<Plane> planes;
   for (size_t i = 0; i < kTiles; ++i) {

@@ -89,6 +89,16 @@ bool SameHit(const TraceHit& a, const TraceHit& b) {
          a.patch == b.patch && a.a == b.a && a.b == b.b;
 }
 
+// Of two surfaces in one place, rays from the hidden one start below the other;
+// and everywhere well above the rounding of a float.
+TEST(RayOffset, IsBetweenRoundingAndHiddenSurfaces) {
+  for (double size = 0.1; size < 2000; size *= 1.3) {
+    const double offset = RayOffset({{0, 0, 0}, {size, size, 0}});
+    EXPECT_GE(offset, size * 0x1.0p-23) << size;
+    EXPECT_LT(offset, kApartM) << size;
+  }
+}
+
 TEST(RayTracer, HitHasPatchCoordinatesAndDistanceInLengthsOfTheDirection) {
   MapStorage store;
   PutCell(store,

@@ -532,7 +532,7 @@ TEST(CoplanarPatchesTest, TilesOfAFarWallAreTogether) {
   for (size_t i = 0; i < patches.size(); ++i) {
     const Point3 origin{430'000.3, 5'400'000.7, 120.1};
     const auto corner = [&](size_t k) {
-      return origin + along * static_cast<double>(k);
+      return origin + along * (0.1 * static_cast<double>(k));
     };
     patches[i].origin = corner(i);
     patches[i].u = corner(i + 1) - corner(i);

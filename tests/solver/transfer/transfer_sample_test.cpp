@@ -88,6 +88,14 @@ TEST(SampledTransfer, IsRightOnTheAverage) {
   ExpectMean({kFloor, Wall()}, true, 0.200044);
 }
 
+TEST(IndexAtShare, NeverTakesAWeightOfZero) {
+  const std::vector<float> weights = {0, 1, 0, 3, 0};
+  EXPECT_EQ(IndexAtShare(weights, 0), 1U);
+  EXPECT_EQ(IndexAtShare(weights, 0.24F), 1U);
+  EXPECT_EQ(IndexAtShare(weights, 0.26F), 3U);
+  EXPECT_EQ(IndexAtShare(weights, 1), 3U);
+}
+
 // The ends are a tile of a thousandth of the floor's area and the floor, and
 // either receives.
 TEST(SampledTransfer, TakesPointsOfTheSmallerEnd) {

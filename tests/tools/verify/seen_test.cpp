@@ -79,14 +79,16 @@ TEST(SeenEmittersTest, ASkyThatReflectsNothingIsSeenAndSeesNothing) {
 
 // A bulb is in a box that is open below, 5 mm above the floor: hardly a point
 // of the room sees the bulb, and points inside the box see nothing else.
-TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
+// Returns how many of a thousand choices from there are of the bulb. Lengths
+// are from `corner`, that of the room.
+int ChoicesOfTheBulbInItsShade(Point3 corner) {
   FakeBuilding building;
   const MaterialId grey = building.AddMaterial({.5, .5, .5}, {});
   const MaterialId light = building.AddMaterial({}, {1, 1, 1});
   const MaterialId bulb = building.AddMaterial({}, {100, 100, 100});
-  building.Add({0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
-  building.Add({1, 1, 2.5}, {0, 1, 0}, {1, 0, 0}, light);
-  const Point3 low{2, 2, .005};
+  building.Add(corner, {4, 0, 0}, {0, 4, 0}, grey);
+  building.Add(corner + Vec3{1, 1, 2.5}, {0, 1, 0}, {1, 0, 0}, light);
+  const Point3 low = corner + Vec3{2, 2, .005};
   const Vec3 x{.1, 0, 0};
   const Vec3 y{0, .1, 0};
   const Vec3 z{0, 0, .1};
@@ -98,19 +100,28 @@ TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
     building.Add(origin, u, v, grey);
     building.Add(origin, v, u, grey);
   }
-  building.Add({2.03, 2.03, .09}, {0, .04, 0}, {.04, 0, 0}, bulb);
+  building.Add(corner + Vec3{2.03, 2.03, .09}, {0, .04, 0}, {.04, 0, 0}, bulb);
   MemoryBudget budget(kModest);
   const EmitterTree tree(building.View(), budget, 1 << 20);
   SeenEmitters seen(tree);
   seen.Learn(building.View(), budget, kMostBytes, 1);
   int inside = 0;
   for (int i = 0; i < 1000; ++i) {
-    const auto choice =
-        seen.Choose(CellId(0U), {2.05, 2.05, 0}, {0, 0, 1}, (i + .5) / 1000);
-    ASSERT_TRUE(choice);
-    inside += choice->emitter->material == bulb ? 1 : 0;
+    const auto choice = seen.Choose(
+        CellId(0U), corner + Vec3{2.05, 2.07, 0}, {0, 0, 1}, (i + .5) / 1000);
+    inside += choice && choice->emitter->material == bulb ? 1 : 0;
   }
-  EXPECT_GE(inside, 800);
+  return inside;
+}
+
+TEST(SeenEmittersTest, ABulbInAShadeIsChosenInsideOfIt) {
+  EXPECT_GE(ChoicesOfTheBulbInItsShade({}), 800);
+}
+
+// Where floats are half a metre apart, and those nearest to the bulb and to the
+// point differ.
+TEST(SeenEmittersTest, ABulbIsChosenInMapCoordinatesToo) {
+  EXPECT_GE(ChoicesOfTheBulbInItsShade({430'000.3, 5'400'000.69, 120.1}), 800);
 }
 
 // A room with two bulbs, cubes of 24 facets each, and a panel of four squares.
