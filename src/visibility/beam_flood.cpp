@@ -18,7 +18,7 @@ constexpr size_t kMostSourcePoints = 8;
 // The most doorways that one flood tests, and the most that it reaches.
 constexpr uint64_t kMostTests = 5'000'000;
 constexpr size_t kMostNodes = 30'000;
-constexpr uint64_t kNodeBytes = 256;  // including its part of the doorway
+constexpr uint64_t kNodeBytes = 448;  // with its region and planes
 // After this many growths, the reached part of a doorway is taken for the whole
 // doorway.
 constexpr uint32_t kMostGrowths = 16;
@@ -77,13 +77,16 @@ std::optional<Plane> Support(Point3 from,
     return Dot(normal, s - from) <= kBehindMetres;
   };
   std::optional<Vec3> normal;
-  for (const Point3 s : source) {
-    if (!normal || !is_behind(*normal, s)) {
-      normal = through(s);
+  auto touched = source.begin();
+  for (auto s = source.begin(); s != source.end(); ++s) {
+    if (!normal || !is_behind(*normal, *s)) {
+      normal = through(*s);
+      touched = s;
     }
   }
+  // Points after the touched one were found behind its plane.
   const bool holds = normal && Dot(*normal, inward) > kLeastSlope &&
-                     std::all_of(source.begin(), source.end(), [&](Point3 s) {
+                     std::all_of(source.begin(), touched, [&](Point3 s) {
                        return is_behind(*normal, s);
                      });
   return holds ? std::optional(Plane{*normal, Dot(*normal, from - Point3{})})
@@ -225,6 +228,7 @@ void BeamFlood::Reach(const Doorway& door,
     if (node.region.size() < 3 || ++node.growths >= kMostGrowths) {
       node.region = door.polygon.Copy();
     }
+    node.supports.reset();
   }
   Wait(number);
 }
@@ -280,6 +284,16 @@ bool BeamFlood::CanPass(const Node& passed,
           ReachesBeyond(next.polygon, passed.door->plane));
 }
 
+std::span<const Plane> BeamFlood::SupportsOf(uint32_t number) {
+  Node& node = nodes_[number];
+  if (!node.supports) {
+    node.supports.emplace().reserve(node.region.size());
+    AppendSupports(
+        node.region, node.door->plane.normal, source_, &*node.supports);
+  }
+  return *node.supports;
+}
+
 void BeamFlood::LookThrough(uint32_t number) {
   planes_.clear();
   ahead_.clear();
@@ -297,7 +311,8 @@ void BeamFlood::LookThrough(uint32_t number) {
     const size_t planes_before = planes_.size();
     if (!node.door->is_sliver) {
       planes_.push_back(node.door->plane);
-      AppendSupports(node.region, node.door->plane.normal, source_, &planes_);
+      const std::span supports = SupportsOf(n);
+      planes_.insert(planes_.end(), supports.begin(), supports.end());
     }
     if (n != number && !last.door->is_sliver) {
       AppendSupports(last.region, last_normal, node.region, &planes_);

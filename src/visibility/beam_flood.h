@@ -10,6 +10,7 @@
 #include "visibility/region_graph.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -79,6 +80,9 @@ class BeamFlood {
     // A first doorway is reached as a whole from nowhere, and never changes.
     bool is_first = false;
     bool is_waiting = false;
+    // Planes beyond which lines from the source through the region reach, once
+    // they were asked for.
+    std::optional<std::vector<Plane>> supports = std::nullopt;
   };
 
   // A node to be looked through, and its distance from the first doorways.
@@ -108,6 +112,7 @@ class BeamFlood {
   static bool CanPass(const Node& passed,
                       std::span<const Plane> planes,
                       const Doorway& next);
+  std::span<const Plane> SupportsOf(uint32_t number);
   // Sets planes_ and ahead_ to those of the beam through a node and its
   // dominators.
   void LookThrough(uint32_t number);
