@@ -113,7 +113,7 @@ void CellTurn::RefinePairs(bool begins) {
   state.rays += begins ? rays : 0;  // not again if resumed
   PairRefinement pairs(*context_, *checkpoints_, cell_);
   while (state.cursor.source < cell_.sources.size()) {
-    pairs.Refine(cell_.sources[state.cursor.source]);
+    pairs.Refine();
     state.cursor = {state.cursor.source + 1, {}, 0, 0};
     checkpoints_->Pass();
   }

@@ -5,74 +5,90 @@
 #include "solver/refine/apply_links.h"
 #include "solver/refine/refined_parts.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace enfilade {
-namespace {
-
-// tau_weak over tau: docs/decisions/0011-oracle.md.
-constexpr double kWeakShare = 0.5;
-
-}  // namespace
 
 void PairRefinement::Unlink(CellId source) {
-  context_->store.EraseAll(
-      BlockKind::kLinks, receiver_->id.value, source.value);
-  context_->pager.Pairs().SetLinked(receiver_->id, source, false);
+  PairTable& pairs = context_->pager.Pairs();
+  if (pairs.IsLinked(receiver_->id, source)) {
+    context_->store.EraseAll(
+        BlockKind::kLinks, receiver_->id.value, source.value);
+    pairs.SetLinked(receiver_->id, source, false);
+  }
 }
 
-void PairRefinement::Refine(const VisibleCell& source) {
-  CellPager& pager = context_->pager;
+void PairRefinement::Refine() {
+  const PairCursor& cursor = context_->state.cursor;
+  const VisibleCell& source = receiver_->sources[cursor.source];
   if (!context_->IsLit(source.source)) {
     Unlink(source.source);
     return;
   }
+  if (cursor.work == WorkPart{}) {
+    if (const auto links = ahead_.TakeLinks(cursor.source)) {
+      WriteAll(*links, source);
+      return;
+    }
+  }
+  RefineAlone(source);
+}
+
+void PairRefinement::RefineAlone(const VisibleCell& source) {
+  CellPager& pager = context_->pager;
+  auto items = ahead_.TakeItems(context_->state.cursor.source);
   pager.Order().MoveTo(receiver_->id, source.source);
-  SourceCell s{source.source, pager.Geometry(source.source), nullptr};
-  const auto weights = pager.Weights(s.id);
-  PairWork work = WorkOf(s, source, *weights);
+  SourceCell s(*context_, source.source);
+  PairWork work =
+      items ? WorkBetween(*context_, *receiver_, s, source, std::move(*items))
+            : WorkBetween(*context_, *receiver_, s, source);
   if (work.Items().empty()) {
     Unlink(s.id);
     return;
   }
   s.tree = pager.Tree(s.id);
-  std::vector<const ShaftBlockers*> gates;
-  if (s.id != receiver_->id) {
-    gates = {receiver_->geometry->portals.get(), s.geometry->portals.get()};
-  }
-  CellsBetween between(pager, receiver_->id, source, gates);
+  CellsBetween between(
+      pager, receiver_->id, source, GatesBetween(*receiver_, s));
   const Refiner refiner(std::move(work), *s.tree, between.All());
-  LinkWriter writer(context_->store,
-                    context_->chunks,
-                    {receiver_->id, s.id},
-                    context_->state.cursor.chunk,
-                    [&](const LinkBlock& links) { GatherNew(s, links); });
+  LinkWriter writer = WriterOf(s);
   WriteLinks(s, refiner, &between, &writer);
   pager.Pairs().SetLinked(receiver_->id, s.id, writer.Chunks() > 0);
 }
 
-PairWork PairRefinement::WorkOf(const SourceCell& s,
-                                const VisibleCell& source,
-                                const SourceWeights& weights) const {
-  RefineOptions options;
-  options.tau = context_->state.tau;
-  options.tau_weak = kWeakShare * context_->state.tau;
-  options.seed = context_->SeedOfRound();
-  options.counts_black = context_->surface.is_black;
-  return {options,
-          {.id = receiver_->id,
-           .part = context_->pager.BoxOf(receiver_->id, source.of_receiver),
-           .patches = receiver_->geometry->patches,
-           .clusters = receiver_->receivers.get(),
-           .care = receiver_->care,
-           .least_reflectance = context_->surface.least_reflectance,
-           .weights = receiver_->weights},
-          {.id = s.id,
-           .part = context_->pager.BoxOf(s.id, source.of_source),
-           .patches = s.geometry->patches,
-           .clusters = s.geometry->clusters.get(),
-           .groups = &s.geometry->groups,
-           .sent = &weights}};
+// Applies and writes all links of a pair.
+void PairRefinement::WriteAll(const std::vector<RawLinks>& parts,
+                              const VisibleCell& source) {
+  if (std::all_of(parts.begin(), parts.end(), [](const RawLinks& part) {
+        return part.links.empty();
+      })) {
+    std::for_each(parts.begin(), parts.end(), [this](const RawLinks& part) {
+      Count(part);
+    });
+    Unlink(source.source);
+    return;
+  }
+  CellPager& pager = context_->pager;
+  pager.Order().MoveTo(receiver_->id, source.source);
+  SourceCell s(*context_, source.source);
+  s.tree = pager.Tree(s.id);
+  LinkWriter writer = WriterOf(s);
+  for (const RawLinks& part : parts) {
+    ApplyPart(part, s, &writer.Pending());
+    if (writer.Full()) {
+      writer.Flush();
+    }
+  }
+  writer.Flush();
+  pager.Pairs().SetLinked(receiver_->id, s.id, writer.Chunks() > 0);
+}
+
+LinkWriter PairRefinement::WriterOf(const SourceCell& s) {
+  return {context_->store,
+          context_->chunks,
+          {receiver_->id, s.id},
+          context_->state.cursor.chunk,
+          [this, &s](const LinkBlock& links) { GatherNew(s, links); }};
 }
 
 // Refines what is left of the pair's work, then applies and writes the links in
@@ -119,14 +135,18 @@ double PairRefinement::ShareOfTurn(size_t items) const {
          static_cast<double>(receiver_->sources.size() + 1);  // 1: the balance
 }
 
-// Appends the part's links to the block, makes the elements that they name, and
-// adds to the error, ray and link counts.
-void PairRefinement::ApplyPart(const RawLinks& part,
-                               const SourceCell& s,
-                               LinkBlock* block) {
+void PairRefinement::Count(const RawLinks& part) {
   SolveState& state = context_->state;
   state.cells[receiver_->id.Index()].squared_error += part.squared_error;
   state.rays += part.rays;
+}
+
+// Counts the part, appends its links to the block, and makes the elements that
+// they name.
+void PairRefinement::ApplyPart(const RawLinks& part,
+                               const SourceCell& s,
+                               LinkBlock* block) {
+  Count(part);
   if (part.links.empty()) {
     return;
   }

@@ -6,15 +6,16 @@
 #include "solver/links/link_block.h"
 #include "solver/links/link_store.h"
 #include "solver/paging/cells_between.h"
+#include "solver/pairs_ahead.h"
 #include "solver/receiver_cell.h"
-#include "solver/refine/pair_work.h"
+#include "solver/refine/raw_links.h"
 #include "solver/refine/refiner.h"
-#include "solver/refine/source_weights.h"
 #include "solver/solve_context.h"
+#include "solver/source_cell.h"
 #include "visibility/visible_set.h"
 
 #include <cstddef>
-#include <memory>
+#include <vector>
 
 namespace enfilade {
 
@@ -23,25 +24,22 @@ class PairRefinement {
   PairRefinement(SolveContext& context,
                  Checkpoints& checkpoints,
                  ReceiverCell& receiver)
-      : context_(&context), checkpoints_(&checkpoints), receiver_(&receiver) {}
+      : context_(&context),
+        checkpoints_(&checkpoints),
+        receiver_(&receiver),
+        ahead_(context, receiver) {}
 
-  // Makes what is left of the links from `source` by the state's cursor, and
+  // Makes what is left of the links from the source at the state's cursor, and
   // gathers over them. Commits may fall in between.
-  void Refine(const VisibleCell& source);
+  void Refine();
 
  private:
-  // A source cell while links from it are made.
-  struct SourceCell {
-    CellId id;
-    std::shared_ptr<const CellGeometry> geometry;
-    std::shared_ptr<CellTree> tree;
-  };
-
   // Removes all links of the receiver from the source.
   void Unlink(CellId source);
-  [[nodiscard]] PairWork WorkOf(const SourceCell& s,
-                                const VisibleCell& source,
-                                const SourceWeights& weights) const;
+  void RefineAlone(const VisibleCell& source);
+  void WriteAll(const std::vector<RawLinks>& parts, const VisibleCell& source);
+  [[nodiscard]] LinkWriter WriterOf(const SourceCell& s);
+  void Count(const RawLinks& part);
   void WriteLinks(const SourceCell& s,
                   const Refiner& refiner,
                   CellsBetween* between,
@@ -53,6 +51,7 @@ class PairRefinement {
   SolveContext* context_;
   Checkpoints* checkpoints_;
   ReceiverCell* receiver_;
+  PairsAhead ahead_;
 };
 
 }  // namespace enfilade

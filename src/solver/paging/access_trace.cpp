@@ -22,7 +22,7 @@ constexpr uint64_t kNodeBytes =
     sizeof(std::pair<CachedThing, uint32_t>) + 5 * sizeof(void*);
 constexpr uint64_t kStepParts = 3;
 // Steps that may be added where uses end, before there is room again.
-constexpr size_t kStepsOfEnds = 256;
+constexpr size_t kStepsOfEnds = 1024;
 // Sizes are noted again when they have changed by one part in kStepsOfSize.
 constexpr uint64_t kStepsOfSize = 32;
 

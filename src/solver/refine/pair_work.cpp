@@ -57,7 +57,18 @@ float FormFactorOfGroup(const SourceGroup& group, Vec3f middle, float radius) {
 PairWork::PairWork(const RefineOptions& options,
                    const RefineReceiver& receiver,
                    const RefineSource& source)
-    : options_(options), receiver_(receiver), source_(source) {
+    : PairWork(options, receiver, source, {}) {
+  FindItems();
+}
+
+PairWork::PairWork(const RefineOptions& options,
+                   const RefineReceiver& receiver,
+                   const RefineSource& source,
+                   std::vector<WorkItem> items)
+    : options_(options),
+      receiver_(receiver),
+      source_(source),
+      items_(std::move(items)) {
   ENFILADE_CHECK(
       receiver.weights.size() == receiver.clusters->Clusters().size(),
       "{} weights of {} clusters",
@@ -71,7 +82,6 @@ PairWork::PairWork(const RefineOptions& options,
       "weights of {} clusters and {} groups are of another source",
       source.sent->peaks.size(),
       source.sent->groups.size());
-  FindItems();
 }
 
 uint64_t PairWork::Key() const {

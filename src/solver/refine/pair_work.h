@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace enfilade {
@@ -56,6 +57,12 @@ class PairWork {
            const RefineReceiver& receiver,
            const RefineSource& source);
 
+  // With the items that a call of the other constructor has found.
+  PairWork(const RefineOptions& options,
+           const RefineReceiver& receiver,
+           const RefineSource& source,
+           std::vector<WorkItem> items);
+
   [[nodiscard]] const RefineOptions& Options() const { return options_; }
 
   [[nodiscard]] const RefineReceiver& Receiver() const { return receiver_; }
@@ -67,6 +74,8 @@ class PairWork {
   // receivers and of the links that they may get, not with the number of all
   // pairs.
   [[nodiscard]] std::span<const WorkItem> Items() const { return items_; }
+
+  [[nodiscard]] std::vector<WorkItem> TakeItems() { return std::move(items_); }
 
   // The bounds on a pair of clusters.
   [[nodiscard]] PairBounds BoundPair(ClusterPair pair) const;
