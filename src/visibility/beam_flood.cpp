@@ -18,7 +18,10 @@ constexpr size_t kMostSourcePoints = 8;
 // The most doorways that one flood tests, and the most that it reaches.
 constexpr uint64_t kMostTests = 5'000'000;
 constexpr size_t kMostNodes = 30'000;
-constexpr uint64_t kNodeBytes = 448;  // with its region and planes
+constexpr uint64_t kNodeBytes = 272;  // including its part of the doorway
+// The most planes that are kept for doorways, also per doorway of the building.
+constexpr size_t kMostKeptPlanes = 32'768;
+constexpr size_t kKeptPlanesPerDoorway = 8;
 // After this many growths, the reached part of a doorway is taken for the whole
 // doorway.
 constexpr uint32_t kMostGrowths = 16;
@@ -33,6 +36,10 @@ constexpr double kLeastSlope = 1e-3;
 // off along one axis depends on what other planes have cut off along the
 // others.
 constexpr int kPassesOfPart = 2;
+
+size_t MostKeptPlanes(size_t doorways) {
+  return std::min(kMostKeptPlanes, kKeptPlanesPerDoorway * doorways);
+}
 
 // The distance from the box to the point, m; 0 inside the box.
 double Distance(const Box3& box, Point3 p) {
@@ -160,12 +167,17 @@ bool IsWithin(const std::vector<Point3>& inner,
 }  // namespace
 
 BeamFlood::BeamFlood(const RegionGraph& regions)
-    : regions_(&regions), node_of_(regions.Graph().DoorwayCount(), kNone) {}
+    : regions_(&regions),
+      node_of_(regions.Graph().DoorwayCount(), kNone),
+      most_kept_planes_(MostKeptPlanes(regions.Graph().DoorwayCount())) {
+  kept_planes_.reserve(most_kept_planes_);
+}
 
 uint64_t BeamFlood::MostBytes(const RegionGraph& regions) {
   const size_t doorways = regions.Graph().DoorwayCount();
   return doorways * sizeof(uint32_t) +
-         std::min(doorways, kMostNodes) * kNodeBytes;
+         std::min(doorways, kMostNodes) * kNodeBytes +
+         MostKeptPlanes(doorways) * sizeof(Plane);
 }
 
 void BeamFlood::Begin(const DoorwayGroup& firsts) {
@@ -174,6 +186,7 @@ void BeamFlood::Begin(const DoorwayGroup& firsts) {
   }
   nodes_.clear();
   waiting_.clear();
+  ForgetPlanes();
   source_.clear();
   source_bounds_ = BoundsOf(firsts);
   for (const Doorway* first : firsts) {
@@ -228,7 +241,7 @@ void BeamFlood::Reach(const Doorway& door,
     if (node.region.size() < 3 || ++node.growths >= kMostGrowths) {
       node.region = door.polygon.Copy();
     }
-    node.supports.reset();
+    node.kept = {};
   }
   Wait(number);
 }
@@ -284,14 +297,25 @@ bool BeamFlood::CanPass(const Node& passed,
           ReachesBeyond(next.polygon, passed.door->plane));
 }
 
+// Planes beyond which lines from the source through the node's region reach.
+// They are kept until the region grows or there is no room for more.
 std::span<const Plane> BeamFlood::SupportsOf(uint32_t number) {
   Node& node = nodes_[number];
-  if (!node.supports) {
-    node.supports.emplace().reserve(node.region.size());
+  if (node.kept.epoch != epoch_) {
+    if (kept_planes_.size() + node.region.size() > most_kept_planes_) {
+      ForgetPlanes();
+    }
+    const size_t first = kept_planes_.size();
     AppendSupports(
-        node.region, node.door->plane.normal, source_, &*node.supports);
+        node.region, node.door->plane.normal, source_, &kept_planes_);
+    node.kept = {epoch_, first, kept_planes_.size() - first};
   }
-  return *node.supports;
+  return std::span(kept_planes_).subspan(node.kept.first, node.kept.count);
+}
+
+void BeamFlood::ForgetPlanes() {
+  kept_planes_.clear();
+  ++epoch_;
 }
 
 void BeamFlood::LookThrough(uint32_t number) {

@@ -10,7 +10,6 @@
 #include "visibility/region_graph.h"
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -67,6 +66,13 @@ class BeamFlood {
   bool Run(const DoorwayGroup& firsts, ReachedParts* reached);
 
  private:
+  // Some of kept_planes_, if the epoch is still epoch_.
+  struct KeptPlanes {
+    uint64_t epoch = 0;
+    size_t first = 0;
+    size_t count = 0;
+  };
+
   // A reached doorway and the reached part of it.
   struct Node {
     const Doorway* door = nullptr;
@@ -80,9 +86,7 @@ class BeamFlood {
     // A first doorway is reached as a whole from nowhere, and never changes.
     bool is_first = false;
     bool is_waiting = false;
-    // Planes beyond which lines from the source through the region reach, once
-    // they were asked for.
-    std::optional<std::vector<Plane>> supports = std::nullopt;
+    KeptPlanes kept = {};
   };
 
   // A node to be looked through, and its distance from the first doorways.
@@ -113,6 +117,7 @@ class BeamFlood {
                       std::span<const Plane> planes,
                       const Doorway& next);
   std::span<const Plane> SupportsOf(uint32_t number);
+  void ForgetPlanes();
   // Sets planes_ and ahead_ to those of the beam through a node and its
   // dominators.
   void LookThrough(uint32_t number);
@@ -127,6 +132,9 @@ class BeamFlood {
   uint64_t clock_ = 0;
   std::vector<Point3> source_;  // corners of a hull of the first doorways
   Box3 source_bounds_;          // of the first doorways
+  std::vector<Plane> kept_planes_;
+  size_t most_kept_planes_;
+  uint64_t epoch_ = 1;
   // The lines of the beam reach only what lies beyond all these planes.
   std::vector<Plane> planes_;
   // The doorways that the lines may pass next.
