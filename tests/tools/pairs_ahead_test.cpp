@@ -158,7 +158,7 @@ TEST_F(RefinedFloor, PagesNothingInToRefineAhead) {
   PairsAhead ahead(*context_, *receiver_);
   const uint64_t read = store_->Stats().bytes_read;
   for (size_t i = 0; i < Others(); ++i) {
-    EXPECT_EQ(ahead.TakeLinks(i), std::nullopt) << "source " << i;
+    EXPECT_FALSE(ahead.TakeLinks(i).has_value()) << "source " << i;
   }
   EXPECT_EQ(store_->Stats().bytes_read, read);
 }
