@@ -51,12 +51,15 @@ void AddCommands(CLI::App& app) {
       "  enfilade scene chairs --count 36 chairs.obj\n"
       "  enfilade solve chairs.obj -o chairs.enf --memory 64M\n"
       "  enfilade verify chairs.enf\n"
-      "Each verb has --help with an example.\n"
-      "Exit codes: 0 done, 1 requested error not reached, or --audit found a "
-      "fault,\n"
-      "2 usage, 3 bad input, 4 does not fit the memory, 5 damaged store, 6 "
-      "disk, 130 interrupted,\n"
-      "134 a failed internal check (a bug).");
+      "Each verb has --help with an example. Pages named docs/... are in "
+      "share/doc/enfilade.\n"
+      "Exit codes: 0 done, 1 requested error not reached, method not settled, "
+      "or --audit\n"
+      "found a fault, 2 usage, 3 bad input, 4 does not fit the memory, 5 "
+      "damaged store,\n"
+      "6 disk, 130 interrupted, 134 a failed internal check (a bug). verify "
+      "ends with 0\n"
+      "whatever it finds: its report says whether the error was met.");
   AddSolveCommand(app);
   AddResumeCommand(app);
   AddInfoCommand(app);

@@ -13,7 +13,9 @@ namespace enfilade {
 
 enum class ExitCode : int {
   kSuccess = 0,
-  kNotDone = 1,  // the requested error was not reached; an audit found a fault
+  // The requested error was not reached, a reference method did not settle, or
+  // an audit found a fault.
+  kNotDone = 1,
   kUsage = 2,
   kBadInput = 3,
   kDoesNotFit = 4,

@@ -47,8 +47,7 @@ struct PartitionOptions {
   std::function<void(double fraction)> progress;  // may be empty
 };
 
-// The part of a partition that stays in memory: a few bytes per cell and
-// portal.
+// What stays in memory of a cell; its patches lie in the store.
 struct CellInfo {
   Box3 bounds;
   uint32_t patches = 0;
@@ -66,6 +65,8 @@ inline uint64_t PatchCount(std::span<const CellInfo> cells) {
   return patches;
 }
 
+// All cells, but not their patches. Those who need no portals load it without
+// them (partition_store.h).
 struct Partition {
   std::vector<CellInfo> cells;  // indexed by CellId
   std::vector<Portal> portals;  // indexed by PortalId

@@ -49,11 +49,11 @@ class ReachedParts {
 
 // Floods from doorway to doorway. A doorway is reached if some part of it lies
 // beyond a reached doorway, inside the beam through the reached part of that
-// doorway. The beam holds the lines that pass the hull of the first doorways
-// and every dominator of the doorway (a doorway without which it was not
-// reached so far, in the flow graph of reached doorways). Finds every cell that
-// a line through a first doorway can reach, and some more, because the doorways
-// between one dominator and the next are forgotten.
+// doorway. The beam holds the lines that pass the hull of the first doorways,
+// the doorway itself and its seven nearest dominators (doorways without which
+// it was not reached so far, in the flow graph of reached doorways). Finds
+// every cell that a line through a first doorway can reach, and some more,
+// because the doorways between one dominator and the next are forgotten.
 class BeamFlood {
  public:
   explicit BeamFlood(const RegionGraph& regions);

@@ -114,9 +114,9 @@ void AddMeshOption(CLI::App& command, ExportCommand& options) {
       .add_option_function<MeshKind>(
           "--mesh",
           [&options](const MeshKind& kind) { options.options.mesh = kind; },
-          "leaves: the elements as solved; anchored: without T-vertices; "
-          "smooth: the same, values averaged at vertices. Smooth if not given, "
-          "but leaves in .vtu")
+          "leaves: the elements as solved; anchored (not in pictures): without "
+          "T-vertices; smooth: the same, values averaged at vertices. Smooth "
+          "if not given, but leaves in .vtu; not for .csv (docs/export.md)")
       ->transform(OneOf<MeshKind>({{"leaves", MeshKind::kLeaves},
                                    {"anchored", MeshKind::kAnchored},
                                    {"smooth", MeshKind::kSmooth}}))
@@ -163,7 +163,10 @@ void AddCameraOptions(CLI::App& command, ExportCommand& options) {
 
 void AddPictureOptions(CLI::App& command, ExportCommand& options) {
   command
-      .add_option("--up", options.options.camera.up, "auto (default), y or z")
+      .add_option(
+          "--up",
+          options.options.camera.up,
+          "Axis that is up in pictures and glTF: auto (default), y or z")
       ->transform(OneOf<UpAxis>(
           {{"auto", UpAxis::kAutomatic}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}}))
       ->type_name("AXIS");
@@ -184,7 +187,7 @@ void AddPictureOptions(CLI::App& command, ExportCommand& options) {
   command
       .add_option("--exposure",
                   options.options.exposure_stops,
-                  "Stops of brightness to add")
+                  "Stops of brightness to add to .png and to colours of meshes")
       ->type_name("STOPS")
       ->capture_default_str();
 }
@@ -204,7 +207,7 @@ void AddExportCommand(CLI::App& app) {
       ->add_option("out",
                    options->output,
                    "File to write: .ply .gltf (and a .bin beside it) .glb .vtu "
-                   ".csv .png .exr")
+                   ".csv .png .exr (docs/export.md)")
       ->required()
       ->type_name("OUT");
   AddMeshOption(*command, *options);

@@ -321,6 +321,11 @@ void AddInfoCommand(CLI::App& app) {
                     "Read all of the store and test its checksums");
   const size_t others = command->get_options().size();
   AddSceneOptions(*command, options->scene_options);
+  command->get_option("--error")->description(
+      "Relative error that a solve of the scene, or a resume of the store, "
+      "would be asked for");
+  command->get_option("--basis")->description(
+      "haar (or m1), m2, m3, m4, f2 or f3");
   const auto all = command->get_options();
   options->of_scene.assign(all.begin() + static_cast<ptrdiff_t>(others),
                            all.end());

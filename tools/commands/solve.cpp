@@ -367,12 +367,13 @@ void AddSolveCommand(CLI::App& app) {
   command
       ->add_option("scene",
                    options->scene,
-                   "Scene file: .obj or gbXML .xml; .gz as well")
+                   "Scene file: .obj, or gbXML (.xml, .gbxml); .gz as well")
       ->required()
       ->type_name("SCENE");
   command->add_option("-o,--output", options->store, "The store to make")
       ->required()
       ->type_name("STORE");
+  AddSceneOptions(*command, options->options);
   command
       ->add_option("--seed",
                    options->options.settings.seed,
@@ -380,9 +381,10 @@ void AddSolveCommand(CLI::App& app) {
       ->check(CLI::Validator(CheckSeed, ""))
       ->type_name("N")
       ->capture_default_str();
-  AddMethodOptions(*command, options->options);
-  AddSceneOptions(*command, options->options);
   AddCommonOptions(*command, options->common);
+  command->option_defaults()->group(
+      "To compare methods (docs/reference-methods.md)");
+  AddMethodOptions(*command, options->options);
   SetExample(*command,
              "enfilade solve office.obj -o office.enf --error 0.05 --memory "
              "256M --report office.json");
@@ -399,7 +401,7 @@ void AddSolveCommand(CLI::App& app) {
 void AddResumeCommand(CLI::App& app) {
   auto options = std::make_shared<ResumeCommand>();
   CLI::App* command = app.add_subcommand(
-      "resume", "Continue after a stop, or to a smaller error");
+      "resume", "Continue after a stop, or to another error");
   command->add_option("store", options->store, "The store to continue")
       ->required()
       ->type_name("STORE");

@@ -21,14 +21,14 @@ enum class UpAxis { kAutomatic, kY, kZ };
 struct CameraOptions {
   CameraView view = CameraView::kPerspective;
   // Where the camera stands and looks, in metres. Without an eye, test pictures
-  // choose a corner at eye height in one of the cells that receive most light,
-  // and without a target as well, the camera looks at the opposite corner. With
-  // an eye but no target, it looks at the middle of the scene.
+  // choose a corner at eye height in one of the cells that receive most light;
+  // without a target as well, the camera looks at the opposite corner. With an
+  // eye but no target, it looks at the middle of the scene.
   std::optional<Point3> eye;
   std::optional<Point3> target;
   double vertical_fov_degrees = 60;
-  // Automatic picks the axis, Y or Z, that most of the area of axis-parallel
-  // patches (floors and ceilings) faces, and Z if both are about equal.
+  // Automatic is the axis that import took for up: Z in gbXML, else the one, Y
+  // or Z, to which more area of the scene is level (scene/level_areas.h).
   UpAxis up = UpAxis::kAutomatic;
   // The height of the plan's cut, a coordinate along the up axis. If unset, the
   // cut is 1.8 m above the floor level that receives most light.

@@ -1,12 +1,14 @@
 // Export: a solution as a file that other programs read, by extension.
 //
-//   .ply        a mesh with vertex colours and float radiosity
-//   .glb .gltf  the same for viewers; linear COLOR_0, unlit (.gltf embeds
-//               nothing: it writes OUT.bin beside itself)
+//   .ply        a mesh with vertex colours, radiosity and irradiance
+//   .glb .gltf  a mesh for viewers: tone-mapped COLOR_0 alone, unlit (.gltf
+//               embeds nothing: it writes its .bin beside itself)
 //   .vtu        a mesh for ParaView: radiosity, irradiance, cell, patch
 //   .csv        one line per patch: corners, mean radiosity and irradiance
 //   .png        a picture, tone-mapped
 //   .exr        the same picture, linear
+//
+// docs/export.md describes them for users.
 //
 // The mesh consists of the leaves or is one made for display
 // (solver/solution/display_mesh.h). Pictures show either of the two.
