@@ -23,8 +23,15 @@ constexpr uint64_t kNodeBytes =
 constexpr uint64_t kStepParts = 3;
 // Steps that may be added where uses end, before there is room again.
 constexpr size_t kStepsOfEnds = 1024;
+constexpr uint64_t kEndsBytes =
+    kStepsOfEnds * (sizeof(CacheStep) + sizeof(CachedBytes));
 // Sizes are noted again when they have changed by one part in kStepsOfSize.
 constexpr uint64_t kStepsOfSize = 32;
+
+// What of the trace's memory is not for ends.
+uint64_t BesideEnds(uint64_t own_bytes) {
+  return own_bytes - std::min(own_bytes / 2, kEndsBytes);
+}
 
 bool DiffersMuch(uint64_t a, uint64_t b) {
   return std::max(a, b) - std::min(a, b) > std::max(a, b) / kStepsOfSize;
@@ -40,9 +47,9 @@ size_t HashOfThing::operator()(const CachedThing& thing) const noexcept {
 }
 
 AccessTrace::AccessTrace(uint64_t own_bytes)
-    : most_steps_(own_bytes / kStepParts / kStepBytes + 16),
+    : most_steps_(BesideEnds(own_bytes) / kStepParts / kStepBytes + 16),
       most_things_(
-          own_bytes / kStepParts * (kStepParts - 1) /
+          BesideEnds(own_bytes) / kStepParts * (kStepParts - 1) /
               (kThingBytes + kNodeBytes + BeladyCache::kBytesPerThing) +
           16),
       cache_(most_things_) {
@@ -265,9 +272,7 @@ void AccessTrace::Restart() {
 }
 
 uint64_t AccessTrace::SizeBytes() const {
-  return most_steps_ * kStepBytes +
-         kStepsOfEnds * (sizeof(CacheStep) + sizeof(CachedBytes)) +
-         index_.size() * kNodeBytes +
+  return most_steps_ * kStepBytes + kEndsBytes + index_.size() * kNodeBytes +
          most_things_ * (sizeof(Thing) + BeladyCache::kBytesPerThing);
 }
 
