@@ -5,8 +5,10 @@
 #include "solver/reference/form_factor_kinds.h"
 #include "store/store_files.h"
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "tools/commands/command.h"
 #include "tools/commands/options.h"
@@ -97,13 +99,13 @@ SolveSummary RunStages(BlockStorage& store,
   } catch (const InterruptedError&) {
     throw InterruptedError(
         fmt::format("stopped; {} 'enfilade resume {}'",
-                    settings.method.name == "hierarchical"
-                        ? "this method keeps nothing before its end: begin "
-                          "again with"
-                        : "the work so far is kept: go on with",
+                    TraitsOf(settings.method.kind).keeps_work
+                        ? "the work so far is kept: go on with"
+                        : "this method keeps nothing before its end: begin "
+                          "again with",
                     path.string()));
   } catch (const NoRoomError& error) {
-    if (settings.method.name == "hierarchical" || IsWorthless(store)) {
+    if (!TraitsOf(settings.method.kind).keeps_work || IsWorthless(store)) {
       throw;  // nothing is kept
     }
     throw NoRoomError(
@@ -173,17 +175,17 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
 // that the method does not take.
 void SolveCommand::ChooseByMethod() {
   MethodOptions& method = options.settings.method;
-  const bool hierarchical = method.name == "hierarchical";
-  if ((method.name == "wavelet" || hierarchical) && form_factors_given) {
+  const MethodTraits& traits = TraitsOf(method.kind);
+  if (!traits.has_panels && form_factors_given) {
     throw UsageError(
         "--form-factors and --projection are of the reference methods; give "
         "--method matrix, progressive or substructuring");
   }
-  if (hierarchical && error_given) {
-    throw UsageError(
-        "--method hierarchical does not know its error: give --epsilon");
+  if (!traits.knows_error && error_given) {
+    throw UsageError(fmt::format(
+        "--method {} does not know its error: give --epsilon", traits.name));
   }
-  if (method.name != "wavelet" && !basis_given) {
+  if (traits.is_reference && !basis_given) {
     options.settings.basis = "haar";
   }
   if (!linear_solver_given && !FormFactorOptionsOf(method).AreSymmetric()) {
@@ -231,13 +233,15 @@ void RequireErrorIsAsked(const fs::path& path, const SolveSettings& settings) {
   if (RequestedError(settings)) {
     return;
   }
-  const bool hierarchical = settings.method.name == "hierarchical";
+  const MethodTraits& method = TraitsOf(settings.method.kind);
   throw UsageError(fmt::format(
       "--error: {} was solved with {}: solve the scene again with another {}",
       path.string(),
-      hierarchical ? "--method hierarchical, which does not know its error"
-                   : "--elements, whatever the error",
-      hierarchical ? "--epsilon" : "--elements"));
+      method.knows_error
+          ? "--elements, whatever the error"
+          : fmt::format("--method {}, which does not know its error",
+                        method.name),
+      method.knows_error ? "--elements" : "--epsilon"));
 }
 
 void ResumeCommand::Run() {
@@ -266,6 +270,14 @@ void ResumeCommand::Run() {
       RunStages(*storage, store, settings, common, limits.Budget());
   storage.reset();
   ReportSolve(store, summary, common, limits.Budget());
+}
+
+std::map<std::string, SolveMethod> MethodsByName() {
+  std::map<std::string, SolveMethod> methods;
+  for (const MethodTraits& traits : AllMethods()) {
+    methods.emplace(traits.name, traits.method);
+  }
+  return methods;
 }
 
 void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
@@ -320,18 +332,13 @@ void AddMethodOptions(CLI::App& command, SceneOptions& options) {
   MethodOptions& method = options.settings.method;
   command
       .add_option("--method",
-                  method.name,
+                  method.kind,
                   "matrix, progressive, substructuring, hierarchical or "
                   "wavelet: all but wavelet are for comparison, and hold the "
                   "scene whole (docs/reference-methods.md)")
-      ->check(CLI::IsMember({"matrix",
-                             "progressive",
-                             "substructuring",
-                             "hierarchical",
-                             "wavelet"})
-                  .description(""))
+      ->transform(OneOf(MethodsByName()))
       ->type_name("METHOD")
-      ->capture_default_str();
+      ->default_str(std::string(TraitsOf(method.kind).name));
   command
       .add_option(
           "--linear-solver",
