@@ -2,15 +2,13 @@
 
 #include "base/error.h"
 #include "scene/import.h"
-#include "solver/reference/form_factor_kinds.h"
 #include "store/store_files.h"
 
-#include <map>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "tools/commands/command.h"
+#include "tools/commands/method_options.h"
 #include "tools/commands/options.h"
 #include "tools/pipeline.h"
 #include <fmt/format.h>
@@ -25,16 +23,10 @@ struct SolveCommand {
   CommonOptions common;
   std::string scene;
   std::string store;
-  bool basis_given = false;
-  bool linear_solver_given = false;
-  bool form_factors_given = false;  // or --projection
-  bool error_given = false;
   SceneOptions options;
 
-  void Run();
-
- private:
-  void ChooseByMethod();
+  // `given`: the command as it was parsed.
+  void Run(const CLI::App& given);
 };
 
 struct ResumeCommand {
@@ -171,31 +163,9 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
   });
 }
 
-// Sets the defaults that depend on the method. Throws UsageError for options
-// that the method does not take.
-void SolveCommand::ChooseByMethod() {
-  MethodOptions& method = options.settings.method;
-  const MethodTraits& traits = TraitsOf(method.kind);
-  if (!traits.has_panels && form_factors_given) {
-    throw UsageError(
-        "--form-factors and --projection are of the reference methods; give "
-        "--method matrix, progressive or substructuring");
-  }
-  if (!traits.knows_error && error_given) {
-    throw UsageError(fmt::format(
-        "--method {} does not know its error: give --epsilon", traits.name));
-  }
-  if (traits.is_reference && !basis_given) {
-    options.settings.basis = "haar";
-  }
-  if (!linear_solver_given && !FormFactorOptionsOf(method).AreSymmetric()) {
-    method.linear_solver = "gs";
-  }
-}
-
-void SolveCommand::Run() {
+void SolveCommand::Run(const CLI::App& given) {
   BeginRun(common, {scene, store, options.overrides});
-  ChooseByMethod();
+  ChooseByMethod(given, options.settings);
   if (IsSceneName(store)) {
     throw UsageError(fmt::format(
         "'{}' is a name of scenes, which no verb would open as a store; give "
@@ -272,99 +242,6 @@ void ResumeCommand::Run() {
   ReportSolve(store, summary, common, limits.Budget());
 }
 
-std::map<std::string, SolveMethod> MethodsByName() {
-  std::map<std::string, SolveMethod> methods;
-  for (const MethodTraits& traits : AllMethods()) {
-    methods.emplace(traits.name, traits.method);
-  }
-  return methods;
-}
-
-void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
-  command
-      .add_option("--form-factors",
-                  method.form_factors,
-                  "With matrix, progressive and substructuring: exact, point, "
-                  "polygon, switch, hemicube "
-                  "or montecarlo (docs/reference-methods.md)")
-      ->check(
-          CLI::IsMember(
-              {"exact", "point", "polygon", "switch", "hemicube", "montecarlo"})
-              .description(""))
-      ->type_name("KIND")
-      ->capture_default_str();
-  command
-      .add_option("--projection",
-                  method.projection,
-                  "With --method matrix: galerkin (irradiance averaged over an "
-                  "element) or collocation (at its centre)")
-      ->check(CLI::IsMember({"galerkin", "collocation"}).description(""))
-      ->type_name("PROJECTION")
-      ->capture_default_str();
-}
-
-void AddHierarchicalOptions(CLI::App& command, MethodOptions& method) {
-  const auto add = [&](const char* name, std::string& value, const char* what) {
-    command.add_option(name, value, what)->type_name("NAME");
-  };
-  command
-      .add_option(
-          "--epsilon",
-          method.epsilon,
-          "With --method hierarchical: the error by its oracle above which "
-          "a link is refined (0.001 if not given)")
-      ->check(AboveZero())
-      ->type_name("EPS");
-  add("--visibility",
-      method.visibility,
-      "With --method hierarchical: ray, fractional, triage, quadrature or "
-      "stratified");
-  add("--singular",
-      method.singular,
-      "With --method hierarchical, where surfaces touch: none, switch, cc or "
-      "near");
-  add("--oracle",
-      method.oracle,
-      "With --method hierarchical: form-factor, power, polynomial or transfer");
-}
-
-void AddMethodOptions(CLI::App& command, SceneOptions& options) {
-  MethodOptions& method = options.settings.method;
-  command
-      .add_option("--method",
-                  method.kind,
-                  "matrix, progressive, substructuring, hierarchical or "
-                  "wavelet: all but wavelet are for comparison, and hold the "
-                  "scene whole (docs/reference-methods.md)")
-      ->transform(OneOf(MethodsByName()))
-      ->type_name("METHOD")
-      ->default_str(std::string(TraitsOf(method.kind).name));
-  command
-      .add_option(
-          "--linear-solver",
-          method.linear_solver,
-          "With --method matrix: gs (Gauss-Seidel), sor or cg (conjugate "
-          "gradients, for symmetric form factors; for others the default "
-          "is gs)")
-      ->check(CLI::IsMember({"gs", "sor", "cg"}).description(""))
-      ->type_name("SOLVER")
-      ->capture_default_str();
-  AddFormFactorOptions(command, method);
-  AddHierarchicalOptions(command, method);
-  command
-      .add_option("--elements",
-                  method.elements,
-                  "With matrix, progressive and substructuring: dice as finely "
-                  "as this number of elements "
-                  "allows, whatever the error")
-      ->check(WholeAboveZero())
-      ->type_name("N");
-  command.add_flag("--ambient",
-                   method.ambient,
-                   "Progressive and substructuring: add the light still to "
-                   "come as an even ambient term");
-}
-
 }  // namespace
 
 void AddSolveCommand(CLI::App& app) {
@@ -387,20 +264,13 @@ void AddSolveCommand(CLI::App& app) {
       ->check(CLI::Validator(CheckSeed, ""))
       ->type_name("N")
       ->capture_default_str();
-  AddMethodOptions(*command, options->options);
+  AddMethodOptions(*command, options->options.settings.method);
   AddSceneOptions(*command, options->options);
   AddCommonOptions(*command, options->common);
   SetExample(*command,
              "enfilade solve office.obj -o office.enf --error 0.05 --memory "
              "256M --report office.json");
-  command->callback([options, command] {
-    options->basis_given = command->count("--basis") > 0;
-    options->linear_solver_given = command->count("--linear-solver") > 0;
-    options->form_factors_given = command->count("--form-factors") > 0 ||
-                                  command->count("--projection") > 0;
-    options->error_given = command->count("--error") > 0;
-    options->Run();
-  });
+  command->callback([options, command] { options->Run(*command); });
 }
 
 void AddResumeCommand(CLI::App& app) {
