@@ -24,8 +24,8 @@ namespace enfilade::internal {
 
 enum class OpenMode {
   kReadWrite,       // an existing file
-  kReadOnlyFrozen,  // a file that nobody can write: opened without locks
-  kReadOnly,
+  kReadOnlyFrozen,  // a file that nobody writes: opened without locks
+  kReadOnly,        // with the locks of a journal that is there
   kMemory,
 };
 
