@@ -3,10 +3,14 @@
 
 #include "base/error.h"
 #include "store/sqlite_store.h"
+#include "store/store_files.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "tests/store/file_size_limit.h"
+#include "tests/store/temp_store.h"
 #include "tests/temporary_folder.h"
 #include <grp.h>
 #include <gtest/gtest.h>
@@ -138,6 +142,45 @@ TEST_F(StoreOfAnother, GetsNoFilesOfTheReader) {
   MayWriteBeside(true);
   EXPECT_NE(Seen().find("'a.enf-wal'"), std::string::npos);
   EXPECT_FALSE(fs::exists(path_ + "-shm"));
+}
+
+// A reader without locks: a full disk has no room for the index.
+TEST(FrozenStore, IsNotReadOnceItIsWritten) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.enf";
+  constexpr BlockKey kKey{BlockKind::kLinks, 1, 0, 0};
+  const auto write = [&](uint64_t seed) {
+    const auto writer = OpenStore(path, StoreAccess::kWrite);
+    writer->Put(kKey, TestContent(seed, 200'000 * seed));
+    writer->Commit();
+  };
+  CreateStore(path).reset();
+  write(1);
+  std::optional<FileSizeLimit> full(0);
+  const auto reader = OpenStore(path, StoreAccess::kRead);
+  full.reset();
+  EXPECT_EQ(reader->GetOrThrow(kKey), TestContent(1, 200'000));
+  write(2);
+  EXPECT_THROW(static_cast<void>(reader->Get(kKey)), DiskError);
+  EXPECT_THROW(static_cast<void>(reader->Meta("n")), DiskError);
+  EXPECT_THROW(static_cast<void>(reader->Count(BlockKind::kLinks)), DiskError);
+  EXPECT_THROW(reader->VerifyAll({}), DiskError);
+}
+
+// As a store is that was removed and solved anew.
+TEST(FrozenStore, IsReadWhileAnotherHasItsName) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.enf";
+  const auto make = [&](const char* value) {
+    MakeStore(path, [&](BlockStorage& store) { store.SetMeta("n", value); });
+  };
+  make("old");
+  std::optional<FileSizeLimit> full(0);
+  const auto reader = OpenStore(path, StoreAccess::kRead);
+  full.reset();
+  fs::remove(path);
+  make("new");
+  EXPECT_EQ(reader->Meta("n"), "old");
 }
 
 }  // namespace
