@@ -55,13 +55,40 @@ void RequireUtf8(const std::filesystem::path& path) {
   }
 }
 
+// Options that the entry lacks have their defaults. Throws DamagedStoreError if
+// there is no such method.
+MethodOptions ReadMethod(const BlockStorage& store, const json& j) {
+  MethodOptions method;
+  if (j.contains("method")) {
+    const auto name = j.at("method").get<std::string>();
+    const auto kind = MethodNamed(name);
+    if (!kind) {
+      ThrowDamaged(store,
+                   fmt::format("has the method '{}', which is none: it was not "
+                               "made by 'enfilade solve', or is damaged",
+                               name));
+    }
+    method.kind = *kind;
+  }
+  method.linear_solver = j.value("linear_solver", method.linear_solver);
+  method.form_factors = j.value("form_factors", method.form_factors);
+  method.projection = j.value("projection", method.projection);
+  method.elements = j.value("elements", method.elements);
+  method.ambient = j.value("ambient", method.ambient);
+  method.epsilon = j.value("epsilon", method.epsilon);
+  method.visibility = j.value("visibility", method.visibility);
+  method.singular = j.value("singular", method.singular);
+  method.oracle = j.value("oracle", method.oracle);
+  return method;
+}
+
 }  // namespace
 
 std::optional<double> RequestedError(const SolveSettings& settings) {
   const MethodOptions& method = settings.method;
-  return method.name == "hierarchical" || method.elements != 0
-             ? std::nullopt
-             : std::optional(settings.error);
+  return TraitsOf(method.kind).knows_error && method.elements == 0
+             ? std::optional(settings.error)
+             : std::nullopt;
 }
 
 ImportOptions ImportOptionsOf(const SolveSettings& settings) {
@@ -94,7 +121,7 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
             {"error", settings.error},
             {"basis", settings.basis},
             {"seed", settings.seed},
-            {"method", settings.method.name},
+            {"method", TraitsOf(settings.method.kind).name},
             {"linear_solver", settings.method.linear_solver},
             {"form_factors", settings.method.form_factors},
             {"projection", settings.method.projection},
@@ -117,7 +144,7 @@ void SaveSettings(BlockStorage& store, const SolveSettings& settings) {
 }
 
 SolveSettings LoadSettings(const BlockStorage& store) {
-  return ReadMeta(store, kSettingsMeta, [](const json& j) {
+  return ReadMeta(store, kSettingsMeta, [&](const json& j) {
     SolveSettings settings;
     settings.scene = j.at("scene").get<std::string>();
     settings.default_luminaires = j.at("default_luminaires").get<bool>();
@@ -126,20 +153,7 @@ SolveSettings LoadSettings(const BlockStorage& store) {
     settings.error = j.at("error").get<double>();
     settings.basis = j.at("basis").get<std::string>();
     settings.seed = j.at("seed").get<uint64_t>();
-    settings.method.name = j.value("method", settings.method.name);
-    settings.method.linear_solver =
-        j.value("linear_solver", settings.method.linear_solver);
-    settings.method.form_factors =
-        j.value("form_factors", settings.method.form_factors);
-    settings.method.projection =
-        j.value("projection", settings.method.projection);
-    settings.method.elements = j.value("elements", settings.method.elements);
-    settings.method.ambient = j.value("ambient", settings.method.ambient);
-    settings.method.epsilon = j.value("epsilon", settings.method.epsilon);
-    settings.method.visibility =
-        j.value("visibility", settings.method.visibility);
-    settings.method.singular = j.value("singular", settings.method.singular);
-    settings.method.oracle = j.value("oracle", settings.method.oracle);
+    settings.method = ReadMethod(store, j);
     if (j.contains("overrides")) {
       settings.overrides = j.at("overrides").get<std::string>();
     }

@@ -90,7 +90,7 @@ void AddSolveKeys(const SolveSummary& summary,
   report["residual"] = summary.residual;
   const auto requested = RequestedError(settings);
   report["requested_error"] = requested ? Json(*requested) : Json();
-  const bool knows_error = settings.method.name != "hierarchical";
+  const bool knows_error = TraitsOf(settings.method.kind).knows_error;
   report["estimated_error"] =
       knows_error ? Json(summary.estimated_error) : Json();
   report["converged"] = summary.converged;
@@ -195,7 +195,7 @@ Json SolveReport(const BlockStorage& store,
   }
   // Only where there is no light can there be no error at all.
   if (summary.converged && summary.estimated_error <= 0 &&
-      settings.method.name == MethodOptions{}.name) {
+      settings.method.kind == SolveMethod::kWavelet) {
     report["notes"].push_back(
         "no light falls on a surface that reflects; check which way the "
         "emitting faces look");
@@ -203,7 +203,7 @@ Json SolveReport(const BlockStorage& store,
   AddCostKeys(store, summary, record, report);
   report["runs"] = record.runs;
   report["seed"] = settings.seed;
-  report["method"] = settings.method.name;
+  report["method"] = TraitsOf(settings.method.kind).name;
   report["basis"] = settings.basis;
   report["version"] = record.version;
   report["digest"] = Digest(store, budget, progress);

@@ -31,22 +31,23 @@ bool IsOneOf(const std::string& word, std::initializer_list<const char*> all) {
 // solver.
 void ValidateFormFactors(const MethodOptions& method) {
   const FormFactorOptions form_factors = FormFactorOptionsOf(method);
-  if ((method.name == "wavelet" || method.name == "hierarchical") &&
+  const MethodTraits& traits = TraitsOf(method.kind);
+  if (!traits.has_panels &&
       (form_factors.kind != FormFactorKind::kExact ||
        form_factors.projection != Projection::kGalerkin)) {
     throw UsageError(fmt::format(
         "--form-factors and --projection are of matrix, progressive and "
         "substructuring; --method {} has its own",
-        method.name));
+        traits.name));
   }
-  if (method.name != "matrix" &&
+  if (!traits.has_matrix &&
       form_factors.projection == Projection::kCollocation) {
     throw UsageError(fmt::format(
         "--projection collocation is of --method matrix alone; --method {} "
         "shoots",
-        method.name));
+        traits.name));
   }
-  if (method.name == "matrix" && method.linear_solver == "cg" &&
+  if (traits.has_matrix && method.linear_solver == "cg" &&
       !form_factors.AreSymmetric()) {
     throw UsageError(fmt::format(
         "--linear-solver cg needs a symmetric matrix, and --form-factors {} "
@@ -61,7 +62,7 @@ void ValidateFormFactors(const MethodOptions& method) {
 // given to another method, or the other way round.
 void ValidateHierarchical(const MethodOptions& method,
                           const std::string& basis) {
-  if (method.name == "hierarchical") {
+  if (method.kind == SolveMethod::kHierarchical) {
     if (method.elements != 0 || method.ambient) {
       throw UsageError(
           "--elements and --ambient are of the methods with one mesh; --method "
@@ -73,38 +74,27 @@ void ValidateHierarchical(const MethodOptions& method,
     throw UsageError(fmt::format(
         "--epsilon, --visibility, --singular and --oracle are of --method "
         "hierarchical; --method {} has its own",
-        method.name));
+        TraitsOf(method.kind).name));
   }
 }
 
 void ValidateMethod(const MethodOptions& method, const std::string& basis) {
-  if (!IsOneOf(method.name,
-               {"wavelet",
-                "matrix",
-                "progressive",
-                "substructuring",
-                "hierarchical"})) {
-    throw UsageError(
-        fmt::format("--method {}: give matrix, progressive, substructuring, "
-                    "hierarchical or wavelet",
-                    method.name));
-  }
   if (!IsOneOf(method.linear_solver, {"gs", "sor", "cg"})) {
     throw UsageError(fmt::format("--linear-solver {}: give gs, sor or cg",
                                  method.linear_solver));
   }
-  const bool wavelet = method.name == "wavelet";
-  if (wavelet && (method.elements != 0 || method.ambient)) {
+  if (method.kind == SolveMethod::kWavelet &&
+      (method.elements != 0 || method.ambient)) {
     throw UsageError(
         "--elements and --ambient are of the reference methods; "
         "--method wavelet takes --error alone");
   }
-  const bool has_bases = wavelet || method.name == "hierarchical";
-  if (!has_bases && BasisNamed(basis) != BasisKind{1, false}) {
+  const MethodTraits& traits = TraitsOf(method.kind);
+  if (traits.has_panels && BasisNamed(basis) != BasisKind{1, false}) {
     throw UsageError(fmt::format(
         "--method {} has constant elements: --basis {} is of wavelet and "
         "hierarchical",
-        method.name,
+        traits.name,
         basis));
   }
   ValidateFormFactors(method);
@@ -164,12 +154,18 @@ SolveSummary Solve(BlockStorage& store,
                    const SolveOptions& options,
                    MemoryBudget& budget) {
   options.Validate();
-  if (options.method.name == "hierarchical") {
-    SolveHierarchically(store, options, budget);
-  } else if (options.method.name != "wavelet") {
-    SolveByReference(store, options, budget);
-  } else {
-    SolveByWavelets(store, options, budget);
+  switch (options.method.kind) {
+    case SolveMethod::kWavelet:
+      SolveByWavelets(store, options, budget);
+      break;
+    case SolveMethod::kMatrix:
+    case SolveMethod::kProgressive:
+    case SolveMethod::kSubstructuring:
+      SolveByReference(store, options, budget);
+      break;
+    case SolveMethod::kHierarchical:
+      SolveHierarchically(store, options, budget);
+      break;
   }
   return LoadSolveSummary(store);
 }

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 namespace enfilade::internal {
 namespace {
@@ -60,10 +61,26 @@ std::string Reason(sqlite3* handle, int code) {
   return reason;
 }
 
+// Nullopt if the path names nothing.
+std::optional<FileState> StateOf(const std::filesystem::path& path) {
+  struct stat found {};
+
+  if (stat(path.c_str(), &found) != 0) {
+    return std::nullopt;
+  }
+  constexpr int64_t kNanoseconds = 1'000'000'000;
+  return FileState{found.st_dev,
+                   found.st_ino,
+                   found.st_size,
+                   found.st_mtim.tv_sec * kNanoseconds + found.st_mtim.tv_nsec};
+}
+
 }  // namespace
 
 Database::Database(const std::filesystem::path& path, OpenMode mode)
-    : name_(mode == OpenMode::kMemory ? ":memory:" : path.string()) {
+    : name_(mode == OpenMode::kMemory ? ":memory:" : path.string()),
+      frozen_(mode == OpenMode::kReadOnlyFrozen ? StateOf(path)
+                                                : std::nullopt) {
   const std::string target =
       mode == OpenMode::kReadOnlyFrozen ? FrozenUri(path) : name_;
   const int code =
@@ -102,7 +119,25 @@ bool Database::InTransaction() const {
   return sqlite3_get_autocommit(handle_) == 0;
 }
 
+void Database::RequireStillFrozen() const {
+  if (!frozen_) {
+    return;
+  }
+  const std::optional<FileState> now = StateOf(name_);
+  // A file that has lost its name has no writer, either.
+  const bool is_same =
+      now && now->device == frozen_->device && now->file == frozen_->file;
+  if (is_same && (now->bytes != frozen_->bytes ||
+                  now->modified_ns != frozen_->modified_ns)) {
+    throw DiskError(fmt::format(
+        "{}: another program has written the store while it was read, which "
+        "this reader may not lock; begin again when that program is done",
+        name_));
+  }
+}
+
 void Database::Throw(int code, std::string_view doing) const {
+  RequireStillFrozen();
   const int primary = code & 0xff;
   if (primary == SQLITE_NOMEM) {
     throw std::bad_alloc();

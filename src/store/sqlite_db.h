@@ -14,19 +14,29 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include <sqlite3.h>
+#include <sys/types.h>
 
 namespace enfilade::internal {
 
 enum class OpenMode {
   kReadWrite,       // an existing file
-  kReadOnlyFrozen,  // a file that nobody can write: opened without locks
-  kReadOnly,
+  kReadOnlyFrozen,  // a file that nobody writes: opened without locks
+  kReadOnly,        // with the locks of a journal that is there
   kMemory,
+};
+
+// Which file a path names, and what changes if it is written.
+struct FileState {
+  dev_t device = 0;
+  ino_t file = 0;
+  off_t bytes = 0;
+  int64_t modified_ns = 0;
 };
 
 class Database {
@@ -49,11 +59,17 @@ class Database {
   // Whether BEGIN was run and neither COMMIT nor a rollback ended it.
   [[nodiscard]] bool InTransaction() const;
 
+  // Throws DiskError if the file was opened as frozen and has been written
+  // since: what is read then may be of two commits. Costs nothing for other
+  // files.
+  void RequireStillFrozen() const;
+
   // Throws the error that `code` and the connection's message stand for.
   [[noreturn]] void Throw(int code, std::string_view doing) const;
 
  private:
   std::string name_;  // the path, for messages
+  std::optional<FileState> frozen_;
   sqlite3* handle_ = nullptr;
 };
 

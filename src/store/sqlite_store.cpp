@@ -109,7 +109,8 @@ class SqliteStore final : public BlockStorage {
   template <typename Change>
   void Write(const Change& change);
 
-  // Throws DiskError. Requires that the caller holds `mutex_`.
+  // Throws DiskError if no read can be trusted. Requires that the caller holds
+  // `mutex_`.
   void ThrowIfFailed() const;
 
   // Returns what work() does; an error about damage gets the store's path.
@@ -182,6 +183,7 @@ void SqliteStore::ThrowIfFailed() const {
         path_.string(),
         *failure_));
   }
+  database_->RequireStillFrozen();
 }
 
 template <typename Work>
@@ -189,6 +191,7 @@ auto SqliteStore::NamingFile(const Work& work) const {
   try {
     return work();
   } catch (const DamagedStoreError& error) {
+    database_->RequireStillFrozen();
     if (path_.empty()) {
       throw;  // a store in memory
     }
@@ -330,6 +333,7 @@ uint64_t SqliteStore::VerifyAll(
     return database_->QueryText("PRAGMA quick_check(1)");
   }();
   if (report != "ok") {
+    database_->RequireStillFrozen();
     throw DamagedStoreError(fmt::format(
         "{}: the store's file is damaged ({}); restore it from a copy or solve "
         "the scene again",

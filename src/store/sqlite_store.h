@@ -26,7 +26,8 @@ std::unique_ptr<BlockStorage> CreateStore(const std::filesystem::path& path);
 
 // Opens a store. Throws InputError if the file is not an Enfilade store or has
 // another format version, DamagedStoreError if a block was lost, and DiskError
-// if the file is missing or, to write, another process is writing it.
+// if the file is missing, if another process is writing it (to write), or if
+// part of it is in a journal that this user cannot use (to read).
 std::unique_ptr<BlockStorage> OpenStore(const std::filesystem::path& path,
                                         StoreAccess access);
 

@@ -88,25 +88,41 @@ void CheckFormat(Database& database, const std::filesystem::path& path) {
   }
 }
 
-// A reader that may write beside the store takes part in the journal's locking.
-// On a read-only medium nobody writes, so the file is taken as frozen, unless a
-// journal was left beside it.
-OpenMode ReadMode(const std::filesystem::path& path) {
-  const auto folder = std::filesystem::absolute(path).parent_path();
-  if (access(path.c_str(), W_OK) == 0 && access(folder.c_str(), W_OK) == 0) {
-    return OpenMode::kReadWrite;
-  }
-  return std::filesystem::exists(Beside(path, "-wal"))
-             ? OpenMode::kReadOnly
-             : OpenMode::kReadOnlyFrozen;
-}
-
 // Whether nothing is in the journal: the file alone is the store.
 bool HasNoJournal(const std::filesystem::path& path) {
   std::error_code none_there;
   const auto bytes =
       std::filesystem::file_size(Beside(path, "-wal"), none_there);
   return none_there || bytes == 0;
+}
+
+// How a store is opened that is only read. Whoever may write beside the store
+// takes part in the journal's locking. Others can do so only by a journal and
+// an index that are there: those of a writer at work, or of one that was
+// killed. Without them and with nothing in the journal, nobody has the store
+// open, and the file is taken as frozen. Throws DiskError if the journal holds
+// what this reader cannot get at.
+OpenMode ReadMode(const std::filesystem::path& path) {
+  const auto may = [](const std::filesystem::path& file, int what) {
+    return access(file.c_str(), what) == 0;
+  };
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (may(path, W_OK) && may(folder, W_OK)) {
+    return OpenMode::kReadWrite;
+  }
+  const std::filesystem::path journal = Beside(path, "-wal");
+  if (may(journal, R_OK) && may(Beside(path, "-shm"), R_OK)) {
+    return OpenMode::kReadOnly;
+  }
+  if (HasNoJournal(path)) {
+    return OpenMode::kReadOnlyFrozen;
+  }
+  throw DiskError(fmt::format(
+      "{}: part of the store is still in '{}', which only a user who may write "
+      "the store and its folder can fold in; have one open it once ('enfilade "
+      "info'), or copy both files to a folder of your own",
+      path.string(),
+      journal.filename().string()));
 }
 
 std::unique_ptr<Database> Open(const std::filesystem::path& path,

@@ -3,6 +3,8 @@
 #include "base/error.h"
 #include "store/sqlite_store.h"
 
+#include <string>
+
 #include <gtest/gtest.h>
 
 namespace enfilade {
@@ -19,7 +21,7 @@ TEST(SolveSettings, SurviveTheStore) {
   settings.error = 0.1 / 3;  // no short decimal
   settings.basis = "haar";
   settings.seed = 0xffffffffffffffffULL;
-  settings.method.name = "hierarchical";
+  settings.method.kind = SolveMethod::kHierarchical;
   settings.method.epsilon = 0.1 / 3;
   settings.method.visibility = "quadrature";
   settings.method.singular = "cc";
@@ -48,6 +50,36 @@ TEST(SolveSettings, DamageIsNamed) {
                 std::string::npos)
           << error.what();
     }
+  }
+}
+
+// Others read the names of methods in stores.
+TEST(SolveSettings, MethodsAreKeptByTheirNames) {
+  const auto store = CreateStoreInMemory();
+  for (const std::string name :
+       {"wavelet", "matrix", "progressive", "substructuring", "hierarchical"}) {
+    SolveSettings settings;
+    settings.method.kind = MethodNamed(name).value();
+    SaveSettings(*store, settings);
+    const std::string text = store->Meta("settings").value();
+    EXPECT_NE(text.find("\"method\":\"" + name + "\""), std::string::npos)
+        << text;
+    EXPECT_EQ(LoadSettings(*store), settings);
+  }
+}
+
+TEST(SolveSettings, AMethodThatIsNoneIsDamage) {
+  const auto store = CreateStoreInMemory();
+  SaveSettings(*store, SolveSettings());
+  std::string text = store->Meta("settings").value();
+  text.replace(text.find("wavelet"), 7, "wavelength");
+  store->SetMeta("settings", text);
+  try {
+    LoadSettings(*store);
+    ADD_FAILURE() << text;
+  } catch (const DamagedStoreError& error) {
+    EXPECT_NE(std::string(error.what()).find("'wavelength'"), std::string::npos)
+        << error.what();
   }
 }
 

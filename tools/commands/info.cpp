@@ -263,7 +263,7 @@ void InfoCommand::RunOnStore() const {
                          report.at("stage").get<std::string>(),
                          path));
   const bool is_solved = report.at("converged").get<bool>();
-  const bool is_known = settings.method.name == "wavelet" &&
+  const bool is_known = settings.method.kind == SolveMethod::kWavelet &&
                         LoadStage(*storage) >= Stage::kVisible;
   if (asks && !is_known) {
     spdlog::warn(

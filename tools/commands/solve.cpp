@@ -2,13 +2,13 @@
 
 #include "base/error.h"
 #include "scene/import.h"
-#include "solver/reference/form_factor_kinds.h"
 #include "store/store_files.h"
 
 #include <memory>
 #include <optional>
 
 #include "tools/commands/command.h"
+#include "tools/commands/method_options.h"
 #include "tools/commands/options.h"
 #include "tools/pipeline.h"
 #include <fmt/format.h>
@@ -23,16 +23,10 @@ struct SolveCommand {
   CommonOptions common;
   std::string scene;
   std::string store;
-  bool basis_given = false;
-  bool linear_solver_given = false;
-  bool form_factors_given = false;  // or --projection
-  bool error_given = false;
   SceneOptions options;
 
-  void Run();
-
- private:
-  void ChooseByMethod();
+  // `given`: the command as it was parsed.
+  void Run(const CLI::App& given);
 };
 
 struct ResumeCommand {
@@ -97,13 +91,13 @@ SolveSummary RunStages(BlockStorage& store,
   } catch (const InterruptedError&) {
     throw InterruptedError(
         fmt::format("stopped; {} 'enfilade resume {}'",
-                    settings.method.name == "hierarchical"
-                        ? "this method keeps nothing before its end: begin "
-                          "again with"
-                        : "the work so far is kept: go on with",
+                    TraitsOf(settings.method.kind).keeps_work
+                        ? "the work so far is kept: go on with"
+                        : "this method keeps nothing before its end: begin "
+                          "again with",
                     path.string()));
   } catch (const NoRoomError& error) {
-    if (settings.method.name == "hierarchical" || IsWorthless(store)) {
+    if (!TraitsOf(settings.method.kind).keeps_work || IsWorthless(store)) {
       throw;  // nothing is kept
     }
     throw NoRoomError(
@@ -169,31 +163,9 @@ std::unique_ptr<BlockStorage> CreateStoreOf(const SolveSettings& settings,
   });
 }
 
-// Sets the defaults that depend on the method. Throws UsageError for options
-// that the method does not take.
-void SolveCommand::ChooseByMethod() {
-  MethodOptions& method = options.settings.method;
-  const bool hierarchical = method.name == "hierarchical";
-  if ((method.name == "wavelet" || hierarchical) && form_factors_given) {
-    throw UsageError(
-        "--form-factors and --projection are of the reference methods; give "
-        "--method matrix, progressive or substructuring");
-  }
-  if (hierarchical && error_given) {
-    throw UsageError(
-        "--method hierarchical does not know its error: give --epsilon");
-  }
-  if (method.name != "wavelet" && !basis_given) {
-    options.settings.basis = "haar";
-  }
-  if (!linear_solver_given && !FormFactorOptionsOf(method).AreSymmetric()) {
-    method.linear_solver = "gs";
-  }
-}
-
-void SolveCommand::Run() {
+void SolveCommand::Run(const CLI::App& given) {
   BeginRun(common, {scene, store, options.overrides});
-  ChooseByMethod();
+  ChooseByMethod(given, options.settings);
   if (IsSceneName(store)) {
     throw UsageError(fmt::format(
         "'{}' is a name of scenes, which no verb would open as a store; give "
@@ -231,13 +203,15 @@ void RequireErrorIsAsked(const fs::path& path, const SolveSettings& settings) {
   if (RequestedError(settings)) {
     return;
   }
-  const bool hierarchical = settings.method.name == "hierarchical";
+  const MethodTraits& method = TraitsOf(settings.method.kind);
   throw UsageError(fmt::format(
       "--error: {} was solved with {}: solve the scene again with another {}",
       path.string(),
-      hierarchical ? "--method hierarchical, which does not know its error"
-                   : "--elements, whatever the error",
-      hierarchical ? "--epsilon" : "--elements"));
+      method.knows_error
+          ? "--elements, whatever the error"
+          : fmt::format("--method {}, which does not know its error",
+                        method.name),
+      method.knows_error ? "--elements" : "--epsilon"));
 }
 
 void ResumeCommand::Run() {
@@ -268,96 +242,6 @@ void ResumeCommand::Run() {
   ReportSolve(store, summary, common, limits.Budget());
 }
 
-void AddFormFactorOptions(CLI::App& command, MethodOptions& method) {
-  command
-      .add_option("--form-factors",
-                  method.form_factors,
-                  "With matrix, progressive and substructuring: exact, point, "
-                  "polygon, switch, hemicube "
-                  "or montecarlo (docs/reference-methods.md)")
-      ->check(
-          CLI::IsMember(
-              {"exact", "point", "polygon", "switch", "hemicube", "montecarlo"})
-              .description(""))
-      ->type_name("KIND")
-      ->capture_default_str();
-  command
-      .add_option("--projection",
-                  method.projection,
-                  "With --method matrix: galerkin (irradiance averaged over an "
-                  "element) or collocation (at its centre)")
-      ->check(CLI::IsMember({"galerkin", "collocation"}).description(""))
-      ->type_name("PROJECTION")
-      ->capture_default_str();
-}
-
-void AddHierarchicalOptions(CLI::App& command, MethodOptions& method) {
-  const auto add = [&](const char* name, std::string& value, const char* what) {
-    command.add_option(name, value, what)->type_name("NAME");
-  };
-  command
-      .add_option(
-          "--epsilon",
-          method.epsilon,
-          "With --method hierarchical: the error by its oracle above which "
-          "a link is refined (0.001 if not given)")
-      ->check(AboveZero())
-      ->type_name("EPS");
-  add("--visibility",
-      method.visibility,
-      "With --method hierarchical: ray, fractional, triage, quadrature or "
-      "stratified");
-  add("--singular",
-      method.singular,
-      "With --method hierarchical, where surfaces touch: none, switch, cc or "
-      "near");
-  add("--oracle",
-      method.oracle,
-      "With --method hierarchical: form-factor, power, polynomial or transfer");
-}
-
-void AddMethodOptions(CLI::App& command, SceneOptions& options) {
-  MethodOptions& method = options.settings.method;
-  command
-      .add_option("--method",
-                  method.name,
-                  "matrix, progressive, substructuring, hierarchical or "
-                  "wavelet: all but wavelet are for comparison, and hold the "
-                  "scene whole (docs/reference-methods.md)")
-      ->check(CLI::IsMember({"matrix",
-                             "progressive",
-                             "substructuring",
-                             "hierarchical",
-                             "wavelet"})
-                  .description(""))
-      ->type_name("METHOD")
-      ->capture_default_str();
-  command
-      .add_option(
-          "--linear-solver",
-          method.linear_solver,
-          "With --method matrix: gs (Gauss-Seidel), sor or cg (conjugate "
-          "gradients, for symmetric form factors; for others the default "
-          "is gs)")
-      ->check(CLI::IsMember({"gs", "sor", "cg"}).description(""))
-      ->type_name("SOLVER")
-      ->capture_default_str();
-  AddFormFactorOptions(command, method);
-  AddHierarchicalOptions(command, method);
-  command
-      .add_option("--elements",
-                  method.elements,
-                  "With matrix, progressive and substructuring: dice as finely "
-                  "as this number of elements "
-                  "allows, whatever the error")
-      ->check(WholeAboveZero())
-      ->type_name("N");
-  command.add_flag("--ambient",
-                   method.ambient,
-                   "Progressive and substructuring: add the light still to "
-                   "come as an even ambient term");
-}
-
 }  // namespace
 
 void AddSolveCommand(CLI::App& app) {
@@ -384,18 +268,11 @@ void AddSolveCommand(CLI::App& app) {
   AddCommonOptions(*command, options->common);
   command->option_defaults()->group(
       "To compare methods (docs/reference-methods.md)");
-  AddMethodOptions(*command, options->options);
+  AddMethodOptions(*command, options->options.settings.method);
   SetExample(*command,
              "enfilade solve office.obj -o office.enf --error 0.05 --memory "
              "256M --report office.json");
-  command->callback([options, command] {
-    options->basis_given = command->count("--basis") > 0;
-    options->linear_solver_given = command->count("--linear-solver") > 0;
-    options->form_factors_given = command->count("--form-factors") > 0 ||
-                                  command->count("--projection") > 0;
-    options->error_given = command->count("--error") > 0;
-    options->Run();
-  });
+  command->callback([options, command] { options->Run(*command); });
 }
 
 void AddResumeCommand(CLI::App& app) {

@@ -1,6 +1,7 @@
 #include "tools/study/plan.h"
 
 #include "base/error.h"
+#include "solver/state/solve_method.h"
 
 #include <cmath>
 #include <utility>
@@ -165,9 +166,12 @@ std::vector<StudySetting> SettingsOf(double finest_error,
       settings.push_back(Wavelet(basis, coarser * finest_error));
     }
   }
-  for (const char* method : {"matrix", "progressive", "substructuring"}) {
+  for (const MethodTraits& method : AllMethods()) {
     for (const double smaller : {4.0, 1.0}) {
-      settings.push_back(Reference(method, most_elements / smaller));
+      if (method.has_panels) {
+        settings.push_back(
+            Reference(std::string(method.name), most_elements / smaller));
+      }
     }
   }
   return settings;
@@ -248,8 +252,8 @@ std::vector<Experiment> MakeExperiments() {
 }  // namespace
 
 bool IsWavelet(const std::string& method) {
-  return method != "matrix" && method != "progressive" &&
-         method != "substructuring";
+  const auto known = MethodNamed(method);
+  return !known || !TraitsOf(*known).has_panels;
 }
 
 StudySetting Coarser(const StudySetting& setting) {
@@ -279,13 +283,14 @@ double PaperBytes(const std::string& method,
                   double patches,
                   double elements,
                   double links) {
-  if (method == "matrix") {
+  const auto known = MethodNamed(method);
+  if (known == SolveMethod::kMatrix) {
     return 24 * elements + 28 * links;
   }
-  if (method == "progressive") {
+  if (known == SolveMethod::kProgressive) {
     return 96 * elements;
   }
-  if (method == "substructuring") {
+  if (known == SolveMethod::kSubstructuring) {
     return 24 * patches + 52 * elements;
   }
   const double order = method.ends_with("haar") ? 1 : method.back() - '0';

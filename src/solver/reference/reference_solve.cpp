@@ -137,7 +137,7 @@ PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
   const Stopwatch watch(&state_.times.refine_seconds);
   const uint64_t rays = TracedRays() + form_factors_.Rays();
   PanelSolution solution;
-  if (options_.method.name == "matrix") {
+  if (TraitsOf(options_.method.kind).has_matrix) {
     LinearOptions linear;
     linear.solver = options_.method.linear_solver;
     linear.check_stop = [&] { control_.Check(1, "linear system"); };
@@ -152,7 +152,7 @@ PanelSolution ReferenceSolve::SolveAt(size_t fineness) {
     shooting.source_edge = EdgeOf(fineness);
     shooting.still_to_come = kUnshotShare * options_.error;
     shooting.ambient = options_.method.ambient;
-    if (options_.method.name == "substructuring") {
+    if (options_.method.kind == SolveMethod::kSubstructuring) {
       shooting.gradient = kGradientShare * options_.error;
       if (options_.method.elements != 0) {
         shooting.source_edge *= 2;  // receivers start at half of that

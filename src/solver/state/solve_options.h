@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "solver/state/solve_method.h"
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -13,8 +15,7 @@ namespace enfilade {
 
 // The method that computes the light, and options of the reference methods.
 struct MethodOptions {
-  // Others: matrix, progressive, substructuring, hierarchical.
-  std::string name = "wavelet";
+  SolveMethod kind = SolveMethod::kWavelet;
   std::string linear_solver = "cg";  // of matrix: gs, sor or cg
   // Of the reference methods: exact, point, polygon, switch, hemicube or
   // montecarlo (reference/form_factor_kinds.h).
