@@ -78,7 +78,9 @@ struct Mesh {
   }
 
   [[nodiscard]] std::vector<std::optional<ClosedSolid>> Solids() const {
-    return FindClosedSolids(vertices, polygons, kBeside).solids;
+    auto solids = FindClosedSolids(vertices, polygons, kBeside).solids;
+    EXPECT_EQ(solids.size(), polygons.size());
+    return solids;
   }
 
   [[nodiscard]] size_t CountInSolids() const {

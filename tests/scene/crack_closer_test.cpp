@@ -55,6 +55,7 @@ TEST(CloseCracks, WallsInPlanesAMillimetreApartComeIntoOne) {
   auto polygons = Of({{{0, 0, 0}, {4, 0, 0}, {4, 0, 3}, {0, 0, 3}},
                       {{4, 0.001, 0}, {6, 0.0015, 0}, {6, 0, 3}, {4, 0, 3}}});
   Close(polygons);
+  ASSERT_EQ(polygons[1].outline.size(), 4U);
   for (const Point3 p : polygons[1].outline) {
     EXPECT_EQ(p.y, 0);
   }

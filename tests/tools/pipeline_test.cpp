@@ -1,8 +1,5 @@
 // The staged pipeline through the program: reports, stops, kills, resumes.
 
-#include "base/hash.h"
-#include "store/sqlite_store.h"
-
 #include <chrono>
 #include <fstream>
 #include <map>
@@ -11,6 +8,7 @@
 #include <vector>
 
 #include "tests/tools/run_program.h"
+#include "tests/tools/store_blocks.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <signal.h>
@@ -50,17 +48,9 @@ class SolvedRoom : public ::testing::Test {
             folder_ / (name + ".json")};
   }
 
-  // A hash of every block of every kind.
   [[nodiscard]] std::map<BlockKey, uint64_t> Blocks(
       const std::string& name) const {
-    const auto store = OpenStore(folder_ / (name + ".enf"), StoreAccess::kRead);
-    std::map<BlockKey, uint64_t> blocks;
-    for (uint8_t kind = 0; kind < UINT8_MAX; ++kind) {
-      store->ForEachKey(BlockKind{kind}, [&](const BlockKey& key) {
-        blocks[key] = HashBytes(store->GetOrThrow(key));
-      });
-    }
-    return blocks;
+    return BlocksOf(folder_ / (name + ".enf"));
   }
 
   [[nodiscard]] json Report(const std::string& name) const {
@@ -149,6 +139,7 @@ TEST_F(SolvedRoom, PeakStaysUnderTheCap) {
   const auto result = Solve("a", {"--memory", "64M"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_LE(result.peak_rss_bytes, 64 * kMiB);
+  EXPECT_LE(Report("a")["peak_rss_bytes"], 64 * kMiB);
 }
 
 TEST_F(SolvedRoom, InfoTellsWhatSolveTold) {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/memory_peak.h"
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -59,6 +60,7 @@ RunningProgram::RunningProgram(const std::vector<std::string>& arguments) {
   }
   argv.push_back(nullptr);
 
+  BeginPeak();  // which the child takes over
   constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC;
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

@@ -17,6 +17,8 @@ struct ProgramResult {
   int exit_code = -1;  // 128 + signal if a signal ended it
   std::string out;     // standard output
   std::string err;     // standard error
+  // By the kernel's account, which begins with what this process had resident
+  // when it started the program, whatever it had before.
   uint64_t peak_rss_bytes = 0;
 };
 
